@@ -1,6 +1,7 @@
 //! Output files that are whole or absent, and what they may replace. Only this module of the library writes files.
 
 mod array_mark;
+mod confined;
 mod existing;
 mod fbx_header;
 mod unfinished;
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
 pub(crate) use self::array_mark::{ARRAY_MARK, DATABASE_MARK};
+pub use self::confined::{check_confined, confine};
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
@@ -152,6 +154,7 @@ enum Target {
 
 impl Target {
     fn of(path: &Path) -> io::Result<Self> {
+        confined::check_path(path)?;
         let target = match fs::metadata(path) {
             Ok(metadata) if metadata.is_dir() => {
                 return Err(io::Error::new(io::ErrorKind::IsADirectory, "the path is a folder"));

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::large::LargeFile;
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::files::check_confined;
 use crate::format::{FORMATS, FormatInfo};
 use crate::limits::Limits;
 
@@ -30,6 +31,7 @@ pub(super) enum Input {
 /// The file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a stream is read
 /// whatever it begins with.
 pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input> {
+    check_confined(path)?;
     let file = File::open(path).map_err(|error| Error::io(path, error))?;
     let metadata = file.metadata().map_err(|error| Error::io(path, error))?;
     if metadata.is_file() && metadata.len() >= LARGE as u64 {
@@ -46,6 +48,7 @@ pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input
 
 /// The bytes of a file that another file names, or that stands beside it: nobody waits for a pipe to be written.
 pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
+    check_confined(path)?;
     let metadata = fs::metadata(path).map_err(|error| Error::io(path, error))?;
     if !(metadata.is_file() || metadata.is_dir()) {
         let message = "a file that another file refers to must be a regular file, not a pipe or a device";
@@ -133,6 +136,9 @@ pub(super) fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
         file.extension()
             .is_some_and(|found| found.eq_ignore_ascii_case(extension))
     };
+    if check_confined(folder).is_err() {
+        return Vec::new();
+    }
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries
         .map(|entry| path.with_file_name(entry.file_name()))

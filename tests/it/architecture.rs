@@ -47,7 +47,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "import",
-        &["error", "limits", "scene", "pose", "process", "solve", "format"],
+        &[
+            "error", "limits", "files", "scene", "pose", "process", "solve", "format",
+        ],
     ),
     (
         "export",

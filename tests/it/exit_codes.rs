@@ -74,8 +74,8 @@ const CASES: &[Case] = &[
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
-/// Commands that take no motion of the table's; `solve` is `convert` for positions.
-const OTHERS: &[&str] = &["formats", "merge-manifest", "solve"];
+/// Commands that take no motion of the table's; `solve` is `convert` for positions, and `mcp` serves the others.
+const OTHERS: &[&str] = &["formats", "mcp", "merge-manifest", "solve"];
 
 impl Case {
     fn name(&self) -> &str {

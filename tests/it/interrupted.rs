@@ -14,8 +14,10 @@ use std::time::{Duration, Instant};
 use crate::program::{command_in, words};
 use crate::sample::Sample;
 
-/// Commands that write no file unless the shell is told to.
-const WRITE_NOTHING: &[&str] = &["verify", "info", "skeleton", "check", "dump", "pose", "formats", "find"];
+/// Commands that write no file unless the shell is told to, and `mcp`, which does the jobs of others.
+const WRITE_NOTHING: &[&str] = &[
+    "verify", "info", "skeleton", "check", "dump", "pose", "formats", "find", "mcp",
+];
 
 struct Case {
     arguments: &'static str,

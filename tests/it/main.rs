@@ -2,6 +2,8 @@
 //!
 //! `memory` and `allocations` are separate, because each has its own global allocator.
 
+#[cfg(feature = "cli")]
+mod agent;
 mod architecture;
 mod armatures;
 mod array_files;

@@ -122,6 +122,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),
+    /// Serve agents: the Model Context Protocol over standard input and output, within one folder
+    Mcp(McpArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -238,6 +240,14 @@ pub(crate) struct SkeletonArgs {
     pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: Reading,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct McpArgs {
+    /// The folder whose files may be read and written; paths of calls are relative to it. Nothing outside of it is
+    /// opened, and no file is replaced that the session has not written
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) root: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]

@@ -13,6 +13,7 @@ pub(crate) mod index;
 pub(crate) mod info;
 mod made;
 mod many;
+pub(crate) mod mcp;
 pub(crate) mod merge_manifest;
 mod own;
 #[cfg(feature = "parquet")]
@@ -82,6 +83,11 @@ fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(
 fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
     let mapped = Figure::mapped(scene, &map.bones_here());
     mapped.map_err(|error| Failure::Usage(format!("--map: {}", error.diagnostic().message)))
+}
+
+/// A report as a value.
+fn value(report: &impl Serialize) -> serde_json::Value {
+    serde_json::to_value(report).unwrap_or_default()
 }
 
 /// Prints a value as indented JSON.

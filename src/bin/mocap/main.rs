@@ -5,6 +5,7 @@
 
 #![warn(clippy::unwrap_used)]
 
+mod agent;
 mod args;
 mod batch;
 mod commands;
@@ -104,6 +105,7 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run::run(args, &given),
         Command::Formats => commands::formats::run(),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
+        Command::Mcp(args) => commands::mcp::run(args),
         Command::View(args) => commands::view::run(args),
         Command::Sheet(args) => commands::sheet::run(args, &given),
         Command::Gif(args) => commands::gif::run(args),

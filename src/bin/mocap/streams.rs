@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::Job;
-use mocap::{Importer, MemoryFile, Scene, Written};
+use mocap::{Code, Diagnostic, Importer, MemoryFile, Scene, Written};
 
 use crate::args::{ForceArgs, Given};
 use crate::{Failure, report};
@@ -33,8 +34,27 @@ pub(crate) fn given(job: &Job) -> mocap::Result<&'static [MemoryFile<'static>]> 
     }
 }
 
+/// Whether standard input and output carry the messages of a protocol.
+static ARE_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// From now on neither is a file: what they carry belongs to a protocol.
+pub(crate) fn take() {
+    ARE_TAKEN.store(true, Ordering::Relaxed);
+}
+
+fn check_free() -> mocap::Result<()> {
+    match ARE_TAKEN.load(Ordering::Relaxed) {
+        false => Ok(()),
+        true => {
+            let message = "- is standard input or output, which belong to the protocol";
+            Err(Diagnostic::new(Code::InvalidValue, message).help("name a file").into())
+        }
+    }
+}
+
 /// Standard input, under the name `-`.
 fn standard_input(importer: &Importer) -> mocap::Result<&'static [MemoryFile<'static>]> {
+    check_free()?;
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     static INPUT: OnceLock<[MemoryFile<'static>; 1]> = OnceLock::new();
     let bytes = match BYTES.get() {
@@ -101,6 +121,7 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
         remove_unfinished(output);
         return Ok(write_file(output, bytes)?);
     }
+    check_free()?;
     // Data, and not for a terminal to interpret: what of it could steer one is shown by `report::stdout`.
     let mut out = report::stdout();
     out.write_all(bytes)?;

@@ -1,6 +1,6 @@
 //! Which options stand on the command line, and which of them the outputs depend on.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -59,7 +59,7 @@ impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
         let command = help::grouped(Self::command());
-        let matches = command.clone().try_get_matches().unwrap_or_else(|error| {
+        Self::parse_from(&command, std::env::args_os()).unwrap_or_else(|error| {
             if asks_for_job(&error) {
                 report::complain(
                     "--print-job: only convert, edit, clean, retarget and robot, which write motion, are jobs; leave it out",
@@ -67,8 +67,16 @@ impl Args {
                 std::process::exit(2);
             }
             tell(&error)
-        });
-        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| tell(&error));
+        })
+    }
+
+    /// The arguments of a list of words, of which the first is the name of the program.
+    pub(crate) fn parse_from(
+        command: &clap::Command,
+        words: impl IntoIterator<Item = OsString>,
+    ) -> Result<(Self, Given), clap::Error> {
+        let matches = command.clone().try_get_matches_from(words)?;
+        let args = Self::from_arg_matches(&matches)?;
         let mut given = Given::default();
         let mut options = Vec::new();
         if let Some((name, matches)) = matches.subcommand()
@@ -93,7 +101,7 @@ impl Args {
             }
         }
         given.options = options.join(" ");
-        (args, given)
+        Ok((args, given))
     }
 }
 

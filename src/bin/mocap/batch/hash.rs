@@ -8,6 +8,7 @@ use sha2::{Digest, Sha256};
 
 /// The SHA-256 of a file, as `sha256sum` prints it.
 pub(crate) fn sha256(path: &Path) -> io::Result<String> {
+    mocap::files::check_confined(path).map_err(io::Error::other)?;
     let mut hasher = Sha256::new();
     io::copy(&mut File::open(path)?, &mut hasher)?;
     Ok(format!("{:x}", hasher.finalize()))

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
+use mocap::files::check_confined;
 use mocap::{Code, Diagnostic, FORMATS};
 use walkdir::WalkDir;
 
@@ -99,7 +100,9 @@ pub(crate) fn find_except(
 /// Adds the motion files at any depth of `folder`, and the entries that cannot be read.
 fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mut Vec<Input>) {
     let entries = WalkDir::new(folder).follow_links(true).into_iter();
-    for entry in entries.filter_entry(|entry| entry.depth() == 0 || !is_excluded(entry.path())) {
+    for entry in
+        entries.filter_entry(|entry| is_allowed(entry.path()) && (entry.depth() == 0 || !is_excluded(entry.path())))
+    {
         match entry {
             Ok(entry) => {
                 if entry.file_type().is_file() && has_known_extension(entry.path()) {
@@ -143,7 +146,7 @@ fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mu
     let matches = glob::glob(text).map_err(|error| Failure::Usage(format!("{text}: {error}")))?;
     for found in matches {
         match found {
-            Ok(path) if is_excluded(&path) => {}
+            Ok(path) if is_excluded(&path) || !is_allowed(&path) => {}
             Ok(path) if path.is_dir() => add_folder(&path, &base, is_excluded, inputs),
             Ok(path) if has_known_extension(&path) => inputs.push(Input::new(path, &base)),
             Ok(_) => {}
@@ -154,6 +157,11 @@ fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mu
         }
     }
     Ok(())
+}
+
+/// Whether a program that is confined to a folder may know of an entry.
+fn is_allowed(path: &Path) -> bool {
+    check_confined(path).is_ok()
 }
 
 fn has_wildcard(path: &Path) -> bool {

@@ -91,6 +91,14 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
     writeln!(out, "{}", report::visible(&summary(checked)))
 }
 
+/// What `--json` prints, as a list, and whether every file can be read.
+pub(crate) fn result(args: &CheckArgs) -> Result<(serde_json::Value, bool), Failure> {
+    let inputs = inputs::find(&args.paths, &args.inputs)?;
+    let found: Vec<Checked> = inputs.iter().map(|input| check(args, input)).collect();
+    let are_readable = found.iter().all(|checked| checked.status != Status::Error);
+    Ok((super::value(&found), are_readable))
+}
+
 fn check(args: &CheckArgs, input: &Input) -> Checked {
     // `--strict` is applied here and not by the importer, so that all warnings are reported.
     let importer = args

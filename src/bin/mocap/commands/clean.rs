@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::edit::EditReport;
-use mocap::job::Said;
+use mocap::job::{Job, Said};
 
 use super::{extension, made, own, unknown_extension, verify, write_output};
 use crate::args::{CleanArgs, Given};
@@ -11,8 +11,7 @@ use crate::report::Voice;
 use crate::{Failure, streams};
 
 pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
-    check(args, given)?;
-    let Some(job) = own::begin(&args.own, given, |extension| args.job(extension))? else {
+    let Some(job) = own::begin(&args.own, given, job(args, given)?)? else {
         return Ok(());
     };
     verify::refuse_streams(&job)?;
@@ -39,6 +38,12 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
         true => verify::output(&job, made.scene.take()),
         false => Ok(()),
     }
+}
+
+/// The job that the arguments mean.
+pub(crate) fn job(args: &CleanArgs, given: &Given) -> Result<Job, Failure> {
+    check(args, given)?;
+    own::job(&args.own, given, |extension| args.job(extension))
 }
 
 /// Refuses what does not go together.

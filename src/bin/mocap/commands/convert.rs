@@ -13,23 +13,33 @@ use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
+    let (job, format) = job_and_format(args, given)?;
+    if args.instead.print_job {
+        return job::print(&job);
+    }
+    if args.batch.out_dir.is_some() {
+        return many::run(&job, given, &args.batch.inputs, &args.batch.spread, args.batch.resume);
+    }
+    verify::refuse_streams(&job)?;
+    one(args, given, &job, format)
+}
+
+/// The job that the arguments mean.
+pub(crate) fn job(args: &ConvertArgs, given: &Given) -> Result<Job, Failure> {
+    job_and_format(args, given).map(|(job, _)| job)
+}
+
+fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(Job, OutputFormat), Failure> {
     let frames = args.change.frames.conversion();
     let options_are_sound = frames.check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if let Some(folder) = &args.batch.out_dir {
         let job = wanted(args, given, &args.paths, &folder.join(""), args.batch.to)?;
-        return match args.instead.print_job {
-            true => job::print(&job),
-            false => many::run(&job, given, &args.batch.inputs, &args.batch.spread, args.batch.resume),
-        };
+        return Ok((job, args.batch.to));
     }
     let (input, output, format) = paths(args, given)?;
     let job = wanted(args, given, std::slice::from_ref(input), &output, format)?;
-    if args.instead.print_job {
-        return job::print(&job);
-    }
-    verify::refuse_streams(&job)?;
-    one(args, given, &job, format)
+    Ok((job, format))
 }
 
 /// The input, the output and its format, of a command that makes one.

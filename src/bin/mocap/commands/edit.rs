@@ -19,11 +19,16 @@ use crate::report::Voice;
 use crate::{Failure, streams};
 
 pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
-    check_beside(args, given)?;
-    match own::begin(&args.own, given, |extension| args.job(extension))? {
+    match own::begin(&args.own, given, job(args, given)?)? {
         Some(job) => one(args, given, &job),
         None => Ok(()),
     }
+}
+
+/// The job that the arguments mean.
+pub(crate) fn job(args: &EditArgs, given: &Given) -> Result<Job, Failure> {
+    check_beside(args, given)?;
+    own::job(&args.own, given, |extension| args.job(extension))
 }
 
 /// Refuses outputs beside the motion that cannot be made.

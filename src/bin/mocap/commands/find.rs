@@ -9,18 +9,27 @@ use crate::args::FindArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
-    let database = index::read(&args.database)?;
     let query = query(args)?;
-    let options = FindOptions::new()
-        .count(args.count)
-        .mirror(!args.no_mirror)
-        .condition(args.condition.clone());
-    let found = database.find(&query, &options);
+    let found = found(args, &query)?;
     match args.json {
         true => print_json(&found)?,
         false => print(&found, query.seconds() > 0.0)?,
     }
     Ok(())
+}
+
+/// What `--json` prints.
+pub(crate) fn summary(args: &FindArgs) -> Result<serde_json::Value, Failure> {
+    Ok(super::value(&found(args, &query(args)?)?))
+}
+
+fn found(args: &FindArgs, query: &Query) -> Result<Vec<Found>, Failure> {
+    let database = index::read(&args.database)?;
+    let options = FindOptions::new()
+        .count(args.count)
+        .mirror(!args.no_mirror)
+        .condition(args.condition.clone());
+    Ok(database.find(query, &options))
 }
 
 fn query(args: &FindArgs) -> Result<Query, Failure> {

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use mocap::files::ReplacePolicy;
+use mocap::files::{ReplacePolicy, check_confined};
 use mocap::matching::{Database, IndexedClip, index};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
 
@@ -50,6 +50,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
 
 /// The database at `path`.
 pub(super) fn read(path: &Path) -> mocap::Result<Database> {
+    check_confined(path)?;
     let file = File::open(path).map_err(|error| Error::from(Diagnostic::new(Code::Io, error.to_string())));
     let read = file.and_then(|file| Database::read(BufReader::with_capacity(1 << 16, file)));
     read.map_err(|error| error.with_path(path))

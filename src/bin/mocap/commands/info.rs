@@ -79,18 +79,24 @@ impl<'a> InfoView<'a> {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Segmented);
-    let mut scene = streams::import(&importer, &args.file)?;
-    if !args.json {
-        make_names_visible(&mut scene);
-    }
-    let view = InfoView::new(args.file.display().to_string(), &scene);
+    let mut scene = import(args)?;
+    let name = args.file.display().to_string();
     if args.json {
-        print_json(&view)?;
-    } else {
-        print_screen(&report::visible(&view.file), &scene)?;
+        return Ok(print_json(&InfoView::new(name, &scene))?);
     }
-    Ok(())
+    make_names_visible(&mut scene);
+    Ok(print_screen(&report::visible(&name), &scene)?)
+}
+
+/// What `--json` prints.
+pub(crate) fn summary(args: &InfoArgs) -> Result<serde_json::Value, Failure> {
+    let scene = import(args)?;
+    Ok(super::value(&InfoView::new(args.file.display().to_string(), &scene)))
+}
+
+fn import(args: &InfoArgs) -> mocap::Result<Scene> {
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Segmented);
+    streams::import(&importer, &args.file)
 }
 
 /// The screen has colours, so that escapes cannot be replaced afterwards.

@@ -8,9 +8,19 @@ use super::{MANY, ONE_OUTPUT, many, output_format, run};
 use crate::Failure;
 use crate::args::{Given, OutputFormat, OwnArgs, refuse_options};
 
-/// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done. `job` makes it for
-/// the extension of the output.
-pub(super) fn begin(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job) -> Result<Option<Job>, Failure> {
+/// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done.
+pub(super) fn begin(args: &OwnArgs, given: &Given, job: Job) -> Result<Option<Job>, Failure> {
+    if args.instead.print_job {
+        return run::print(&job).map(|()| None);
+    }
+    if args.is_many() {
+        return many::run(&job, given, &args.many, &args.spread, args.resume).map(|()| None);
+    }
+    Ok(Some(job))
+}
+
+/// The job that the arguments mean; `job` makes it for the extension of the output.
+pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job) -> Result<Job, Failure> {
     let to = args.to.map(|format| format.extension);
     let format = match args.is_many() {
         true => to.unwrap_or("glb").to_owned(),
@@ -20,13 +30,7 @@ pub(super) fn begin(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job
     if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(&format)) {
         refuse_options(given, |option| format.row().refusal(option, format.extension))?;
     }
-    if args.instead.print_job {
-        return run::print(&job).map(|()| None);
-    }
-    if args.is_many() {
-        return many::run(&job, given, &args.many, &args.spread, args.resume).map(|()| None);
-    }
-    Ok(Some(job))
+    Ok(job)
 }
 
 /// Refuses what is of one motion where there are many, and the other way round. `beside` are the outputs beside the

@@ -3,38 +3,21 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
+use mocap::job::Job;
 use mocap::retarget::{RetargetReport, Verdict};
 use mocap::retargeting::Report;
 
-use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job};
+use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job_file};
 use crate::args::{Given, RetargetArgs};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
-    let (motions, file) = inputs(args)?;
-    if streams::is_standard(&file) {
-        let message = "the character cannot come from standard input: name a file, not -";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    let to = args.to.as_deref();
-    if args.is_many() {
-        if args.onto.json {
-            let message = "--json prints the report of one output; the manifest in the folder has those of many";
-            return Err(Failure::Usage(message.to_owned()));
-        }
-        let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
-        let job = args.job(&motions, &file, &format);
-        return match args.onto.instead.print_job {
-            true => job::print(&job),
-            false => many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume),
-        };
-    }
-    given.refuse(MANY, "all motions go into one file; -o FOLDER/ makes a file of each")?;
-    check_json(args.onto.json, &args.output)?;
-    let format = output_format(&args.output, to, &default_format(args, &file))?;
-    let job = args.job(&motions, &file, &format);
+    let job = job(args, given)?;
     if args.onto.instead.print_job {
-        return job::print(&job);
+        return job_file::print(&job);
+    }
+    if args.is_many() {
+        return many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume);
     }
     let (maker, made) = made::save(&job, given)?;
     let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
@@ -65,6 +48,28 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
             Err(Failure::Some)
         }
     }
+}
+
+/// The job that the arguments mean.
+pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<Job, Failure> {
+    let (motions, file) = inputs(args)?;
+    if streams::is_standard(&file) {
+        let message = "the character cannot come from standard input: name a file, not -";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let to = args.to.as_deref();
+    if args.is_many() {
+        if args.onto.json {
+            let message = "--json prints the report of one output; the manifest in the folder has those of many";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
+        return Ok(args.job(&motions, &file, &format));
+    }
+    given.refuse(MANY, "all motions go into one file; -o FOLDER/ makes a file of each")?;
+    check_json(args.onto.json, &args.output)?;
+    let format = output_format(&args.output, to, &default_format(args, &file))?;
+    Ok(args.job(&motions, &file, &format))
 }
 
 /// More clips than this are told a line each.

@@ -1,27 +1,44 @@
 //! `mocap robot`: motions on robots.
 
 use mocap::FormatInfo;
-use mocap::job::RobotFormat;
+use mocap::job::{Job, RobotFormat};
 use mocap::retarget::Verdict;
 use mocap::retargeting::Report;
 use mocap::robot::RobotReport;
 
 use super::{
-    MANY, ONE_OUTPUT, check_json, extension, made, many, print_json, robot_reports, run as job, unknown_extension,
+    MANY, ONE_OUTPUT, check_json, extension, made, many, print_json, robot_reports, run as job_file, unknown_extension,
 };
 use crate::args::{Given, RobotArgs};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
-    let options_are_sound = args.job("npz").source.frames.conversion().check();
-    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
+    let job = job(args, given)?;
+    if args.onto.instead.print_job {
+        return job_file::print(&job);
+    }
     match args.is_many() {
-        true => run_many(args, given),
-        false => one(args, given),
+        true => run_many(args, given, &job),
+        false => one(args, given, &job),
     }
 }
 
-fn run_many(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+/// The job that the arguments mean.
+pub(crate) fn job(args: &RobotArgs, given: &Given) -> Result<Job, Failure> {
+    let options_are_sound = args.job("npz").source.frames.conversion().check();
+    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
+    match args.is_many() {
+        true => job_of_many(args),
+        false => {
+            given.refuse(&["report"], ONE_OUTPUT)?;
+            given.refuse(MANY, ONE_OUTPUT)?;
+            check_json(args.onto.json, &args.output)?;
+            Ok(args.job(&format(args)?))
+        }
+    }
+}
+
+fn job_of_many(args: &RobotArgs) -> Result<Job, Failure> {
     let folder = args.output.as_path();
     if args.onto.json {
         let message = "--json prints the report of one motion; the manifest in the folder has those of many";
@@ -31,12 +48,12 @@ fn run_many(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         let message = "several motions go into a folder, and this is the name of a file: name a folder";
         return Err(Failure::Usage(format!("{}: {message}", folder.display())));
     }
-    let job = args.job(args.to.as_deref().unwrap_or("npz"));
-    if args.onto.instead.print_job {
-        return job::print(&job);
-    }
+    Ok(args.job(args.to.as_deref().unwrap_or("npz")))
+}
+
+fn run_many(args: &RobotArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     let many = many::Many {
-        job: &job,
+        job,
         given,
         inputs: &args.onto.inputs,
         spread: &args.onto.spread,
@@ -46,15 +63,8 @@ fn run_many(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     many.run()
 }
 
-fn one(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
-    given.refuse(&["report"], ONE_OUTPUT)?;
-    given.refuse(MANY, ONE_OUTPUT)?;
-    check_json(args.onto.json, &args.output)?;
-    let job = args.job(&format(args)?);
-    if args.onto.instead.print_job {
-        return job::print(&job);
-    }
-    let (maker, made) = made::save(&job, given)?;
+fn one(args: &RobotArgs, given: &Given, job: &Job) -> Result<(), Failure> {
+    let (maker, made) = made::save(job, given)?;
     let found = made.clips.iter().filter_map(Report::robot);
     for found in found {
         match args.onto.json {

@@ -25,7 +25,7 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     }
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
-        return many::run(&job, &Given::default(), &args.inputs, &args.spread, args.resume);
+        return many(&job, args);
     }
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
     if streams::is_standard(file) && job.source.inputs.iter().any(|input| streams::is_standard(input)) {
@@ -53,6 +53,12 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
         None => Ok(()),
     }
 }
+
+/// Does a job with many motions.
+pub(crate) fn many(job: &Job, args: &RunArgs) -> Result<(), Failure> {
+    many::run(job, &Given::default(), &args.inputs, &args.spread, args.resume)
+}
+
 /// Prints a job, which is then not done.
 pub(super) fn print(job: &Job) -> Result<(), Failure> {
     Ok(writeln!(report::stdout(), "{}", job.to_json())?)

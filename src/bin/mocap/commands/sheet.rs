@@ -15,18 +15,28 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
     if !args.t_pose {
         given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
     }
+    check_picture(&args.files, &args.picture)?;
+    write(&drawing(args)?, args)
+}
+
+/// Writes the picture.
+pub(crate) fn write(drawing: &Drawing, args: &SheetArgs) -> Result<(), Failure> {
     let format = check_picture(&args.files, &args.picture)?;
+    write_drawing(drawing, &args.picture.output, &format)
+}
+
+/// The picture.
+pub(crate) fn drawing(args: &SheetArgs) -> Result<Drawing, Failure> {
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
         let mut scene = import_motion(&args.read, file)?;
         args.up.state(&mut scene);
         named_scenes.push((short_name(file), scene));
     }
-    let drawing = match args.t_pose {
-        true => t_poses(args, &named_scenes)?,
-        false => poses(args, &named_scenes),
-    };
-    write_drawing(&drawing, &args.picture.output, &format)
+    match args.t_pose {
+        true => t_poses(args, &named_scenes),
+        false => Ok(poses(args, &named_scenes)),
+    }
 }
 
 fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {

@@ -176,7 +176,12 @@ impl Report {
     }
 }
 
-pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
+/// What `--json` prints.
+pub(crate) fn summary(args: &SkeletonArgs) -> Result<serde_json::Value, Failure> {
+    find(args).map(|found| super::value(&found))
+}
+
+fn find(args: &SkeletonArgs) -> Result<Report, Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
     args.source.state(&mut scene);
     let mut found = Report::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
@@ -189,6 +194,11 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
     if args.explain {
         found.explanation = Humanoid::explain(&scene);
     }
+    Ok(found)
+}
+
+pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
+    let found = find(args)?;
     if args.json {
         print_json(&found)?;
     } else {

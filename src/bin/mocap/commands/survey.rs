@@ -42,15 +42,7 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         (Some(output), true) => former(output)?,
         _ => HashMap::new(),
     };
-    let (clips, counts) = examine_all(args, &inputs, &thresholds, &former)?;
-    let mut corpus = Corpus::new(clips, &thresholds);
-    if let Some(condition) = &args.condition {
-        corpus.keep(|row| condition.holds(row));
-    }
-    if let Some(amount) = args.select {
-        let count = amount.of(corpus.rows().len());
-        corpus.select(count, args.by_quality());
-    }
+    let (corpus, counts) = chosen(args, &inputs, &thresholds, &former)?;
     if let (Some(output), Some(format)) = (&output, format) {
         streams::write(output, &bytes(&corpus, &format)?)?;
         report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
@@ -77,6 +69,37 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         true => Err(Failure::Told),
         false => Ok(()),
     }
+}
+
+/// Writes the table of the clips to a file.
+pub(crate) fn write(args: &SurveyArgs, corpus: &Corpus, output: &Path) -> Result<(), Failure> {
+    let format = format_of(args, output)?;
+    ReplacePolicy::new(&args.paths).check_inputs(output)?;
+    streams::write(output, &bytes(corpus, &format)?)
+}
+
+/// The clips that the arguments ask for.
+pub(crate) fn corpus(args: &SurveyArgs) -> Result<Corpus, Failure> {
+    let inputs = inputs::find(&args.paths, &args.inputs)?;
+    Ok(chosen(args, &inputs, &args.thresholds()?, &HashMap::new())?.0)
+}
+
+fn chosen(
+    args: &SurveyArgs,
+    inputs: &[Input],
+    thresholds: &Thresholds,
+    former: &HashMap<String, Vec<Examined>>,
+) -> Result<(Corpus, Counts), Failure> {
+    let (clips, counts) = examine_all(args, inputs, thresholds, former)?;
+    let mut corpus = Corpus::new(clips, thresholds);
+    if let Some(condition) = &args.condition {
+        corpus.keep(|row| condition.holds(row));
+    }
+    if let Some(amount) = args.select {
+        let count = amount.of(corpus.rows().len());
+        corpus.select(count, args.by_quality());
+    }
+    Ok((corpus, counts))
 }
 
 /// The format of the table.
@@ -181,6 +204,7 @@ fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<V
 
 /// The clips of a record.
 fn records(path: &Path) -> mocap::Result<Vec<Examined>> {
+    mocap::files::check_confined(path)?;
     let text = std::fs::read_to_string(path).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
     let text = text.map_err(|error| mocap::Error::from(error).with_path(path))?;
     Examined::from_lines(&text).map_err(|error| error.with_path(path))

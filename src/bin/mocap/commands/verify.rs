@@ -22,21 +22,23 @@ struct Verdict<'a> {
     verification: &'a Verification,
 }
 
-pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
-    let verifier = Verifier::new()
-        .importer(args.read.importer())
-        .second_motions(&args.with);
-    let verification = verifier.files(&args.source, &args.output)?;
-    let max_allowed = args.tolerance.max_error.to_metres();
-    let ok = verification.is_within(max_allowed);
-    if args.json {
-        print_json(&Verdict {
+impl<'a> Verdict<'a> {
+    fn new(args: &VerifyArgs, verification: &'a Verification) -> Self {
+        let max_allowed = args.tolerance.max_error.to_metres();
+        Self {
             source: args.source.display().to_string(),
             output: args.output.display().to_string(),
-            ok,
+            ok: verification.is_within(max_allowed),
             max_allowed,
-            verification: &verification,
-        })?;
+            verification,
+        }
+    }
+}
+
+pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
+    let verification = verification(args)?;
+    if args.json {
+        print_json(&Verdict::new(args, &verification))?;
     } else {
         writeln!(
             io::stdout().lock(),
@@ -44,7 +46,21 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
             report::visible_lines(&summary(&verification))
         )?;
     }
-    require(&verification, max_allowed)
+    require(&verification, args.tolerance.max_error.to_metres())
+}
+
+/// What `--json` prints, and whether the file is what its source is.
+pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Failure> {
+    let verification = verification(args)?;
+    let verdict = Verdict::new(args, &verification);
+    Ok((super::value(&verdict), verdict.ok))
+}
+
+fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
+    let verifier = Verifier::new()
+        .importer(args.read.importer())
+        .second_motions(&args.with);
+    verifier.files(&args.source, &args.output)
 }
 
 /// Compares the output of a job with the input from which `scene` was made.

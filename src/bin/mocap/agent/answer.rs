@@ -1,0 +1,47 @@
+//! What a tool answers.
+
+use serde_json::{Value, json};
+
+use crate::Failure;
+
+/// The result of a call.
+pub(super) struct Answer {
+    /// What was found or done.
+    pub(super) report: Value,
+    /// The same in fewer words, for a report that is too long.
+    pub(super) brief: Option<Value>,
+    /// A picture, as PNG.
+    pub(super) picture: Option<Vec<u8>>,
+    /// Whether the call has not done what was asked.
+    pub(super) is_error: bool,
+}
+
+impl Answer {
+    pub(super) fn new(report: Value) -> Self {
+        Self {
+            report,
+            brief: None,
+            picture: None,
+            is_error: false,
+        }
+    }
+
+    /// A call that could not be done: what is wrong, where, and what to do.
+    pub(super) fn failed(failure: Failure) -> Self {
+        let report = match failure {
+            Failure::File(error) => {
+                // The text has all that there is: file, line, what is wrong, and the help.
+                let mut found = json!({"error": error.to_string(), "code": error.code().as_str()});
+                if let Some(help) = &error.diagnostic().help {
+                    found["help"] = help.as_str().into();
+                }
+                found
+            }
+            failure => json!({"error": failure.into_words()}),
+        };
+        Self {
+            is_error: true,
+            ..Self::new(report)
+        }
+    }
+}

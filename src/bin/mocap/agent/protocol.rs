@@ -1,0 +1,176 @@
+//! Messages of JSON-RPC 2.0, and what the revisions of the Model Context Protocol have around a result.
+
+use serde_json::{Value, json};
+
+/// The current revision: no handshake, and every request says its revision.
+const CURRENT: &str = "2026-07-28";
+
+/// Revisions that begin with `initialize`, the newest first.
+const WITH_HANDSHAKE: [&str; 4] = ["2025-11-25", "2025-06-18", "2025-03-26", "2024-11-05"];
+
+const REVISION_KEY: &str = "io.modelcontextprotocol/protocolVersion";
+const CAPABILITIES_KEY: &str = "io.modelcontextprotocol/clientCapabilities";
+const SERVER_KEY: &str = "io.modelcontextprotocol/serverInfo";
+
+/// Why a request has no result, by the codes of JSON-RPC and of the protocol.
+#[derive(Debug)]
+pub(super) struct Fault {
+    code: i32,
+    message: String,
+    data: Option<Value>,
+}
+
+impl Fault {
+    fn new(code: i32, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            message: message.into(),
+            data: None,
+        }
+    }
+
+    pub(super) fn invalid_request(message: impl Into<String>) -> Self {
+        Self::new(-32600, message)
+    }
+
+    pub(super) fn unknown_method(method: &str) -> Self {
+        let shown: String = method.chars().take(64).collect();
+        Self::new(-32601, format!("there is no method {shown:?}"))
+    }
+
+    pub(super) fn invalid_params(message: impl Into<String>) -> Self {
+        Self::new(-32602, message)
+    }
+}
+
+/// What a line holds.
+pub(super) enum Message {
+    Request {
+        id: Value,
+        method: String,
+        params: Value,
+    },
+    /// A notification, or an answer to nothing that was asked. A call that has begun is not stopped.
+    Silent,
+}
+
+/// The message of a line, or what is wrong with it, for the request with an `id` as far as that is known.
+pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
+    let message: Value = serde_json::from_slice(text).map_err(|error| {
+        (
+            Value::Null,
+            Fault::new(-32700, format!("the line is not JSON: {error}")),
+        )
+    })?;
+    let Value::Object(mut message) = message else {
+        let words = "a message is an object; this revision has no lists of messages";
+        return Err((Value::Null, Fault::invalid_request(words)));
+    };
+    let id = message.remove("id");
+    let answered = id.clone().unwrap_or(Value::Null);
+    if message.get("jsonrpc").and_then(Value::as_str) != Some("2.0") {
+        return Err((answered, Fault::invalid_request("\"jsonrpc\" must be \"2.0\"")));
+    }
+    let method = match message.remove("method") {
+        Some(Value::String(method)) => method,
+        None if message.contains_key("result") || message.contains_key("error") => return Ok(Message::Silent),
+        _ => return Err((answered, Fault::invalid_request("\"method\" must be a text"))),
+    };
+    let Some(id) = id else { return Ok(Message::Silent) };
+    if !id.is_string() && !id.is_i64() && !id.is_u64() {
+        let words = "\"id\" must be a text or an integer";
+        return Err((Value::Null, Fault::invalid_request(words)));
+    }
+    let params = message.remove("params").unwrap_or_else(|| json!({}));
+    match params.is_object() {
+        true => Ok(Message::Request { id, method, params }),
+        false => Err((id, Fault::invalid_params("\"params\" must be an object"))),
+    }
+}
+
+/// The answer to a request that has no result.
+pub(super) fn failed(id: &Value, fault: &Fault) -> Value {
+    let mut error = json!({"code": fault.code, "message": fault.message});
+    if let Some(data) = &fault.data {
+        error["data"] = data.clone();
+    }
+    json!({"jsonrpc": "2.0", "id": id, "error": error})
+}
+
+/// Whether a request is of the current revision, or of one with a handshake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Era {
+    Current,
+    Handshake,
+}
+
+impl Era {
+    /// The era of a request, by what stands in its `_meta`.
+    pub(super) fn of(params: &Value, is_initialized: bool) -> Result<Self, Fault> {
+        let meta = &params["_meta"];
+        let revision = match &meta[REVISION_KEY] {
+            Value::Null if is_initialized => return Ok(Self::Handshake),
+            Value::String(revision) => revision.as_str(),
+            _ => {
+                let words = format!("\"_meta\" must hold {REVISION_KEY:?}, or the client must send initialize first");
+                return Err(Fault::invalid_params(words));
+            }
+        };
+        if revision != CURRENT {
+            let data = json!({"supported": [CURRENT], "requested": revision});
+            let fault = Fault::new(-32022, "the revision of the protocol is not supported");
+            return Err(Fault {
+                data: Some(data),
+                ..fault
+            });
+        }
+        match meta[CAPABILITIES_KEY].is_object() {
+            true => Ok(Self::Current),
+            false => Err(Fault::invalid_params(format!(
+                "\"_meta\" must hold {CAPABILITIES_KEY:?}"
+            ))),
+        }
+    }
+
+    /// Adds to a result what the revision asks for.
+    pub(super) fn finish(self, mut result: Value, method: &str) -> Value {
+        if self == Self::Current {
+            result["resultType"] = "complete".into();
+            if method != "tools/call" && method != "ping" {
+                result["ttlMs"] = 0.into();
+                result["cacheScope"] = "private".into();
+            }
+        }
+        result
+    }
+}
+
+fn server() -> Value {
+    json!({"name": "mocap", "title": "mocap: motion capture", "version": env!("CARGO_PKG_VERSION")})
+}
+
+fn capabilities() -> Value {
+    json!({"tools": {}, "resources": {}})
+}
+
+/// The result of `server/discover`.
+pub(super) fn discovered(instructions: &str) -> Value {
+    json!({
+        "supportedVersions": [CURRENT],
+        "capabilities": capabilities(),
+        "instructions": instructions,
+        "_meta": {SERVER_KEY: server()},
+    })
+}
+
+/// The result of `initialize`: the revision that the client asks for, or the newest with a handshake.
+pub(super) fn initialized(params: &Value, instructions: &str) -> Value {
+    let asked = params["protocolVersion"].as_str();
+    let known = WITH_HANDSHAKE.into_iter().find(|known| asked == Some(known));
+    json!({
+        "protocolVersion": known.unwrap_or(WITH_HANDSHAKE[0]),
+        "capabilities": capabilities(),
+        "serverInfo": server(),
+        "instructions": instructions,
+    })
+}

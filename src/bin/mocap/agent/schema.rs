@@ -1,0 +1,230 @@
+//! The options of a command as a JSON Schema, and JSON as the words of a command line.
+
+use std::ffi::OsString;
+
+use clap::{Arg, ArgAction, Command, CommandFactory};
+use mocap::job::Job;
+use serde_json::{Map, Value, json};
+
+use super::tools::{FileArgument, Slot, TOOLS, Tool};
+use crate::Failure;
+use crate::args::{Args, Given};
+
+/// The commands of the program.
+pub(super) struct Commands(Command);
+
+impl Commands {
+    pub(super) fn new() -> Self {
+        let mut command = Args::command();
+        command.build();
+        Self(command)
+    }
+
+    /// Whether there is a command of this name.
+    #[cfg(test)]
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.0.find_subcommand(name).is_some()
+    }
+
+    /// The schema of an option; `None` if the command has none of this name.
+    pub(super) fn schema(&self, command: &str, option: &str) -> Option<Value> {
+        self.option(command, option).map(schema)
+    }
+
+    fn option(&self, command: &str, option: &str) -> Option<&Arg> {
+        let mut all = self.0.find_subcommand(command)?.get_arguments();
+        all.find(|arg| arg.get_long() == Some(option))
+    }
+
+    /// The arguments of a command line that mean what the arguments of a call mean.
+    pub(super) fn parse(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<(Args, Given), Failure> {
+        self.parse_words(self.words(tool, arguments)?)
+    }
+
+    /// The arguments of a command line.
+    pub(super) fn parse_words(&self, words: impl IntoIterator<Item = OsString>) -> Result<(Args, Given), Failure> {
+        Args::parse_from(&self.0, words).map_err(|error| {
+            let text = error.render().to_string();
+            let text = text.split("\n\nUsage:").next().unwrap_or_default();
+            let text = text.split("\n\nFor more information").next().unwrap_or_default();
+            Failure::Usage(text.trim_start_matches("error: ").trim_end().to_owned())
+        })
+    }
+
+    fn words(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<Vec<OsString>, Failure> {
+        let mut words = vec!["mocap".to_owned(), tool.name.to_owned()];
+        let mut positions = Vec::new();
+        let is_known = |name: &str| {
+            let is_file = tool.files.iter().any(|file| file.name == name);
+            is_file || tool.options.contains(&name) || name == "dry-run"
+        };
+        if let Some(name) = arguments.keys().find(|name| !is_known(name)) {
+            return Err(no_argument(tool, name));
+        }
+        for file in tool.files {
+            match arguments.get(file.name) {
+                None | Some(Value::Null) if file.is_required => {
+                    return Err(Failure::Usage(format!("{} needs {:?}", tool.tool_name(), file.name)));
+                }
+                None | Some(Value::Null) => {}
+                Some(value) => add_files(file, texts(file.name, value)?, &mut words, &mut positions),
+            }
+        }
+        for name in tool.options {
+            match (arguments.get(*name), self.option(tool.name, name)) {
+                (None | Some(Value::Null | Value::Bool(false)), _) | (_, None) => {}
+                (Some(Value::Bool(true)), Some(_)) => words.push(format!("--{name}")),
+                (Some(value), Some(option)) => {
+                    let texts = texts(name, value)?;
+                    match option.get_value_delimiter() {
+                        Some(delimiter) => words.push(format!("--{name}={}", texts.join(&delimiter.to_string()))),
+                        None => words.extend(texts.iter().map(|text| format!("--{name}={text}"))),
+                    }
+                }
+            }
+        }
+        words.push("--".to_owned());
+        words.append(&mut positions);
+        Ok(words.into_iter().map(OsString::from).collect())
+    }
+}
+
+/// The tools as a client lists them.
+pub(super) fn list(commands: &Commands) -> Vec<Value> {
+    TOOLS.iter().map(|tool| listed(tool, commands)).collect()
+}
+
+fn listed(tool: &Tool, commands: &Commands) -> Value {
+    json!({
+        "name": tool.tool_name(),
+        "description": tool.about,
+        "inputSchema": arguments_of(tool, commands),
+        "annotations": {
+            "readOnlyHint": !tool.writes(),
+            "destructiveHint": false,
+            "idempotentHint": true,
+            "openWorldHint": false,
+        },
+    })
+}
+
+/// The schema of the arguments of a tool.
+fn arguments_of(tool: &Tool, commands: &Commands) -> Value {
+    let dry_run = json!({"type": "boolean", "description": "Do everything but write", "default": false});
+    if tool.name == "run" {
+        return schema_of_job(dry_run);
+    }
+    let mut properties = Map::new();
+    for file in tool.files {
+        let one = json!({"type": "string"});
+        let mut schema = match file.is_list {
+            true => json!({"type": "array", "items": one}),
+            false => one,
+        };
+        schema["description"] = file.about.into();
+        properties.insert(file.name.to_owned(), schema);
+    }
+    for option in tool.options {
+        if let Some(schema) = commands.schema(tool.name, option) {
+            properties.insert((*option).to_owned(), schema);
+        }
+    }
+    properties.insert("dry-run".to_owned(), dry_run);
+    let required = tool.files.iter().filter(|file| file.is_required);
+    let required: Vec<&str> = required.map(|file| file.name).collect();
+    json!({"type": "object", "properties": properties, "required": required, "additionalProperties": false})
+}
+
+/// The schema of a job, with its definitions where the references lead.
+fn schema_of_job(dry_run: Value) -> Value {
+    let mut job: Value = serde_json::from_str(Job::SCHEMA).unwrap_or_default();
+    let definitions = job.as_object_mut().and_then(|job| {
+        job.remove("$schema");
+        job.remove("$defs")
+    });
+    json!({
+        "type": "object",
+        "properties": {"job": job, "dry-run": dry_run},
+        "required": ["job"],
+        "additionalProperties": false,
+        "$defs": definitions,
+    })
+}
+
+fn add_files(file: &FileArgument, texts: Vec<String>, words: &mut Vec<String>, positions: &mut Vec<String>) {
+    for text in texts {
+        let is_folder = || text.ends_with('/') || std::path::Path::new(&text).is_dir();
+        match file.slot {
+            Slot::Option => words.push(format!("--{}={text}", file.name)),
+            Slot::OutputOrFolder if is_folder() => words.push(format!("--out-dir={text}")),
+            Slot::OutputOrFolder | Slot::Position => positions.push(text),
+        }
+    }
+}
+
+fn no_argument(tool: &Tool, name: &str) -> Failure {
+    let files = tool.files.iter().map(|file| file.name);
+    let known: Vec<&str> = files.chain(tool.options.iter().copied()).chain(["dry-run"]).collect();
+    let shown: String = name.chars().take(64).collect();
+    Failure::Usage(format!(
+        "{} has no argument {shown:?}; it has {}; run takes a job with every option that there is",
+        tool.tool_name(),
+        known.join(", ")
+    ))
+}
+
+/// A value as the texts of a command line.
+fn texts(name: &str, value: &Value) -> Result<Vec<String>, Failure> {
+    let one = |value: &Value| match value {
+        Value::String(text) => Ok(text.clone()),
+        Value::Number(number) => Ok(number.to_string()),
+        _ => Err(Failure::Usage(format!(
+            "{name:?} must be a text or a number, or a list of them"
+        ))),
+    };
+    match value {
+        Value::Array(values) => values.iter().map(one).collect(),
+        value => one(value).map(|text| vec![text]),
+    }
+}
+
+fn schema(option: &Arg) -> Value {
+    let values: Vec<String> = option
+        .get_possible_values()
+        .iter()
+        .map(|value| value.get_name().to_owned())
+        .collect();
+    let is_list = matches!(option.get_action(), ArgAction::Append) || option.get_value_delimiter().is_some();
+    let one = match values.as_slice() {
+        [] => json!({"type": ["string", "number"]}),
+        values => json!({"type": "string", "enum": values}),
+    };
+    let mut schema = match (option.get_action(), is_list) {
+        (ArgAction::SetTrue, _) => json!({"type": "boolean"}),
+        (_, true) => json!({"type": "array", "items": one}),
+        (_, false) => one,
+    };
+    let help = option.get_help().map(ToString::to_string).unwrap_or_default();
+    schema["description"] = help.split_whitespace().collect::<Vec<_>>().join(" ").into();
+    schema
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_of_a_tool_is_one_of_its_command() {
+        let commands = Commands::new();
+        for tool in TOOLS {
+            for option in tool.options {
+                assert!(
+                    commands.schema(tool.name, option).is_some(),
+                    "{} has no --{option}",
+                    tool.name
+                );
+            }
+            assert!(commands.has(tool.name), "{}", tool.name);
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! `mocap mcp`, by messages on standard input. `tools/mcp` holds it against a client of the protocol's authors.
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use serde_json::{Value, json};
+
+use crate::program::Folder;
+
+/// The answers of a server to requests, one for each.
+fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
+    let mut server = Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .args(["mcp", "--root"])
+        .arg(folder.path(""))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = server.stdin.take().unwrap();
+    for (index, (method, params)) in requests.iter().enumerate() {
+        let mut params = params.clone();
+        params["_meta"] = json!({
+            "io.modelcontextprotocol/protocolVersion": "2026-07-28",
+            "io.modelcontextprotocol/clientCapabilities": {},
+        });
+        let message = json!({"jsonrpc": "2.0", "id": index, "method": method, "params": params});
+        writeln!(input, "{message}").unwrap();
+    }
+    drop(input);
+    let output = server.wait_with_output().unwrap();
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let answers: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(
+        answers.iter().enumerate().all(|(index, answer)| answer["id"] == index),
+        "{text}"
+    );
+    assert_eq!(answers.len(), requests.len());
+    answers
+}
+
+fn call(tool: &str, arguments: Value) -> (&'static str, Value) {
+    ("tools/call", json!({"name": tool, "arguments": arguments}))
+}
+
+#[test]
+fn a_call_gives_the_bytes_of_the_command() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    folder.succeeds("convert cmu_short.bvh command.glb --max-error 1mm");
+    let arguments = json!({"inputs": ["cmu_short.bvh"], "output": "call.glb", "max-error": "1mm"});
+    let dry = json!({"inputs": ["cmu_short.bvh"], "output": "dry.glb", "dry-run": true});
+    let job = json!({"source": {"inputs": ["cmu_short.bvh"]}, "write": {"output": "job.glb", "smaller": {"max-error": "1mm"}}});
+    let found = answers(
+        &folder,
+        &[
+            call("convert", arguments),
+            call("convert", dry),
+            call("run", json!({"job": job})),
+        ],
+    );
+    for answer in &found {
+        assert_eq!(answer["result"]["isError"], false, "{answer}");
+    }
+    assert_eq!(folder.read("call.glb"), folder.read("command.glb"));
+    assert_eq!(folder.read("job.glb"), folder.read("command.glb"));
+    assert!(!folder.path("dry.glb").exists());
+    let bytes = found[0]["result"]["structuredContent"]["files"][0]["bytes"].as_u64();
+    assert_eq!(bytes, Some(folder.read("command.glb").len() as u64));
+}
+
+#[test]
+fn a_call_stays_in_its_folder_and_replaces_nothing() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let root = Folder::of_real(&[]);
+    root.write("take.bvh", &folder.read("cmu_short.bvh"));
+    root.write("mine.glb", b"somebody's work");
+    let secret = folder.path("cmu_short.bvh").display().to_string();
+    let requests = [
+        call("inspect", json!({"input": "../cmu_short.bvh"})),
+        call("inspect", json!({"input": secret})),
+        call("convert", json!({"inputs": ["take.bvh"], "output": "mine.glb"})),
+        call(
+            "convert",
+            json!({"inputs": ["take.bvh"], "output": folder.path("new.glb").display().to_string()}),
+        ),
+        call("convert", json!({"inputs": ["-"], "output": "new.glb"})),
+    ];
+    for answer in answers(&root, &requests) {
+        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
+        assert_eq!(answer["result"]["isError"], true, "{answer}");
+        let is_expected = ["leads out of", "has not written it", "- is standard input"];
+        assert!(is_expected.iter().any(|words| error.contains(words)), "{error}");
+    }
+    assert_eq!(root.read("mine.glb"), b"somebody's work");
+    assert!(!folder.path("new.glb").exists());
+}
+
+#[test]
+fn errors_carry_the_help_and_the_server_goes_on() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let text = String::from_utf8(folder.read("cmu_short.bvh")).unwrap();
+    folder.write("wrong.bvh", text.replacen("Xposition", "Xpositon", 1).as_bytes());
+    let found = answers(
+        &folder,
+        &[
+            call("inspect", json!({"input": "wrong.bvh"})),
+            call(
+                "edit",
+                json!({"inputs": ["cmu_short.bvh"], "step": ["smoth"], "output": "a.glb"}),
+            ),
+            ("nonsense", json!({})),
+            call("inspect", json!({"input": "cmu_short.bvh"})),
+        ],
+    );
+    let content = |index: usize| found[index]["result"]["structuredContent"].clone();
+    assert_eq!(content(0)["help"], "did you mean Xposition?");
+    assert!(
+        content(1)["error"].as_str().unwrap().contains("smooth"),
+        "{}",
+        content(1)
+    );
+    assert_eq!(found[2]["error"]["code"], -32601);
+    assert_eq!(content(3)["frames"], 75);
+}

@@ -1,0 +1,209 @@
+"""Speaks to `mocap mcp` by bytes, as one who means harm. See README.md."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
+META = {
+    "io.modelcontextprotocol/protocolVersion": "2026-07-28",
+    "io.modelcontextprotocol/clientCapabilities": {},
+}
+
+
+class Server:
+    def __init__(self, mocap, folder):
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen([mocap, "mcp", "--root", str(folder)], stdin=pipe, stdout=pipe, stderr=pipe)
+        self.id = 0
+
+    def send(self, line):
+        self.process.stdin.write(line + b"\n")
+        self.process.stdin.flush()
+
+    def receive(self):
+        return json.loads(self.process.stdout.readline())
+
+    def request(self, method, **params):
+        self.id += 1
+        message = {"jsonrpc": "2.0", "id": self.id, "method": method, "params": {"_meta": META} | params}
+        self.send(json.dumps(message).encode())
+        answer = self.receive()
+        assert answer["id"] == self.id, answer
+        return answer
+
+    def call(self, tool, **arguments):
+        return self.request("tools/call", name=tool, arguments=arguments)["result"]
+
+    def peak_megabytes(self):
+        status = Path(f"/proc/{self.process.pid}/status")
+        if not status.exists():
+            return 0
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) / 1024
+
+
+def make_root(whole):
+    """A folder, and what must stay untouched and unread outside of it."""
+    root = whole / "root"
+    root.mkdir()
+    shutil.copy(FIXTURES / "real/cmu_short.bvh", root / "take.bvh")
+    shutil.copy(FIXTURES / "real/cmu_short.bvh", whole / "secret.bvh")
+    (whole / "folder").mkdir()
+    shutil.copy(FIXTURES / "real/cmu_short.bvh", whole / "folder/secret.bvh")
+    (root / "mine.glb").write_bytes(b"somebody's work")
+    os.symlink(whole / "secret.bvh", root / "link.bvh")
+    os.symlink(whole / "folder", root / "linked")
+    os.symlink(whole / "new.glb", root / "dangling.glb")
+    # A file that refers to one outside of the folder: its buffer is a link.
+    (whole / "secret.bin").write_bytes(bytes(64))
+    os.symlink(whole / "secret.bin", root / "buffer.bin")
+    buffer = {"uri": "buffer.bin", "byteLength": 64}
+    gltf = {"asset": {"version": "2.0"}, "buffers": [buffer], "nodes": [{"name": "a"}], "scenes": [{"nodes": [0]}]}
+    gltf["bufferViews"] = [{"buffer": 0, "byteLength": 64}]
+    gltf["accessors"] = [{"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [0]}]
+    gltf["accessors"].append({"bufferView": 0, "componentType": 5126, "count": 2, "type": "VEC3"})
+    sampler = {"input": 0, "output": 1}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+    gltf["animations"] = [{"samplers": [sampler], "channels": [channel]}]
+    (root / "refers.gltf").write_text(json.dumps(gltf))
+    return root
+
+
+def snapshot(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and not path.is_symlink()}
+
+
+def paths(server, whole):
+    """What leads out of the folder is refused, and what the session has not written is not replaced."""
+    outside = [
+        "../secret.bvh",
+        "../none.bvh",
+        "./x/../../secret.bvh",
+        str(whole / "secret.bvh"),
+        "/etc/passwd",
+        "/dev/stdin",
+        "link.bvh",
+        "linked/secret.bvh",
+        "linked/*.bvh",
+        "-",
+        "\0",
+        "a" * 5000,
+        "../" * 2000,
+    ]
+    for path in outside:
+        answers = [
+            server.call("inspect", input=path),
+            server.call("check", inputs=[path]),
+            server.call("survey", inputs=["take.bvh", path]),
+            server.call("verify", source="take.bvh", result=path),
+            server.call("sheet", inputs=[path]),
+            server.call("convert", inputs=[path], output="out.glb"),
+            server.call("retarget", inputs=["take.bvh"], character=path, output="out.glb"),
+            server.call("edit", inputs=["take.bvh"], step=["concat:with=2"], **{"with": [path]}, output="out.glb"),
+            server.call("run", job={"source": {"inputs": [path]}, "write": {"output": "out.glb"}}),
+            server.call("find", database=path, like="take.bvh"),
+            server.call("find", database="take.bvh", like=f"{path}@0..1"),
+            server.call("index", inputs=[path], output="out.mdb"),
+            server.call("run", job={"read": {"skeleton": path}, "source": {"inputs": ["take.bvh"], "map": path}}),
+        ]
+        for index, answer in enumerate(answers):
+            text = answer["content"][0]["text"]
+            # One of many files that cannot be read is a row.
+            is_row = index == 2 and '"unreadable":1' in text
+            assert answer["isError"] or is_row, (path, index, text)
+            assert "frames\":75" not in text.replace("take.bvh", "") or is_row, (path, text)
+    for path in ["../new.glb", str(whole / "new.glb"), "dangling.glb", "linked/new.glb", "mine.glb", "-", ""]:
+        for tool, arguments in [
+            ("convert", {"inputs": ["take.bvh"], "output": path}),
+            ("edit", {"inputs": ["take.bvh"], "step": ["mirror"], "output": path}),
+            ("clean", {"inputs": ["take.bvh"], "output": path}),
+            ("survey", {"inputs": ["take.bvh"], "output": path}),
+            ("sheet", {"inputs": ["take.bvh"], "output": path}),
+            ("index", {"inputs": ["take.bvh"], "output": path}),
+            ("run", {"job": {"source": {"inputs": ["take.bvh"]}, "write": {"output": path, "force": True}}}),
+        ]:
+            answer = server.call(tool, **arguments)
+            assert answer["isError"], (tool, path, answer)
+    for folder in ["../new/", ".", "linked/"]:
+        answer = server.call("convert", inputs=["take.bvh"], output=folder, to="bvh")
+        assert answer["isError"], (folder, answer)
+    # A folder that leads out by a link among its entries: the entries outside are not there.
+    found = server.call("survey", inputs=["."])["structuredContent"]
+    assert not any("secret" in clip["file"] or "link" in clip["file"] for clip in found["clips"]), found
+    answer = server.call("inspect", input="refers.gltf")
+    assert answer["isError"] and "outside" in answer["content"][0]["text"], answer
+
+
+def own_outputs(server):
+    """What the session has written it may write again; an input never."""
+    first = server.call("convert", inputs=["take.bvh"], output="out.bvh")
+    again = server.call("convert", inputs=["take.bvh"], output="out.bvh")
+    assert not first["isError"] and not again["isError"], again
+    assert server.call("convert", inputs=["out.bvh"], output="out.bvh")["isError"]
+    assert server.call("convert", inputs=["take.bvh"], output="take.bvh")["isError"]
+
+
+def messages(server):
+    """Messages that are none."""
+    wrong = {
+        b"{": -32700,
+        b"\xff\xfe": -32700,
+        b"[" * 100_000: -32700,
+        b"[]": -32600,
+        b"1": -32600,
+        b'{"jsonrpc": "1.0", "id": 1, "method": "ping"}': -32600,
+        b'{"jsonrpc": "2.0", "id": 1}': -32600,
+        b'{"jsonrpc": "2.0", "id": null, "method": "ping"}': -32600,
+        b'{"jsonrpc": "2.0", "id": {}, "method": "ping"}': -32600,
+        b'{"jsonrpc": "2.0", "id": 1, "method": "ping", "params": []}': -32602,
+        b'{"jsonrpc": "2.0", "id": 1, "method": "tools/list"}': -32602,
+        b'{"jsonrpc": "2.0", "id": 1, "method": "' + b"a" * 10_000_000 + b'"}': -32600,
+    }
+    for line, code in wrong.items():
+        server.send(line)
+        answer = server.receive()
+        assert answer["error"]["code"] == code, (line[:80], answer)
+    unknown = META | {"io.modelcontextprotocol/protocolVersion": "2030-01-01"}
+    answer = server.request("tools/list", _meta=unknown)
+    assert answer["error"]["code"] == -32022 and answer["error"]["data"]["supported"] == ["2026-07-28"], answer
+    assert server.request("nonsense")["error"]["code"] == -32601
+    assert server.request("tools/call", name="rm")["error"]["code"] == -32602
+    assert server.request("tools/call", name="check", arguments=[])["error"]["code"] == -32602
+    assert server.request("resources/read", uri="file:///etc/passwd")["error"]["code"] == -32602
+    # None of these is answered: the next answer is that of the request.
+    for silent in [{"method": "notifications/cancelled"}, {"method": "nonsense"}, {"id": 1, "result": {}}]:
+        server.send(json.dumps({"jsonrpc": "2.0"} | silent).encode())
+    server.send(b"")
+    answer = server.call("convert", inputs=["take.bvh"], output="x.glb", nonsense=1)
+    assert answer["isError"] and "nonsense" in answer["content"][0]["text"]
+    for value in [{"a": 1}, [[]], 1e300, "x" * 900_000]:
+        assert server.call("convert", inputs=["take.bvh"], output="x.glb", trim=value)["isError"], value
+
+
+def main(mocap):
+    with tempfile.TemporaryDirectory() as name:
+        whole = Path(name).resolve()
+        root = make_root(whole)
+        before = snapshot(whole)
+        server = Server(mocap, root)
+        paths(server, whole)
+        assert snapshot(whole) == before, set(snapshot(whole)) ^ set(before)
+        messages(server)
+        assert snapshot(whole) == before
+        own_outputs(server)
+        assert snapshot(whole) == before | {root / "out.bvh": (root / "out.bvh").read_bytes()}
+        peak = server.peak_megabytes()
+        assert peak < 150, peak
+        server.process.stdin.close()
+        assert server.process.wait(timeout=10) == 0
+        said = server.process.stderr.read()
+        assert b"panicked" not in said, said
+    print(f"mcp: hostile calls refused, nothing outside of the folder read or written; {peak:.0f} MB at most")
+
+
+main(sys.argv[1])

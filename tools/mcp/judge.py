@@ -1,0 +1,149 @@
+"""Lists and calls every tool of `mocap mcp` with the client of PyPI `mcp`, and plays an agent. See README.md."""
+
+import asyncio
+import base64
+import json
+import shutil
+import struct
+import sys
+import tempfile
+from pathlib import Path
+
+import jsonschema
+from mcp import Client, StdioServerParameters
+
+FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
+TOOLS = "inspect skeleton check survey index find convert retarget robot edit clean sheet verify run".split()
+
+# A call of every tool: arguments, and what must be in the answer.
+CALLS = [
+    ("inspect", {"input": "takes/walk.bvh"}, ["frames", "clips"]),
+    ("skeleton", {"input": "takes/walk.bvh"}, ["unit", "humanoid"]),
+    ("check", {"inputs": ["takes"]}, ["files"]),
+    ("survey", {"inputs": ["takes"], "output": "table.csv"}, ["clips", "verdicts"]),
+    ("index", {"inputs": ["takes"], "output": "moves.mdb"}, ["inputs"]),
+    ("find", {"database": "moves.mdb", "like": "takes/walk.bvh@1s..2s", "count": 3}, ["found"]),
+    ("convert", {"inputs": ["takes/short.bvh"], "output": "short.glb", "verify": True}, ["files", "verification"]),
+    ("convert", {"inputs": ["takes"], "output": "all/", "to": "fbx"}, ["motions"]),
+    ("retarget", {"inputs": ["takes/short.bvh"], "character": "hero.glb", "output": "hero_short.glb"}, ["clips"]),
+    ("robot", {"inputs": ["takes/short.bvh"], "robot": "h1.urdf", "output": "short.npz", "passes": 1}, ["clips"]),
+    ("edit", {"inputs": ["takes/short.bvh"], "step": ["smooth:cut-off=8"], "output": "soft.bvh"}, ["steps"]),
+    ("clean", {"inputs": ["takes/short.bvh"], "output": "clean.glb"}, ["steps"]),
+    ("sheet", {"inputs": ["takes/short.bvh"], "poses": 4, "width": 400}, ["width"]),
+    ("verify", {"source": "takes/short.bvh", "result": "short.glb"}, ["ok", "max_error"]),
+    (
+        "run",
+        {"job": {"source": {"inputs": ["takes/short.bvh"]}, "write": {"output": "job.vrma"}}},
+        ["files"],
+    ),
+]
+
+
+def make_root(folder):
+    (folder / "takes").mkdir()
+    for name, source in [("walk", "cmu_12_01_walk"), ("short", "cmu_short"), ("dance", "rokoko_dance")]:
+        shutil.copy(FIXTURES / "real" / f"{source}.bvh", folder / "takes" / f"{name}.bvh")
+    shutil.copy(FIXTURES / "characters/human_default.glb", folder / "hero.glb")
+    shutil.copy(FIXTURES / "robots/h1.urdf", folder)
+
+
+def client(mocap, folder, mode):
+    server = StdioServerParameters(command=mocap, args=["mcp", "--root", str(folder)])
+    return Client(server, mode=mode)
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+async def calls(mocap, mode, revision):
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_root(folder)
+        async with client(mocap, folder, mode) as session:
+            assert session.protocol_version == revision, session.protocol_version
+            assert session.server_info.name == "mocap"
+            tools = (await session.list_tools()).tools
+            assert [tool.name for tool in tools] == TOOLS, [tool.name for tool in tools]
+            schemas = {tool.name: tool.input_schema for tool in tools}
+            for schema in schemas.values():
+                jsonschema.Draft202012Validator.check_schema(schema)
+            for tool, arguments, wanted in CALLS:
+                jsonschema.validate(arguments, schemas[tool])
+                before = files(folder)
+                dry = await session.call_tool(tool, arguments | {"dry-run": True})
+                assert not dry.is_error, (tool, dry.content)
+                assert files(folder) == before, f"{tool} has written in a dry run"
+                answer = await session.call_tool(tool, arguments)
+                found = answer.structured_content
+                assert not answer.is_error, (tool, found)
+                assert all(key in found for key in wanted), (tool, sorted(found))
+                assert json.loads(answer.content[0].text) == found
+                output = arguments.get("output") or arguments.get("job", {}).get("write", {}).get("output")
+                assert output is None or (folder / output).exists(), (tool, output)
+                if tool == "sheet":
+                    picture = answer.content[1]
+                    assert picture.mime_type == "image/png"
+                    assert base64.b64decode(picture.data).startswith(b"\x89PNG\r\n\x1a\n")
+            wrong = await session.call_tool("convert", {"inputs": ["takes/none.bvh"], "output": "none.glb"})
+            assert wrong.is_error and "none.bvh" in wrong.content[0].text
+            wrong = await session.call_tool("edit", {"inputs": ["takes/short.bvh"], "step": ["smoth"], "output": "n.glb"})
+            assert wrong.is_error and "smooth" in wrong.content[0].text, wrong.content
+            resources = (await session.list_resources()).resources
+            reports = [resource for resource in resources if "reports/" in str(resource.uri)]
+            assert len(reports) == 2 * len(CALLS) + 2, len(reports)
+            for resource in resources:
+                (contents,) = (await session.read_resource(resource.uri)).contents
+                json.loads(contents.text)
+    print(f"mcp: revision {revision}: {len(tools)} tools listed and called, {len(resources)} resources read")
+
+
+def glb(path):
+    bytes = path.read_bytes()
+    magic, version, length, chunk, kind = struct.unpack_from("<4sIIII", bytes)
+    assert (magic, version, length, kind) == (b"glTF", 2, len(bytes), 0x4E4F534A)
+    return json.loads(bytes[20 : 20 + chunk])
+
+
+async def agent(mocap):
+    """From a folder of takes to a clip on a character, deciding by the answers alone."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_root(folder)
+        async with client(mocap, folder, "auto") as session:
+            count = 0
+
+            async def call(tool, **arguments):
+                nonlocal count
+                count += 1
+                answer = await session.call_tool(tool, arguments)
+                assert not answer.is_error, (tool, answer.structured_content)
+                return answer
+
+            clips = (await call("survey", inputs=["."], where="walking > 1")).structured_content["clips"]
+            take = clips[0]
+            assert take["verdict"] == "good", clips
+            await call("edit", inputs=[take["file"]], step=["foot-lock", "loop"], output="cycle.bvh")
+            put = await call(
+                "retarget", inputs=["cycle.bvh"], character="hero.glb", output="game.glb", **{"max-error": "1mm"}
+            )
+            assert put.structured_content["clips"][0]["verdict"] != "poor", put.structured_content
+            found = (await call("inspect", input="game.glb")).structured_content
+            seen = await call("sheet", inputs=["game.glb"], poses=5)
+            assert any(block.type == "image" for block in seen.content)
+        made, hero = glb(folder / "game.glb"), glb(folder / "hero.glb")
+        for part in ("meshes", "skins", "materials", "nodes"):
+            assert len(made.get(part, [])) == len(hero.get(part, [])), part
+        assert len(made["animations"]) == len(hero.get("animations", [])) + 1
+        assert count <= 6
+        size = (folder / "game.glb").stat().st_size
+    print(f"mcp: {take['file']} to game.glb in {count} calls: {found['frames']} frames, {size} bytes")
+
+
+async def main(mocap):
+    await calls(mocap, "auto", "2026-07-28")
+    await calls(mocap, "legacy", "2025-11-25")
+    await agent(mocap)
+
+
+asyncio.run(main(sys.argv[1]))
