@@ -15,16 +15,23 @@
 //! ```
 
 mod clip;
+mod controller;
 mod database;
 mod features;
 mod file;
+mod follow;
 mod like;
+mod lock;
+mod moves;
 mod query;
 mod tree;
 
 pub use self::clip::{IndexedClip, index};
+pub use self::controller::{Controller, Trajectory};
 pub use self::database::Database;
 pub use self::features::{FEATURE_RATE, FEATURES};
+pub use self::follow::{Followed, follow};
 pub use self::like::{FindOptions, Found};
+pub use self::moves::Moves;
 pub use self::query::Query;
 pub use self::tree::FeatureTree;

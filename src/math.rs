@@ -1,6 +1,7 @@
 //! The arithmetic that several modules share.
 
 pub(crate) mod directions;
+pub(crate) mod inertia;
 pub(crate) mod median;
 pub(crate) mod quaternion;
 pub(crate) mod rotation;

@@ -7,9 +7,11 @@ use std::cell::Cell;
 
 use mocap::compress::PackedClip;
 use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::matching::{Controller, Database, Moves, Trajectory, index};
 use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
-use mocap::{Binding, LoopMode, Player, Pose, Trs, Updater};
+use mocap::{Binding, Conversion, LoopMode, Player, Pose, Trs, Updater};
 
 /// The system's allocator with a count of allocations.
 struct Counting;
@@ -146,4 +148,24 @@ fn a_pose_from_a_packed_clip_takes_none() {
     });
     assert_eq!(count, 0);
     assert_ne!(pose[7], Trs::IDENTITY);
+}
+
+#[test]
+fn a_frame_of_motion_matching_takes_none() {
+    let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let database = Database::new(index(&walk, "walk.bvh", false));
+    let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
+    Conversion::new().apply(&mut hero).unwrap();
+    let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new()).unwrap();
+    let mut moves = Moves::new(&hero).unwrap();
+    moves.add(&database.clips()[0], &clips.clips()[0].animation).unwrap();
+    let mut controller = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z).unwrap();
+    let allocations = allocations_of(|| {
+        for _ in 0..600 {
+            let ahead = [1.0, 2.0, 3.0].map(|thirds| controller.position() + thirds / 3.0 * Vec3::Z);
+            controller.update(&Trajectory::new(ahead, [Vec3::Z; 3]));
+        }
+    });
+    assert_eq!(allocations, 0);
+    assert!(controller.jumps() > 1 && controller.position().z > 2.0);
 }

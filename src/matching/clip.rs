@@ -35,7 +35,8 @@ impl IndexedClip {
         &self.features
     }
 
-    /// Which feet are at rest in each frame: 1 is the left, 2 the right, 3 both.
+    /// What of the feet is at rest in each frame: the sum of 1 for the left ankle, 2 for the right one, 4 for the left
+    /// ball, 8 for the right one.
     pub fn contacts(&self) -> &[u8] {
         &self.contacts
     }

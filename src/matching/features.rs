@@ -28,8 +28,9 @@ pub(super) const AHEAD: [usize; 3] = [20, 40, 60];
 /// Half the frames over which position and direction of the root are smoothed.
 const SMOOTH_POSITION: usize = 15;
 const SMOOTH_DIRECTION: usize = 30;
-/// The bits of the contacts of a frame.
-const CONTACTS: [u8; 2] = [1, 2];
+/// The bits of the contacts of a frame: those of the left ankle and ball, which stand one below those of the right
+/// foot.
+const LEFT: u8 = 0b0101;
 
 /// Where a body stands on the ground, and where it looks: horizontal, of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,24 +133,23 @@ pub(super) fn mirrored(features: &[f32; FEATURES]) -> [f32; FEATURES] {
 
 /// The contacts of the mirrored motion.
 pub(super) fn mirrored_contacts(contacts: u8) -> u8 {
-    let [left, right] = CONTACTS;
-    (contacts & left) << 1 | (contacts & right) >> 1
+    (contacts & LEFT) << 1 | (contacts >> 1) & LEFT
 }
 
-/// Which feet are at rest: one bit for the left, the next for the right.
+/// Which points of the feet are at rest: a bit each for the left and the right ankle, and the left and the right ball.
 fn contacts_at(body: &Body, frame: usize) -> u8 {
-    let mut bits = 0;
-    for point in &body.contacts.points {
+    let bits = body.contacts.points.iter().map(|point| {
         let bit = match point.bone {
-            Bone::LeftFoot | Bone::LeftToes => CONTACTS[0],
-            Bone::RightFoot | Bone::RightToes => CONTACTS[1],
+            Bone::LeftFoot => 1,
+            Bone::RightFoot => 2,
+            Bone::LeftToes => 4,
+            Bone::RightToes => 8,
             _ => 0,
         };
-        if point.at_rest.get(frame.min(point.at_rest.len().saturating_sub(1))) == Some(&true) {
-            bits |= bit;
-        }
-    }
-    bits
+        let frame = frame.min(point.at_rest.len().saturating_sub(1));
+        bit * u8::from(point.at_rest.get(frame) == Some(&true))
+    });
+    bits.fold(0, |all, bit| all | bit)
 }
 
 /// The frames of a motion, with fractions, at [`FEATURE_RATE`].

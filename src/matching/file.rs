@@ -106,8 +106,8 @@ impl Database {
         }
         for (clip, frames) in clips.iter_mut().zip(counts) {
             clip.contacts = source.bytes(frames)?;
-            if clip.contacts.iter().any(|bits| *bits > 3) {
-                return Err(invalid("a contact of a frame is above 3"));
+            if clip.contacts.iter().any(|bits| *bits > 15) {
+                return Err(invalid("a contact of a frame is above 15"));
             }
         }
         for (clip, entry) in clips.iter_mut().zip(&entries) {

@@ -1,10 +1,10 @@
 //! The frame nearest to a query, exactly: boxes around 16 and 64 frames in a row, as in Holden's demonstration, and
-//! around 1,024. A box is left out where its nearest point is farther than the best frame so far; frames in a row are alike, so
-//! most boxes are small.
+//! around 1,024. A box is left out where its nearest point is farther than the best frame so far; frames in a row are
+//! alike, so most boxes are small.
 //!
-//! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times a
-//! weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller squares, so
-//! rounding leaves no frame out.
+//! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
+//! a weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller
+//! squares, so rounding leaves no frame out.
 
 use std::ops::Range;
 
@@ -93,6 +93,11 @@ impl FeatureTree {
     /// Features as they are compared.
     pub fn normalized(&self, features: &[f32; FEATURES]) -> [f32; FEATURES] {
         std::array::from_fn(|place| (features[place] - self.mean[place]) / self.scale[place])
+    }
+
+    /// The squared distance of two normalized rows.
+    pub(super) fn distance(&self, a: &[f32; FEATURES], b: &[f32; FEATURES]) -> f32 {
+        squared_distance(a, b)
     }
 
     /// The frame nearest to a normalized query, of those nearer than `limit`, a squared distance, and not in `except`;

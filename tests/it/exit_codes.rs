@@ -70,6 +70,7 @@ const CASES: &[Case] = &[
     prints("check IN", "check w.bvh bad.bvh"),
     prints("survey IN", "survey w.bvh bad.bvh"),
     moves("index IN -o OUT", "mdb", "index w.bvh bad.bvh -o many.mdb"),
+    writes("match moves.mdb --path 0/0+0/1 --on IN -o OUT", "glb", ""),
     moves("find moves.mdb --pose IN@0", "", ""),
     prints("verify IN w.glb --max-error 1m", ""),
 ];

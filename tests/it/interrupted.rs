@@ -56,6 +56,10 @@ const CASES: &[Case] = &[
     one("clean walk.bvh -o out.glb --report out.json --force"),
     one("survey walk.bvh -o out.json --html out.html"),
     one("index walk.bvh -o out.mdb"),
+    Case {
+        before: &["index walk.bvh -o moves.mdb"],
+        ..one("match moves.mdb --path 0/0+0/1 --on walk.bvh -o out.glb")
+    },
     one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),

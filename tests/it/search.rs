@@ -1,12 +1,14 @@
-//! `mocap index` and `mocap find`: features, the file of a database, what is found across skeletons.
+//! `mocap index`, `mocap find` and `mocap match`: features, the file of a database, what is found across skeletons, and
+//! how a figure follows a path.
 
 use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
-use mocap::glam::Vec3;
-use mocap::matching::{Database, FindOptions, Found, IndexedClip, Query, index};
+use mocap::glam::{Vec2, Vec3};
+use mocap::matching::{Controller, Database, FindOptions, Found, IndexedClip, Moves, Query, follow, index};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
-use mocap::{Code, Pose, Scene};
+use mocap::scene::Animation;
+use mocap::{Code, Conversion, Pose, Scene};
 use sha2::{Digest, Sha256};
 
 use crate::program::Folder;
@@ -74,7 +76,12 @@ fn features_are_those_of_the_joints() {
             "{features:?}"
         );
     }
-    assert!(clip.contacts().contains(&1) && clip.contacts().contains(&2));
+    let stands = |bits: u8| {
+        clip.contacts()
+            .iter()
+            .any(|contacts| contacts & 15 == contacts & bits && contacts & bits != 0)
+    };
+    assert!(stands(0b0101) && stands(0b1010));
 }
 
 #[test]
@@ -247,4 +254,102 @@ fn the_commands_index_and_find() {
     folder.refuses("index moves.mdb -o moves.mdb", 1, "input");
     folder.refuses(&format!("index {WALK} -o moves.xyz"), 2, ".mdb");
     folder.refuses(&format!("index {WALK} -o moves.mdb --resume --where x"), 2, "--where");
+}
+
+/// The walk and its mirror image on the dancer's skeleton.
+fn matched() -> (Database, Moves, Scene) {
+    let walk = import(WALK);
+    let database = Database::new(index(&walk, WALK, true));
+    let mut hero = import("rokoko_dance.bvh");
+    Conversion::new().apply(&mut hero).unwrap();
+    hero.animations.clear();
+    let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())
+        .unwrap()
+        .into_clips();
+    let mut moves = Moves::new(&hero).unwrap();
+    for clip in database.clips() {
+        moves.add(clip, &clips[0].animation).unwrap();
+    }
+    hero.animations = vec![clips[0].animation.clone()];
+    (database, moves, hero)
+}
+
+/// How far any joint goes at most in a sixtieth of a second.
+fn fastest(scene: &Scene, animation: &Animation) -> f32 {
+    let scene = Scene {
+        animations: vec![animation.clone()],
+        ..scene.clone()
+    };
+    let step = animation.ticks_per_second / 60.0;
+    let count = (animation.duration / step) as usize;
+    let pose = |frame: usize| Pose::at_tick(&scene, 0, frame as f64 * step).unwrap();
+    let mut fastest = 0.0_f32;
+    let mut before = pose(0);
+    for frame in 1..count {
+        let now = pose(frame);
+        let nodes = (0..scene.nodes.len()).map(mocap::scene::NodeId::new);
+        fastest = nodes.fold(fastest, |fastest, node| {
+            fastest.max(now.position(node).distance(before.position(node)))
+        });
+        before = now;
+    }
+    fastest
+}
+
+#[test]
+fn a_figure_follows_a_path() {
+    let (database, moves, hero) = matched();
+    let path = [Vec2::new(1.0, -1.0), Vec2::new(1.0, 4.0)];
+    let start = Vec3::new(1.0, 0.0, -1.0);
+    let mut controller = Controller::new(&database, moves.clone(), start, Vec3::Z).unwrap();
+    let (animation, followed) = follow(&mut controller, &hero, &path, 1.0).unwrap();
+    assert!(followed.has_arrived && followed.jumps > 0, "{followed:?}");
+    assert!(followed.largest_distance < 0.2, "{followed:?}");
+    // It walks no longer than the path and its speed take.
+    assert!((200..600).contains(&followed.frames), "{followed:?}");
+    // Where the motion goes on elsewhere, no joint is much faster than in the walk.
+    let (own, source) = (fastest(&hero, &animation), fastest(&hero, &hero.animations[0]));
+    assert!(own < 1.5 * source, "{own} {source}");
+    let error = Controller::new(&Database::default(), moves.clone(), start, Vec3::Z).unwrap_err();
+    assert_eq!(error.code(), Code::InvalidValue);
+    assert!(Controller::new(&database, moves, start, Vec3::Y).is_err());
+    for (path, speed) in [
+        (&path[..1], 1.0),
+        (&path[..], 0.0),
+        (&path[..], f32::NAN),
+        (&path[..], 1e-6),
+    ] {
+        let error = follow(&mut controller, &hero, path, speed).unwrap_err();
+        assert_eq!(error.code(), Code::InvalidValue, "{speed}");
+    }
+}
+
+#[test]
+fn the_command_matches() {
+    let folder = Folder::of_real(&[WALK, "biovision_example1.bvh"]);
+    folder.succeeds(&format!("index {WALK} -o moves.mdb --mirror"));
+    folder.succeeds("match moves.mdb --path 0/0+0/2 --on biovision_example1.bvh -o out.glb");
+    let scene = mocap::import(folder.path("out.glb")).unwrap();
+    assert_eq!(scene.animations.len(), 1);
+    let said = folder.run("match moves.mdb --path 0/0+0/1 --on biovision_example1.bvh -o out.bvh --json -q");
+    let followed: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert_eq!(followed["has_arrived"], true);
+    folder.refuses(
+        "match moves.mdb --path 0/0 --on biovision_example1.bvh -o out.glb",
+        2,
+        "X/Z",
+    );
+    folder.refuses("match moves.mdb --path 0/0+0/2 --on none.bvh -o out.glb", 1, "none.bvh");
+    folder.refuses(
+        "match moves.mdb --path 0/0+0/2 --on biovision_example1.bvh -o biovision_example1.bvh",
+        1,
+        "input",
+    );
+    let text = String::from_utf8(folder.read(WALK)).unwrap();
+    folder.write(WALK, text.replace(".0083333", ".0083").as_bytes());
+    folder.refuses(
+        "match moves.mdb --path 0/0+0/2 --on biovision_example1.bvh -o out.glb",
+        1,
+        "changed since it was indexed",
+    );
 }

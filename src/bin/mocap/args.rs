@@ -39,7 +39,7 @@ pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewA
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{InsteadArgs, RunArgs};
-pub(crate) use self::search::{FindArgs, IndexArgs};
+pub(crate) use self::search::{FindArgs, IndexArgs, MatchArgs};
 pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
@@ -104,6 +104,8 @@ pub(crate) enum Command {
     Index(IndexArgs),
     /// Find in a database the moments that are most like a part of a motion, or a pose, on any skeleton
     Find(FindArgs),
+    /// Let a character follow a path by motion matching: jumps between the frames of a database
+    Match(MatchArgs),
     /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame

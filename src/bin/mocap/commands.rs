@@ -13,6 +13,7 @@ pub(crate) mod index;
 pub(crate) mod info;
 mod made;
 mod many;
+pub(crate) mod matching;
 pub(crate) mod mcp;
 pub(crate) mod merge_manifest;
 mod own;

@@ -100,6 +100,7 @@ fn main() -> ExitCode {
         Command::Survey(args) => commands::survey::run(args),
         Command::Index(args) => commands::index::run(args),
         Command::Find(args) => commands::find::run(args),
+        Command::Match(args) => commands::matching::run(args, &given),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Run(args) => commands::run::run(args, &given),

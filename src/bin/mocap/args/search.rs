@@ -1,12 +1,14 @@
-//! The options of `mocap index` and `mocap find`.
+//! The options of `mocap index`, `mocap find` and `mocap match`.
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use mocap::convert::{Moment, TimeRange};
+use mocap::glam::Vec2;
 use mocap::job::Reading;
 use mocap::survey::Condition;
 
+use super::write::extensions_and;
 use super::{ForceArgs, InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
@@ -61,6 +63,53 @@ pub(crate) struct FindArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) read: Reading,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MatchArgs {
+    /// The database, an .mdb file that `mocap index` wrote; its files are read again, under the names that it has
+    pub(crate) database: PathBuf,
+    /// The path over the ground: points X/Z in metres, as 0/0+0/4+3/4
+    #[arg(long, value_name = "X/Z+..", allow_hyphen_values = true)]
+    pub(crate) path: PathArg,
+    /// How fast, in metres per second
+    #[arg(long, value_name = "M/S", default_value = "1.2")]
+    pub(crate) speed: f32,
+    /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
+    #[arg(long, value_name = "FILE")]
+    pub(crate) on: PathBuf,
+    /// The file to write: the character with the motion; - is standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Format of standard output [default: glb]
+    #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&[]))]
+    pub(crate) to: Option<String>,
+    /// Print how the path was followed, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
+/// Points over the ground.
+#[derive(Clone, Debug)]
+pub(crate) struct PathArg(pub(crate) Vec<Vec2>);
+
+impl FromStr for PathArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "not X/Z+X/Z, as 0/0+0/4+3/4 in metres".to_owned();
+        let number = |text: &str| text.parse().ok().filter(|number: &f32| number.abs() <= 1e5);
+        let point = |text: &str| {
+            let (x, z) = text.split_once('/')?;
+            Some(Vec2::new(number(x)?, number(z)?))
+        };
+        let points: Option<Vec<Vec2>> = text.split('+').map(point).collect();
+        points.filter(|points| points.len() > 1).map(Self).ok_or_else(wrong)
+    }
 }
 
 /// A file, and the part of its motion.

@@ -1,0 +1,213 @@
+//! A figure along a path.
+
+use glam::{Quat, Vec2, Vec3};
+use serde::Serialize;
+
+use super::controller::{Controller, Trajectory};
+use super::features::{AHEAD, FEATURE_RATE};
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::{Pose, Trs};
+use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+/// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
+const LOOKED_AT: f32 = 0.5;
+/// How near the end it has arrived, in metres.
+const ARRIVED: f32 = 0.2;
+/// How long it may take, times what the path needs at its speed, and seconds beyond.
+const LONGEST: (f32, f32) = (3.0, 5.0);
+/// The longest path, in minutes at its speed.
+const MOST_MINUTES: f32 = 60.0;
+
+/// How a figure followed a path.
+///
+/// [`follow`](super::follow) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Followed {
+    /// The frames, 60 in a second.
+    pub frames: usize,
+    /// How often it went on in another frame of the database.
+    pub jumps: usize,
+    /// The length of the path, in metres.
+    pub length: f64,
+    /// How far from the path the figure was, in metres: in the mean, and at most.
+    pub mean_distance: f64,
+    /// At most.
+    pub largest_distance: f64,
+    /// Whether it came to the end of the path.
+    pub has_arrived: bool,
+}
+
+/// Lets the figure of `controller`, that of the skeleton of `character`, go along a path over the ground: points
+/// along x and z, in metres, at `speed` metres per second. Returns its motion, and how it followed.
+///
+/// ```
+/// use mocap::glam::{Vec2, Vec3};
+/// use mocap::matching::{Controller, Database, Moves, follow, index};
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+///
+/// # fn main() -> mocap::Result<()> {
+/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let database = Database::new(index(&walk, "walk.bvh", false));
+/// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+/// mocap::Conversion::new().apply(&mut hero)?;
+/// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+/// let mut moves = Moves::new(&hero)?;
+/// moves.add(&database.clips()[0], &clips[0].animation)?;
+/// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
+/// let (animation, followed) = follow(&mut figure, &hero, &[Vec2::ZERO, Vec2::new(0.0, 3.0)], 1.2)?;
+/// assert_eq!(animation.frame_count(), followed.frames);
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// [`Code::InvalidValue`] for a path without length, and for numbers that are not finite or are too large.
+pub fn follow(
+    controller: &mut Controller,
+    character: &Scene,
+    path: &[Vec2],
+    speed: f32,
+) -> Result<(Animation, Followed)> {
+    let path = Path::new(path, speed)?;
+    let mut record = Record::new(controller, character);
+    let mut followed = Followed {
+        length: f64::from(path.length),
+        ..Followed::default()
+    };
+    let seconds = LONGEST.0 * path.length / speed + LONGEST.1;
+    let frames = (seconds * FEATURE_RATE as f32) as usize;
+    let (mut along, mut sum, jumps) = (0.0, 0.0, controller.jumps());
+    for _ in 0..frames {
+        record.add(controller.pose());
+        along = path.nearest(controller.position(), along, speed * LOOKED_AT);
+        let distance = f64::from(path.at(along).0.distance(controller.position()));
+        sum += distance;
+        followed.largest_distance = followed.largest_distance.max(distance);
+        followed.frames += 1;
+        if path.length - along < ARRIVED {
+            followed.has_arrived = true;
+            break;
+        }
+        let ahead = AHEAD.map(|frames| path.at(along + speed * frames as f32 / FEATURE_RATE as f32));
+        controller.update(&Trajectory::new(ahead.map(|at| at.0), ahead.map(|at| at.1)));
+    }
+    followed.mean_distance = sum / followed.frames.max(1) as f64;
+    followed.jumps = controller.jumps() - jumps;
+    Ok((record.animation(character), followed))
+}
+
+/// A line over the ground.
+struct Path {
+    points: Vec<Vec3>,
+    /// How far along each point is.
+    lengths: Vec<f32>,
+    length: f32,
+}
+
+impl Path {
+    fn new(points: &[Vec2], speed: f32) -> Result<Self> {
+        let mut line: Vec<Vec3> = points.iter().map(|point| Vec3::new(point.x, 0.0, point.y)).collect();
+        line.dedup();
+        let mut lengths = vec![0.0_f32];
+        for pair in line.windows(2) {
+            lengths.push(lengths.last().copied().unwrap_or(0.0) + pair[0].distance(pair[1]));
+        }
+        let length = lengths.last().copied().unwrap_or(0.0);
+        let minutes = length / speed / 60.0;
+        let is_valid = length > 0.0 && speed > 0.0 && minutes <= MOST_MINUTES && speed.is_finite();
+        if !is_valid {
+            let message = format!("the path is {length} m long at {speed} m/s");
+            let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
+            let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
+            return Err(diagnostic.expected_found(expected, message).into());
+        }
+        Ok(Self {
+            points: line,
+            lengths,
+            length,
+        })
+    }
+
+    /// The point so far along, and the direction there; the ends at most.
+    fn at(&self, along: f32) -> (Vec3, Vec3) {
+        let along = along.clamp(0.0, self.length);
+        let next = self.lengths.partition_point(|length| *length < along);
+        let next = next.clamp(1, self.points.len() - 1);
+        let (from, to) = (self.points[next - 1], self.points[next]);
+        let fraction = (along - self.lengths[next - 1]) / (self.lengths[next] - self.lengths[next - 1]);
+        (from.lerp(to, fraction), (to - from).normalize_or(Vec3::Z))
+    }
+
+    /// How far along the point nearest to a position is, from `from` to `beyond` after it.
+    fn nearest(&self, position: Vec3, from: f32, beyond: f32) -> f32 {
+        const STEPS: usize = 50;
+        let along = |step: usize| (from + beyond * step as f32 / STEPS as f32).min(self.length);
+        let candidates = (0..=STEPS).map(along);
+        let distance = |along: &f32| self.at(*along).0.distance_squared(position);
+        candidates
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap_or(from)
+    }
+}
+
+/// The frames of a pose.
+struct Record {
+    hips: NodeId,
+    positions: Vec<Vec3>,
+    nodes: Vec<NodeId>,
+    rotations: Vec<Vec<Quat>>,
+}
+
+impl Record {
+    fn new(controller: &Controller, character: &Scene) -> Self {
+        let hips = controller.hips();
+        let moves = |node: &NodeId| *node == hips || controller.moved().contains(node);
+        let nodes: Vec<NodeId> = (0..character.nodes.len()).map(NodeId::new).filter(moves).collect();
+        Self {
+            hips,
+            positions: Vec::new(),
+            rotations: vec![Vec::new(); nodes.len()],
+            nodes,
+        }
+    }
+
+    fn add(&mut self, pose: &Pose) {
+        for (node, rotations) in self.nodes.iter().zip(&mut self.rotations) {
+            let mut trs = Trs::from_matrix(pose.node_to_parent[node.index()]);
+            // Keys that follow each other lie in one hemisphere.
+            if rotations.last().is_some_and(|last: &Quat| last.dot(trs.rotation) < 0.0) {
+                trs.rotation = -trs.rotation;
+            }
+            rotations.push(trs.rotation);
+            if *node == self.hips {
+                self.positions.push(trs.translation);
+            }
+        }
+    }
+
+    fn animation(self, character: &Scene) -> Animation {
+        let duration = self.positions.len().saturating_sub(1) as f64;
+        let positions = self.positions;
+        let hips = self.hips;
+        let channel = |(node, rotations): (NodeId, Vec<Quat>)| {
+            let at_rest = Trs::from_matrix(character.nodes[node.index()].transform);
+            Channel {
+                node_name: character.nodes[node.index()].name.clone(),
+                node: Some(node),
+                position_keys: match node == hips {
+                    true => Keys::every_tick(positions.clone()),
+                    false => Keys::constant(at_rest.translation),
+                },
+                rotation_keys: Keys::every_tick(rotations),
+                scaling_keys: Keys::constant(at_rest.scale),
+            }
+        };
+        Animation {
+            name: "match".to_owned(),
+            ticks_per_second: FEATURE_RATE,
+            duration,
+            channels: self.nodes.into_iter().zip(self.rotations).map(channel).collect(),
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The frames of a database as poses of one skeleton.
+
+use glam::{Quat, Vec3};
+
+use super::clip::IndexedClip;
+use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
+use crate::edit::{Mirror, Step, StepInput};
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::contacts::ball;
+use crate::figure::{Figure, HumanoidBone as Bone};
+use crate::limits::Limits;
+use crate::pose::{Binding, Pose, Trs};
+use crate::scene::{Animation, NodeId, Scene, Side};
+use crate::survey::Motion;
+
+/// The poses of a database's frames on the skeleton of a character, for a [`Controller`](super::Controller).
+///
+/// [`Controller`](super::Controller) has an example.
+#[derive(Clone, Debug)]
+pub struct Moves {
+    scene: Scene,
+    figure: Figure,
+    pub(super) rest: Pose,
+    pub(super) hips: NodeId,
+    /// Thigh, shin and foot of both sides.
+    pub(super) legs: [[NodeId; 3]; 2],
+    /// The balls of both feet; the ankles where there are none.
+    pub(super) balls: [NodeId; 2],
+    /// The nodes that move, but the hips.
+    pub(super) nodes: Vec<NodeId>,
+    /// How they stand to their parents at rest.
+    pub(super) at_rest: Vec<Trs>,
+    /// Of each frame.
+    pub(super) frames: Vec<Frame>,
+    /// Frames x nodes: node to parent.
+    rotations: Vec<Quat>,
+    pub(super) features: Vec<[f32; FEATURES]>,
+    /// Metres of this body in one of the body of the features.
+    pub(super) scale: f32,
+}
+
+/// A frame, but for the rotations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) root: Root,
+    /// The hips in the world.
+    pub(super) position: Vec3,
+    pub(super) rotation: Quat,
+    pub(super) contacts: u8,
+    pub(super) is_first: bool,
+    pub(super) is_last: bool,
+}
+
+impl Moves {
+    /// No moves yet of a character, in metres with +Y up, as [`Conversion`](crate::Conversion) makes it.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] for a body without hips or legs.
+    pub fn new(character: &Scene) -> Result<Self> {
+        let scene = Scene {
+            animations: Vec::new(),
+            ..character.clone()
+        };
+        let figure = Figure::new(&scene);
+        let lacks = || {
+            let message = format!("motion matching needs hips and two legs: {}", figure.humanoid.reason);
+            Diagnostic::new(Code::NotHumanoid, message)
+        };
+        let joint = |bone: Bone| figure.humanoid.joint(bone);
+        let leg = |side: Side| -> Option<[NodeId; 3]> {
+            let [thigh, shin, foot] = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot];
+            Some([joint(thigh.on(side))?, joint(shin.on(side))?, joint(foot.on(side))?])
+        };
+        let [left, right] = Side::ALL.map(leg);
+        let legs = [left.ok_or_else(lacks)?, right.ok_or_else(lacks)?];
+        let hips = joint(Bone::Hips).ok_or_else(lacks)?;
+        let rest = Pose::rest(&scene);
+        let length = |[thigh, shin, foot]: [NodeId; 3]| {
+            let [thigh, shin, foot] = [thigh, shin, foot].map(|node| rest.position(node));
+            thigh.distance(shin) + shin.distance(foot)
+        };
+        let scale = length(legs[0]) / LEG;
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(lacks().into());
+        }
+        let balls = [0, 1].map(|side| ball(&scene, &figure.humanoid, Side::ALL[side]).unwrap_or(legs[side][2]));
+        let is_below = |node: &NodeId| {
+            let mut above = scene.nodes[node.index()].parent;
+            while let Some(parent) = above.filter(|parent| *parent != hips) {
+                above = scene.nodes[parent.index()].parent;
+            }
+            above.is_some()
+        };
+        let nodes: Vec<NodeId> = (0..scene.nodes.len()).map(NodeId::new).filter(is_below).collect();
+        let at_rest = nodes
+            .iter()
+            .map(|node| Trs::from_matrix(rest.node_to_parent[node.index()]));
+        Ok(Self {
+            at_rest: at_rest.collect(),
+            rest,
+            hips,
+            legs,
+            balls,
+            nodes,
+            frames: Vec::new(),
+            rotations: Vec::new(),
+            features: Vec::new(),
+            scale,
+            figure,
+            scene,
+        })
+    }
+
+    /// Adds the frames of a clip of the database, in the order of its clips: `animation` is its motion on the
+    /// character, as [`Retargeting`](crate::Retargeting) makes it. Where the clip is mirrored, the motion is mirrored
+    /// here.
+    ///
+    /// # Errors
+    /// [`Code::LimitExceeded`] where all poses are too many, and as [`Mirror`].
+    pub fn add(&mut self, clip: &IndexedClip, animation: &Animation) -> Result<()> {
+        let count = clip.features().len();
+        let values = (self.frames.len() + count).saturating_mul(self.nodes.len()) as u64;
+        let most = Limits::default().max_values;
+        if values > most {
+            let message = format!("the poses of the database have {values} rotations, and {most} are allowed");
+            return Err(Diagnostic::new(Code::LimitExceeded, message).into());
+        }
+        self.scene.animations = vec![animation.clone()];
+        if clip.mirrored {
+            Mirror::new().apply(&mut self.scene, &StepInput::new().humanoid(&self.figure.humanoid))?;
+        }
+        let animation = self.scene.animations.remove(0);
+        let motion = Motion::new(&self.scene, &animation, &self.figure)?;
+        let track = motion.body.as_ref().and_then(|body| Track::new(&motion, body));
+        let no_motion = || Diagnostic::new(Code::NoMotion, "a clip has no motion on the character");
+        let track = track.filter(|track| track.frames() > 0).ok_or_else(no_motion)?;
+        let binding = Binding::new(&self.scene, &animation);
+        let mut pose = self.rest.clone();
+        for frame in 0..count {
+            let tick = (frame as f64 / FEATURE_RATE * animation.ticks_per_second).min(animation.duration);
+            pose.sample(&binding, &animation, tick);
+            let hips = Trs::from_matrix(pose.node_to_world[self.hips.index()]);
+            self.frames.push(Frame {
+                root: track.roots[frame.min(track.frames() - 1)],
+                position: hips.translation,
+                rotation: hips.rotation,
+                contacts: clip.contacts()[frame],
+                is_first: frame == 0,
+                is_last: frame + 1 == count,
+            });
+            let locals = self.nodes.iter().map(|node| pose.node_to_parent[node.index()]);
+            self.rotations
+                .extend(locals.map(|matrix| Trs::from_matrix(matrix).rotation));
+        }
+        self.features.extend_from_slice(clip.features());
+        Ok(())
+    }
+
+    /// The rotations of a frame.
+    pub(super) fn rotations(&self, frame: usize) -> &[Quat] {
+        &self.rotations[frame * self.nodes.len()..(frame + 1) * self.nodes.len()]
+    }
+}
