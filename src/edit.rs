@@ -28,6 +28,7 @@ mod step;
 mod target;
 mod text;
 mod value;
+mod walk;
 mod warp_path;
 mod warp_time;
 mod window;
@@ -43,6 +44,7 @@ pub use self::list::EditReport;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::target::ReachTarget;
 pub(crate) use self::value::metres;
+pub use self::walk::{WalkReport, walk};
 pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
 pub use self::warp_time::WarpTimeReport;
 

@@ -25,6 +25,7 @@
 //! | put it on a character, a skeleton, or a robot of URDF or MJCF | [`Retargeting`] |
 //! | move single poses as they come | [`retarget`], [`robot`] |
 //! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] bends limbs to a goal |
+//! | walk through many clips as through one: motion graphs | [`graph`] |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
 //! | know what is wrong with many motions, which are alike, which to choose | [`survey`] |
@@ -70,6 +71,7 @@ mod export;
 pub mod figure;
 pub mod files;
 mod format;
+pub mod graph;
 pub mod ik;
 mod import;
 pub mod job;

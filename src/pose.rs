@@ -13,6 +13,7 @@
 mod binding;
 mod flat;
 mod forward_kinematics;
+mod same_joints;
 mod sample;
 mod updater;
 
@@ -23,6 +24,7 @@ use crate::scene::{Animation, NodeId, NodeKind, Scene};
 pub use self::binding::{Binding, OutOfRange};
 pub(crate) use self::flat::of_flat;
 pub(crate) use self::forward_kinematics::forward_kinematics;
+pub(crate) use self::same_joints::have_the_same_joints;
 pub use self::sample::Trs;
 pub use self::updater::Updater;
 

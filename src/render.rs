@@ -10,6 +10,7 @@ mod camera;
 mod drawing;
 mod euler;
 mod figure;
+mod matrix;
 mod movie;
 mod plot;
 mod raster;
@@ -22,6 +23,7 @@ mod view;
 
 pub use self::drawing::Drawing;
 pub use self::figure::Clip;
+pub use self::matrix::matrix_png;
 pub use self::movie::{Movie, MovieOptions};
 pub use self::plot::PlotOptions;
 pub use self::sheet::SheetOptions;

@@ -12,6 +12,7 @@ use crate::arrays::trainers::{Named, Values};
 use crate::arrays::{Arrays, Rotation};
 use crate::edit::DetectedContacts;
 use crate::files::ARRAY_MARK;
+use crate::graph::DistanceMatrix;
 use crate::robot::RobotMotion;
 use crate::scene::RotationOrder;
 
@@ -77,6 +78,13 @@ impl RobotMotion {
                 .doubles("qpos", &shape, &self.qpos())
                 .and_then(|()| archive.add_of_robot(self))
         })
+    }
+}
+
+impl DistanceMatrix {
+    /// The distances in metres as NumPy's `.npy`: float32, windows of the first clip x those of the second.
+    pub fn to_npy(&self) -> Vec<u8> {
+        npy_of_floats(&[self.rows, self.columns], &self.values)
     }
 }
 

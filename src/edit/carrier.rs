@@ -110,6 +110,15 @@ pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<
 }
 
 impl Placement {
+    /// A rotation about the up axis through the origin, and then a translation over the ground.
+    pub(super) fn new(turn: Quat, offset: Vec3) -> Self {
+        Self {
+            turn,
+            from: Vec3::ZERO,
+            to: offset,
+        }
+    }
+
     /// The motion back.
     pub(super) fn inverse(&self) -> Self {
         Self {
@@ -140,26 +149,5 @@ impl Placement {
     /// How far it goes over the ground.
     pub(super) fn distance(&self) -> f32 {
         self.from.distance(self.to)
-    }
-}
-
-/// Whether two scenes have the same joints below the same parents, so that a pose of one is a pose of the other.
-pub(super) fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
-    if a.nodes.len() != b.nodes.len() {
-        return Err(format!(
-            "one has {} nodes and the other {}",
-            a.nodes.len(),
-            b.nodes.len()
-        ));
-    }
-    match a
-        .nodes
-        .iter()
-        .zip(&b.nodes)
-        .find(|(a, b)| a.name != b.name || a.parent != b.parent)
-    {
-        Some((a, b)) if a.name != b.name => Err(format!("one has {:?} where the other has {:?}", a.name, b.name)),
-        Some((a, _)) => Err(format!("{:?} has another parent", a.name)),
-        None => Ok(()),
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::body::metres_per_unit;
-use super::carrier::{Carrier, have_the_same_joints};
+use super::carrier::Carrier;
 use super::fit::Fit;
 use super::frames::Frames;
 use super::inertia::{Seam, onward};
@@ -14,7 +14,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::not_negative;
-use crate::pose::{Binding, Trs};
+use crate::pose::{Binding, Trs, have_the_same_joints};
 use crate::scene::{NodeId, Scene};
 
 step! {

@@ -25,9 +25,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("convert", &["error", "limits", "scene", "pose", "figure", "process"]),
     (
+        "graph",
+        &["error", "limits", "options", "scene", "math", "pose", "figure"],
+    ),
+    (
         "edit",
         &[
-            "error", "limits", "options", "scene", "math", "pose", "figure", "ik", "convert",
+            "error", "limits", "options", "scene", "math", "pose", "figure", "ik", "convert", "graph",
         ],
     ),
     (
@@ -67,14 +71,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "arrays",
         &[
-            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "edit", "robot", "convert",
-            "solve", "format",
+            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "graph", "edit", "robot",
+            "convert", "solve", "format",
         ],
     ),
     (
         "render",
         &[
-            "error", "options", "scene", "math", "pose", "figure", "edit", "retarget",
+            "error", "options", "scene", "math", "pose", "figure", "graph", "edit", "retarget",
         ],
     ),
     (

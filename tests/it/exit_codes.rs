@@ -55,6 +55,7 @@ const CASES: &[Case] = &[
         "glb",
         "robot w.bvh bad.bvh --robot robot.urdf -o many",
     ),
+    moves("graph IN -o OUT --rate 120 --window 0.05 --threshold 1m", "json", ""),
     writes("run IN.json", "glb", "run many.json"),
     writes("fk IN -o OUT", "npz", ""),
     writes("view IN -o OUT", "html", "view folder -o many.html"),

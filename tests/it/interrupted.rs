@@ -60,6 +60,7 @@ const CASES: &[Case] = &[
         before: &["index walk.bvh -o moves.mdb"],
         ..one("match moves.mdb --path 0/0+0/1 --on walk.bvh -o out.glb")
     },
+    one("graph points.npy --window 0.07 --threshold 2m -o out.json"),
     one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),

@@ -50,6 +50,7 @@ mod frame_rates;
 mod generated_skeletons;
 mod gltf;
 mod golden;
+mod graph;
 mod hostile;
 mod humanoid;
 #[cfg(all(unix, feature = "cli"))]

@@ -6,6 +6,7 @@ mod change;
 mod clean;
 mod edit;
 mod given;
+mod graph;
 mod help;
 mod job;
 mod onto;
@@ -33,6 +34,7 @@ pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
+pub(crate) use self::graph::{AimArgs, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
@@ -76,6 +78,8 @@ pub(crate) enum Command {
     Edit(EditArgs),
     /// Clean a motion of a camera or a generator: time, flips, noise, floor, contacts
     Clean(CleanArgs),
+    /// Find where motions can pass into each other, and walk through them: motion graphs
+    Graph(GraphArgs),
     /// Solve rotations from positions of joints: arrays, and C3D of joint centres, with --joints SET|FILE
     Solve(SolveArgs),
     /// Summarise a file

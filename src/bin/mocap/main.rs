@@ -87,6 +87,7 @@ fn main() -> ExitCode {
         Command::Robot(args) => commands::robot::run(args, &given),
         Command::Edit(args) => commands::edit::run(args, &given),
         Command::Clean(args) => commands::clean::run(args, &given),
+        Command::Graph(args) => commands::graph::run(args, &given),
         Command::Solve(args) => commands::convert::run(&args.convert, &given),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),

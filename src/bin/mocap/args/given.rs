@@ -82,6 +82,10 @@ impl Args {
         if let Some((name, matches)) = matches.subcommand()
             && let Some(subcommand) = command.find_subcommand(name)
         {
+            // The command of a command, where there is one, has the options.
+            let below = matches.subcommand();
+            let below = below.and_then(|(name, matches)| Some((matches, subcommand.find_subcommand(name)?)));
+            let (matches, subcommand) = below.unwrap_or((matches, subcommand));
             let batch = ForceArgs::augment_args(BatchArgs::augment_args(clap::Command::default()));
             let is_of_batch = |arg: &clap::Arg| batch.get_arguments().any(|other| other.get_id() == arg.get_id());
             for arg in subcommand.get_arguments().filter(|arg| !arg.is_positional()) {

@@ -7,7 +7,7 @@ use clap::builder::StyledStr;
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "Convert and change",
-        &["convert", "retarget", "robot", "edit", "clean", "solve", "run"],
+        &["convert", "retarget", "robot", "edit", "clean", "graph", "solve", "run"],
     ),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     ("Compute", &["fk", "pack", "pose", "dump"]),

@@ -1,0 +1,245 @@
+//! Makes a motion of a walk over a motion graph.
+
+use std::fmt;
+
+use glam::{DVec2, Quat, Vec3};
+use serde::Serialize;
+
+use super::body::figure_of;
+use super::carrier::{Carrier, Placement};
+use super::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
+use super::frames::{Frames, between};
+use super::quantity::centimetres;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Figure;
+use crate::graph::Walk;
+use crate::graph::clouds::CloudSpace;
+use crate::graph::distance::Alignment;
+use crate::pose::{Binding, Trs, have_the_same_joints};
+use crate::scene::{Animation, NodeId, Scene};
+
+/// What [`walk`] made.
+///
+/// [`walk`](crate::edit::walk()) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct WalkReport {
+    /// The frames of the motion.
+    pub frames: usize,
+    /// Its length in seconds.
+    pub seconds: f64,
+    /// When each transition begins, in seconds.
+    pub transitions: Vec<f64>,
+    /// The largest distance of two moments between which it passes, in metres.
+    pub largest_distance: f32,
+    /// How the feet were held still; absent where the skeleton is no humanoid.
+    pub feet: Option<FootLockReport>,
+}
+
+impl fmt::Display for WalkReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.2} s in {} frames, with {} transitions of {} at most",
+            self.seconds,
+            self.frames,
+            self.transitions.len(),
+            centimetres(self.largest_distance),
+        )?;
+        match &self.feet {
+            None => f.write_str("; no feet were held, since the skeleton is no humanoid"),
+            Some(feet) => write!(
+                f,
+                "; feet slid {:.2} m in contact, now {:.2} m",
+                feet.slide_before, feet.slide_after
+            ),
+        }
+    }
+}
+
+/// Makes a motion of a walk over a motion graph, whose clips are these animations of these scenes, in their order. From
+/// piece to piece two clips are blended for the length of a window, aligned over the ground; then feet are held still
+/// as [`foot_lock()`] does it. The frame rate is the highest of the clips.
+///
+/// ```
+/// use mocap::edit::walk;
+/// use mocap::graph::{GraphBuilder, GraphOptions};
+///
+/// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let mut builder = GraphBuilder::new(&GraphOptions::new().threshold(0.1))?;
+/// builder.add("walk.bvh", &clip)?;
+/// let graph = builder.build()?;
+/// let found = builder.network(&graph)?.random(6.0, 1)?;
+/// let (scene, report) = walk(&found, &[(&clip, 0)])?;
+/// assert_eq!((scene.animations[0].frame_count(), report.frames), (721, 721)); // 6 s at 120 Hz
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
+pub fn walk(walk: &Walk, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
+    let mut joined = Joined::new(walk, clips)?;
+    // The skeleton of the first clip is that of the graph.
+    let base = clips[0].0;
+    let figure = Figure::new(base);
+    let space = CloudSpace::new(base, &figure)?;
+    let rate = joined.rate;
+    let count = (walk.seconds() * rate + 1e-6).floor() as usize + 1;
+    let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
+    for frame in 0..count {
+        rows.push(joined.row(frame as f64 / rate, &space)?);
+    }
+    let mut report = WalkReport {
+        frames: count,
+        seconds: (count - 1) as f64 / rate,
+        transitions: joined.starts(),
+        largest_distance: walk.pieces.iter().map(|piece| piece.distance).fold(0.0, f32::max),
+        feet: None,
+    };
+    report.transitions.retain(|seconds| *seconds < report.seconds);
+    let mut scene = empty(base, rate);
+    if let Some(frames) = joined.frames.iter().flatten().next() {
+        frames.with_rows(rows).write_all(&mut scene, 0);
+    }
+    if figure_of(&scene, None).is_ok() {
+        report.feet = Some(foot_lock(&mut scene, 0, &FootLockOptions::new())?);
+    }
+    Ok((scene, report))
+}
+
+/// The scene of a clip with a motion that has no keys yet. What is known of a file does not hold for it.
+fn empty(base: &Scene, rate: f64) -> Scene {
+    let mut scene = base.clone();
+    scene.animations = vec![Animation {
+        name: "walk".to_owned(),
+        ticks_per_second: rate,
+        ..Animation::default()
+    }];
+    scene.metadata.origin = None;
+    scene.metadata.steps.clear();
+    scene.metadata.assumptions.clear();
+    scene.warnings.clear();
+    scene
+}
+
+/// The clips of a walk.
+struct Joined<'a> {
+    walk: &'a Walk,
+    /// Of each clip that has a piece.
+    frames: Vec<Option<Frames>>,
+    carrier: Carrier,
+    /// The highest frame rate of these clips.
+    rate: f64,
+    /// The piece that the row before was of, and when it begins in frames of the walk.
+    piece: usize,
+    begin: usize,
+}
+
+impl<'a> Joined<'a> {
+    fn new(walk: &'a Walk, clips: &[(&Scene, usize)]) -> Result<Self> {
+        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+        let mut used: Vec<usize> = walk.pieces.iter().map(|piece| piece.clip).collect();
+        used.sort_unstable();
+        used.dedup();
+        let mut nodes: Vec<NodeId> = Vec::new();
+        for clip in &used {
+            let Some((scene, animation)) = clips.get(*clip) else {
+                return refuse(format!("the walk has a clip {clip}, and {} are given", clips.len()));
+            };
+            if let Err(difference) = have_the_same_joints(clips[used[0]].0, scene) {
+                return refuse(format!("the clips of the walk have different skeletons: {difference}"));
+            }
+            if let Some(animation) = scene.animations.get(*animation) {
+                nodes.extend(Binding::new(scene, animation).driven().map(|(node, _)| node));
+            }
+        }
+        let mut frames: Vec<Option<Frames>> = vec![None; clips.len()];
+        for clip in &used {
+            let (scene, animation) = clips[*clip];
+            let found = Frames::new(scene, animation, &nodes)?;
+            found.require_nodes()?;
+            frames[*clip] = Some(found);
+        }
+        let held = || frames.iter().flatten();
+        let carriers = used.iter().filter_map(|clip| {
+            let frames = frames[*clip].as_ref()?;
+            Some(Carrier::new(clips[*clip].0, frames))
+        });
+        let carrier = carriers.min_by_key(|carrier| carrier.column);
+        let Some(carrier) = carrier else {
+            return refuse("the walk has no clip".to_owned());
+        };
+        Ok(Self {
+            walk,
+            carrier,
+            rate: held().map(|frames| frames.rate).fold(0.0, f64::max),
+            frames,
+            piece: 0,
+            begin: 0,
+        })
+    }
+
+    /// When each transition begins, in seconds.
+    fn starts(&self) -> Vec<f64> {
+        let (pieces, window) = (&self.walk.pieces, self.walk.window);
+        let mut at = 0;
+        let ends = pieces[..pieces.len() - 1].iter().map(|piece| {
+            let end = at + piece.last - piece.first;
+            at = end + window - 1;
+            end as f64 / self.walk.rate
+        });
+        ends.collect()
+    }
+
+    /// The pose at a time, which is not before that of the call before.
+    fn row(&mut self, seconds: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
+        let at = seconds * self.walk.rate;
+        let blend = (self.walk.window - 1) as f64;
+        loop {
+            let piece = self.walk.pieces[self.piece];
+            let length = piece.last - piece.first;
+            let within = at - self.begin as f64;
+            let is_last = self.piece + 1 == self.walk.pieces.len();
+            let own = |this: &Self| this.clip_row(this.piece, piece.first as f64 + within, space);
+            if within <= length as f64 || is_last {
+                return own(self);
+            }
+            let part = (within - length as f64) / blend;
+            if part < 1.0 {
+                let next = self.walk.pieces[self.piece + 1];
+                let from = own(self)?;
+                let to = self.clip_row(self.piece + 1, next.first as f64 - blend * (1.0 - part), space)?;
+                let weight = smooth(part as f32);
+                let pairs = from.iter().zip(&to);
+                return Ok(pairs.map(|(from, to)| between(*from, *to, weight)).collect());
+            }
+            self.begin += length + self.walk.window - 1;
+            self.piece += 1;
+        }
+    }
+
+    /// The pose of a piece at a frame of the walk's rate, moved to where the walk is.
+    fn clip_row(&self, piece: usize, frame: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
+        let Some(frames) = &self.frames[self.walk.pieces[piece].clip] else {
+            return Err(Diagnostic::new(Code::InvalidValue, "a clip of the walk is not given").into());
+        };
+        let mut row = frames.row_at(frame / self.walk.rate * frames.rate);
+        self.carrier
+            .apply(&placement(&self.walk.placements[piece], space), &mut row);
+        Ok(row)
+    }
+}
+
+/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends, and is
+/// smaller between them than that of smoother curves, so that joints are hardly faster than in the clips.
+fn smooth(part: f32) -> f32 {
+    part * part * (3.0 - 2.0 * part)
+}
+
+/// The motion over the ground of an alignment, in the unit of the scene.
+fn placement(alignment: &Alignment, space: &CloudSpace) -> Placement {
+    let turn = Quat::from_axis_angle(space.up, alignment.turn as f32);
+    let DVec2 { x, y } = alignment.offset / f64::from(space.metres);
+    let offset: Vec3 = space.ground[0] * x as f32 + space.ground[1] * y as f32;
+    Placement::new(turn, offset)
+}

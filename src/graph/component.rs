@@ -1,0 +1,119 @@
+//! The largest strongly connected component of a graph, by Tarjan's algorithm (1972).
+//!
+//! The nodes are the frames of all clips, each with an edge to the next, and one for each transition. Only frames where
+//! transitions begin or end are looked at: one between two of the same component belongs to it as well.
+
+use super::{GraphTransition, MotionGraph};
+
+/// Of each clip the first and the last frame that belong to the largest component, which is the one with the most
+/// frames, of equal ones the first. A component has a transition at least.
+pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
+    let points = points(graph);
+    let edges = edges(&points, &graph.transitions);
+    let component = components(&edges);
+    let mut sizes = vec![0; component.iter().map(|component| component + 1).max().unwrap_or(0)];
+    for (node, point) in points.iter().enumerate() {
+        let before = node.checked_sub(1).map(|before| (points[before], component[before]));
+        sizes[component[node]] += match before {
+            // The frames between the two as well.
+            Some((before, own)) if before[0] == point[0] && own == component[node] => point[1] - before[1],
+            _ => 1,
+        };
+    }
+    // Of one node alone, nothing leads back.
+    let has_edge = |wanted: usize| {
+        let inside = |(from, to): (usize, &usize)| component[from] == wanted && component[*to] == wanted;
+        edges
+            .iter()
+            .enumerate()
+            .any(|(from, tos)| tos.iter().any(|to| inside((from, to))))
+    };
+    let mut by_size: Vec<usize> = (0..sizes.len()).collect();
+    let first = |wanted: usize| component.iter().position(|own| *own == wanted);
+    by_size.sort_by_key(|wanted| (std::cmp::Reverse(sizes[*wanted]), first(*wanted)));
+    let mut parts = vec![None; graph.clips.len()];
+    let Some(best) = by_size.into_iter().find(|wanted| has_edge(*wanted)) else {
+        return parts;
+    };
+    for ([clip, frame], _) in points.iter().zip(&component).filter(|(_, own)| **own == best) {
+        let part = parts[*clip].get_or_insert([*frame, *frame]);
+        part[1] = *frame;
+    }
+    parts
+}
+
+/// The frames where transitions begin or end, in order.
+fn points(graph: &MotionGraph) -> Vec<[usize; 2]> {
+    let ends = graph
+        .transitions
+        .iter()
+        .flat_map(|transition| [transition.from, transition.to]);
+    let mut points: Vec<[usize; 2]> = ends.collect();
+    points.sort_unstable();
+    points.dedup();
+    points
+}
+
+/// Of each point those that follow it.
+fn edges(points: &[[usize; 2]], transitions: &[GraphTransition]) -> Vec<Vec<usize>> {
+    let follows = |pair: &[[usize; 2]]| pair[0][0] == pair[1][0];
+    let mut edges: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
+    for (node, _) in points.windows(2).enumerate().filter(|(_, pair)| follows(pair)) {
+        edges[node].push(node + 1);
+    }
+    for transition in transitions {
+        if let (Ok(from), Ok(to)) = (
+            points.binary_search(&transition.from),
+            points.binary_search(&transition.to),
+        ) {
+            edges[from].push(to);
+        }
+    }
+    edges
+}
+
+/// The number of the component of each node.
+fn components(edges: &[Vec<usize>]) -> Vec<usize> {
+    const NEW: usize = usize::MAX;
+    let count = edges.len();
+    let (mut order, mut low, mut component) = (vec![NEW; count], vec![0; count], vec![NEW; count]);
+    let (mut open, mut next, mut found) = (Vec::new(), 0, 0);
+    // Nodes on the path from where the search began, each with the number of its edges that were followed.
+    let mut path: Vec<(usize, usize)> = Vec::new();
+    for start in 0..count {
+        if order[start] == NEW {
+            path.push((start, 0));
+        }
+        while let Some((node, followed)) = path.last_mut() {
+            let node = *node;
+            if *followed == 0 && order[node] == NEW {
+                (order[node], low[node]) = (next, next);
+                next += 1;
+                open.push(node);
+            }
+            if let Some(&to) = edges[node].get(*followed) {
+                *followed += 1;
+                if order[to] == NEW {
+                    path.push((to, 0));
+                } else if component[to] == NEW {
+                    low[node] = low[node].min(order[to]);
+                }
+                continue;
+            }
+            path.pop();
+            if let Some((parent, _)) = path.last() {
+                low[*parent] = low[*parent].min(low[node]);
+            }
+            if low[node] == order[node] {
+                while let Some(member) = open.pop() {
+                    component[member] = found;
+                    if member == node {
+                        break;
+                    }
+                }
+                found += 1;
+            }
+        }
+    }
+    component
+}
