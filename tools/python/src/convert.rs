@@ -22,6 +22,7 @@ pub(crate) struct WriteOptions {
     shell_distance: Option<f64>,
     compress: Option<String>,
     overwrite: bool,
+    pub(crate) skeleton_only: bool,
 }
 
 impl WriteOptions {
@@ -46,6 +47,7 @@ impl WriteOptions {
             (WriteOption::MaxError, self.max_error.is_some()),
             (WriteOption::ShellDistance, self.shell_distance.is_some()),
             (WriteOption::Compress, self.compress.is_some()),
+            (WriteOption::SkeletonOnly, self.skeleton_only),
         ];
         let mut given = given.iter().chain(changes).copied().filter(|(_, is_given)| *is_given);
         if let Some(refusal) = given.find_map(|(option, _)| row.refusal(option, extension.unwrap_or_default())) {
@@ -118,13 +120,18 @@ pub(crate) fn convert(
     // Where the meshes of the file are written, a skeleton needs none.
     let has_file_meshes = row.is_some_and(|row| row.has_file_meshes);
     let mesh = match has_file_meshes {
+        true if write.skeleton_only => SkeletonMesh::None,
         true => SkeletonMesh::Own,
         false => SkeletonMesh::Skinned,
     };
+    let has_file_meshes = has_file_meshes && !write.skeleton_only;
     let importer = read.importer()?.skeleton_mesh(mesh).gltf_meshes(has_file_meshes);
     let written = py.detach(|| {
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
+        if write.skeleton_only {
+            scene.original = None;
+        }
         conversion.apply(&mut scene)?;
         if let Some(names) = &names {
             let bones = humanoid(&scene);

@@ -69,11 +69,20 @@ pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult
 #[pyfunction]
 pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: WriteOptions) -> PyResult<()> {
     let exporter = options.exporter(&[], &target, &[])?;
-    let written = py.detach(|| exporter.export(scene.scene(), &target));
+    let written = py.detach(|| match options.skeleton_only {
+        true => {
+            let mut alone = scene.scene().clone();
+            alone.original = None;
+            alone.meshes.clear();
+            alone.nodes.iter_mut().for_each(|node| node.meshes.clear());
+            exporter.export(&alone, &target)
+        }
+        false => exporter.export(scene.scene(), &target),
+    });
     written.map(drop).map_err(|error| to_python(py, &error))
 }
 
-fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
+pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 

@@ -39,7 +39,7 @@ mod _mocap {
     #[pymodule_export]
     use super::retarget::{add_motions, retarget};
     #[pymodule_export]
-    use super::robot::Robot;
+    use super::robot::{Robot, RobotClip};
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

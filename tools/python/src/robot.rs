@@ -1,15 +1,20 @@
 //! Motions on robots.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use mocap::figure::HumanoidMap;
+use mocap::files::ReplacePolicy;
+use mocap::job::RobotFormat;
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::robot::RobotMotion;
 use mocap::{Conversion, Importer};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::edit::parsed;
 use crate::errors::to_python;
 use crate::scene::Scene;
 
@@ -38,7 +43,9 @@ impl Robot {
         self.robot.dof_names()
     }
 
-    /// The first motion of a scene on the robot: arrays, and the report as JSON.
+    /// The first motion of a scene on the robot: arrays, the report as JSON, and what writes files of it. `map` are
+    /// names of links for bones, and `bones` names of joints of the source, both as JSON.
+    #[expect(clippy::too_many_arguments, reason = "the options by name, as Python gives them")]
     fn retarget<'py>(
         &self,
         py: Python<'py>,
@@ -47,7 +54,11 @@ impl Robot {
         lock_feet: bool,
         velocity_limits: bool,
         passes: u8,
-    ) -> PyResult<(Bound<'py, PyDict>, String)> {
+        map: Option<&str>,
+        bones: Option<&str>,
+    ) -> PyResult<(Bound<'py, PyDict>, String, RobotClip)> {
+        let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
+        let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -59,30 +70,74 @@ impl Robot {
                 .conversion(conversion)
                 .lock_feet(lock_feet)
                 .velocity_limits(velocity_limits)
-                .passes(passes);
+                .passes(passes)
+                .source_bones(bones)
+                .target_bones(map);
             Retargeting::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
         });
-        let clips = done.map_err(|error| to_python(py, &error))?.into_clips();
-        let mut clips = clips
-            .into_iter()
-            .filter_map(|clip| Some((clip.robot_motion?, clip.report)));
-        let (motion, report) = clips
-            .next()
+        let retargeting = done.map_err(|error| to_python(py, &error))?;
+        let clip = &retargeting.clips()[0];
+        let motion = clip
+            .robot_motion
+            .as_ref()
             .expect("the source has a motion, and the target is a robot");
-        let frames = motion.frames();
-        let joints = motion.dof_names.len();
-        let arrays = PyDict::new(py);
-        let add = |name: &str, values: Vec<f64>, columns: usize| {
-            arrays.set_item(name, PyArray1::from_vec(py, values).reshape([frames, columns])?)
+        let arrays = arrays(py, motion)?;
+        let report = serde_json::to_string(&clip.report).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((arrays, report, RobotClip { retargeting }))
+    }
+}
+
+fn arrays<'py>(py: Python<'py>, motion: &RobotMotion) -> PyResult<Bound<'py, PyDict>> {
+    let (frames, joints) = (motion.frames(), motion.dof_names.len());
+    let arrays = PyDict::new(py);
+    let add = |name: &str, values: Vec<f64>, columns: usize| {
+        arrays.set_item(name, PyArray1::from_vec(py, values).reshape([frames, columns])?)
+    };
+    add("root_pos", motion.root_pos(), 3)?;
+    add("root_rot", motion.root_rot(), 4)?;
+    add("qpos", motion.qpos(), 7 + joints)?;
+    add("dof_pos", motion.dof_pos.clone(), joints)?;
+    let contacts: Vec<bool> = motion.contacts.iter().flatten().copied().collect();
+    arrays.set_item("contacts", PyArray1::from_vec(py, contacts).reshape([frames, 2])?)?;
+    arrays.set_item("fps", motion.fps)?;
+    Ok(arrays)
+}
+
+/// A motion on a robot, to be written.
+#[pyclass(frozen, module = "mocap")]
+pub(crate) struct RobotClip {
+    retargeting: Retargeting,
+}
+
+#[pymethods]
+impl RobotClip {
+    /// Writes a file in the format `to`, or in that of its extension.
+    fn save(&self, py: Python<'_>, path: PathBuf, to: Option<&str>, overwrite: bool) -> PyResult<()> {
+        let extension = path
+            .extension()
+            .map(|extension| extension.to_string_lossy().to_lowercase());
+        let name = to.or(extension.as_deref()).unwrap_or_default();
+        let Some(format) = RobotFormat::named(name) else {
+            let names = RobotFormat::ALL.map(RobotFormat::name).join(", ");
+            let message = format!("no format of robots' motions is called {name:?}; to must be one of {names}");
+            return Err(PyValueError::new_err(message));
         };
-        add("root_pos", motion.root_pos(), 3)?;
-        add("root_rot", motion.root_rot(), 4)?;
-        add("qpos", motion.qpos(), 7 + joints)?;
-        let contacts: Vec<bool> = motion.contacts.iter().flatten().copied().collect();
-        arrays.set_item("contacts", PyArray1::from_vec(py, contacts).reshape([frames, 2])?)?;
-        add("dof_pos", motion.dof_pos, joints)?;
-        arrays.set_item("fps", motion.fps)?;
-        let report = serde_json::to_string(&report).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok((arrays, report))
+        let fps = self.retargeting.clips()[0]
+            .robot_motion
+            .as_ref()
+            .map(|motion| motion.fps);
+        if let (Some(rate), Some(fps)) = (format.rate(), fps)
+            && (rate - fps).abs() > 1e-9
+        {
+            let message = format!(
+                "{name} is read at {rate} frames a second, and the motion has {fps}: retarget(..., fps={rate})"
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        let saved = py.detach(|| {
+            let policy = ReplacePolicy::new([] as [&Path; 0]).force(overwrite);
+            format.write(&self.retargeting)?.save(&path, &policy)
+        });
+        saved.map_err(|error| to_python(py, &error))
     }
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -37,6 +38,41 @@ def test_two_passes_are_smoother_than_one() -> None:
     assert np.percentile(np.abs(two), 99) < 0.5 * np.percentile(np.abs(one), 99)
     with pytest.raises(ValueError, match="1 or 2, got 3"):
         robot.retarget(walk, passes=3)  # type: ignore[arg-type]
+
+
+def test_a_motion_is_saved_for_trainers(tmp_path: Path) -> None:
+    robot, short = mocap.Robot(ROBOT), mocap.read(FIXTURES / "real" / "cmu_short.bvh")
+    motion = robot.retarget(short, fps=50, passes=1)
+    motion.save(tmp_path / "walk.npz")
+    np.testing.assert_array_equal(np.load(tmp_path / "walk.npz")["dof_pos"], motion.dof_pos)
+    motion.save(tmp_path / "mjlab.npz", "mjlab")
+    mjlab = np.load(tmp_path / "mjlab.npz")
+    assert {"fps", "joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w"} <= set(mjlab.files)
+    np.testing.assert_allclose(mjlab["joint_pos"], motion.dof_pos, atol=1e-6)
+    motion.save(tmp_path / "gmr.pkl", "gmr")
+    with pytest.raises(ValueError, match="unitree-csv is read at 30 frames a second, and the motion has 50"):
+        motion.save(tmp_path / "walk.csv", "unitree-csv")
+    with pytest.raises(ValueError, match="to must be one of npz, pkl, csv, qpos, gmr"):
+        motion.save(tmp_path / "walk.txt")
+    (tmp_path / "mine.npz").write_text("mine")
+    with pytest.raises(mocap.MocapError, match="would replace"):
+        motion.save(tmp_path / "mine.npz")
+    motion.save(tmp_path / "mine.npz", overwrite=True)
+    copy = pickle.loads(pickle.dumps(motion))
+    np.testing.assert_array_equal(copy.dof_pos, motion.dof_pos)
+    with pytest.raises(ValueError, match="in the process that solved it"):
+        copy.save(tmp_path / "copy.npz")
+
+
+def test_a_map_says_which_link_is_which_bone() -> None:
+    robot, short = mocap.Robot(ROBOT), mocap.read(FIXTURES / "real" / "cmu_short.bvh")
+    plain = robot.retarget(short, passes=1)
+    same = robot.retarget(short, passes=1, map={"leftFoot": "left_ankle_link"}, bones={"leftFoot": "LeftFoot"})
+    np.testing.assert_array_equal(plain.dof_pos, same.dof_pos)
+    other = robot.retarget(short, passes=1, map={"leftUpperArm": None, "leftLowerArm": None, "leftHand": None})
+    assert not np.array_equal(plain.dof_pos, other.dof_pos)
+    with pytest.raises(mocap.MocapError, match='no link is called "ankle"'):
+        robot.retarget(short, map={"leftFoot": "ankle"})
 
 
 def test_what_is_no_humanoid_is_refused() -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any, Literal
 
 from . import _mocap, edit
@@ -94,6 +95,7 @@ def convert(
     shell_distance: float | None = None,
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
     overwrite: bool = False,
+    skeleton_only: bool = False,
     **options: Any,
 ) -> int:
     """Writes a motion file in the format of the target's extension, as ``mocap formats`` lists them; returns the bytes
@@ -111,15 +113,15 @@ def convert(
         t_pose_first: Put the T-pose before the first frame, on the floor.
         names: What joints are called in the target: ``"vrm"``, ``"mixamo"``, ``"unreal"``, ``"cmu"``, a JSON file, or the
             name of each bone, as ``{"hips": "Pelvis"}``; ``None`` keeps the source's names.
-        max_error, shell_distance, compress, overwrite: The fields of :class:`WriteOptions`.
+        max_error, shell_distance, compress, overwrite, skeleton_only: The fields of :class:`WriteOptions`.
         options: The fields of :class:`ReadOptions`.
 
     Raises:
         MocapError: Where the source cannot be read or the target cannot be written.
         ValueError: Where the extension is that of no written format, or an option has no effect on it.
     """
-    write = WriteOptions(max_error, shell_distance, compress, overwrite)
-    own = ("unit", "up", "fps", "rest", "t_pose_first", "names", "max_error", "shell_distance", "compress", "overwrite")
+    write = WriteOptions(max_error, shell_distance, compress, overwrite, skeleton_only)
+    own = ("unit", "up", "fps", "rest", "t_pose_first", "names", *(field.name for field in fields(WriteOptions)))
     read = changed(ReadOptions(), options, *own)
     given = None if names is None else json.dumps(dict(names) if isinstance(names, Mapping) else os.fspath(names))
     return _mocap.convert(source, target, metres(unit), up, fps, rest, t_pose_first, given, read, write)

@@ -59,8 +59,19 @@ class Robot:
     @property
     def dof_names(self) -> list[str]: ...
     def retarget(
-        self, source: Scene, fps: float | None, lock_feet: bool, velocity_limits: bool, passes: int
-    ) -> tuple[dict[str, Any], str]: ...
+        self,
+        source: Scene,
+        fps: float | None,
+        lock_feet: bool,
+        velocity_limits: bool,
+        passes: int,
+        map: str | None,
+        bones: str | None,
+    ) -> tuple[dict[str, Any], str, RobotClip]: ...
+
+@final
+class RobotClip:
+    def save(self, path: str | os.PathLike[str], to: str | None, overwrite: bool) -> None: ...
 
 @final
 class ArrowTable:

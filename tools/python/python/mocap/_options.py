@@ -45,12 +45,14 @@ class WriteOptions:
         shell_distance: Points at this distance from each joint, in metres, keep ``max_error`` too, as a skin does.
         compress: How glTF stores keys: ``"none"``, ``"int16"``, ``"meshopt"`` or ``"meshopt-khr"``.
         overwrite: Replace a file that may be somebody's source; an input is never replaced.
+        skeleton_only: Write the skeleton and its motion alone, without the meshes and all else of a file that has them.
     """
 
     max_error: float | None = None
     shell_distance: float | None = None
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None
     overwrite: bool = False
+    skeleton_only: bool = False
 
 
 @dataclass(frozen=True)

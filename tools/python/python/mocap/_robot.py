@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -13,6 +14,10 @@ from numpy.typing import NDArray
 from . import _mocap
 from ._retarget import Feet, _locks
 from ._scene import Scene
+
+RobotFormat = Literal[
+    "npz", "pkl", "csv", "qpos", "gmr", "unitree-csv", "mjlab", "isaaclab", "protomotions", "mimickit", "twist"
+]
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,6 +43,29 @@ class RobotMotion:
     contacts: NDArray[np.bool_]
     qpos: NDArray[np.float64]
     report: dict[str, Any]
+    _clip: _mocap.RobotClip | None = field(default=None, repr=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_clip": None}
+
+    def save(
+        self, path: str | os.PathLike[str], to: RobotFormat | None = None, *, overwrite: bool = False
+    ) -> None:
+        """Writes the motion, as ``mocap robot`` does: what was solved, whatever became of the arrays.
+
+        Args:
+            path: The file to write.
+            to: Its format; ``None`` for that of its extension, ``.npz``, ``.pkl`` or ``.csv``.
+            overwrite: Whether to replace a file that this package did not write.
+
+        Raises:
+            MocapError: Where another file is there, or the file cannot be written.
+            ValueError: For a format that does not exist, for one whose readers expect another frame rate, and for a motion
+                that came from another process.
+        """
+        if self._clip is None:
+            raise ValueError("a motion that was pickled has its arrays alone: save it in the process that solved it")
+        self._clip.save(path, to, overwrite)
 
     def __repr__(self) -> str:
         return f"<mocap.RobotMotion of {len(self.qpos)} frames and {len(self.dof_names)} joints at {self.fps:g} a second>"
@@ -79,6 +107,8 @@ class Robot:
         feet: Feet = "lock",
         velocity_limits: bool = False,
         passes: Literal[1, 2] = 2,
+        map: Mapping[str, str | None] | None = None,
+        bones: Mapping[str, str | None] | None = None,
     ) -> RobotMotion:
         """The first motion of a scene on the robot.
 
@@ -89,12 +119,16 @@ class Robot:
             velocity_limits: With one pass, whether joints keep within the velocities of the robot's file, too.
             passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together, so that
                 joints move smoothly, within their velocities and without jumps.
+            map: The names of links for bones, where the guess is wrong: ``{"leftFoot": "left_ankle_link"}``; ``None`` for
+                a bone that the robot does not have.
+            bones: The names of joints of the source for bones, likewise.
 
         Raises:
-            MocapError: Where the source or the robot is not a humanoid, with the reason.
+            MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
             ValueError: Where ``passes`` is neither 1 nor 2.
         """
         if passes not in (1, 2):
             raise ValueError(f"passes must be 1 or 2, got {passes!r}")
-        arrays, report = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes)
-        return RobotMotion(dof_names=self.dof_names, report=json.loads(report), **arrays)
+        names = [None if given is None else json.dumps(dict(given)) for given in (map, bones)]
+        arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, *names)
+        return RobotMotion(dof_names=self.dof_names, report=json.loads(report), _clip=clip, **arrays)
