@@ -60,6 +60,8 @@ pub struct Importer {
     hash: bool,
     clips: Clips,
     joints: Option<String>,
+    markers: Option<String>,
+    standing: Option<PathBuf>,
 }
 
 impl Default for Importer {
@@ -81,6 +83,8 @@ impl Importer {
             hash: true,
             clips: Clips::All,
             joints: None,
+            markers: None,
+            standing: None,
         }
     }
 

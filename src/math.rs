@@ -1,5 +1,6 @@
 //! The arithmetic that several modules share.
 
+pub(crate) mod cholesky;
 pub(crate) mod directions;
 pub(crate) mod inertia;
 pub(crate) mod median;

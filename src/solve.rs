@@ -17,6 +17,7 @@
     expect(dead_code, reason = "HumanML3D is written as an archive of NumPy")
 )]
 pub(crate) mod humanml3d;
+pub(crate) mod markers;
 mod points;
 mod rest;
 mod roll;

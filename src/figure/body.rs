@@ -50,7 +50,7 @@ impl Body {
     pub(crate) fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
         let refused = |reason: String| -> crate::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
-                .help("name its bones in a map, or choose another file")
+                .help("name its bones in a map, or choose another file; markers become a skeleton by --markers auto, or mocap solve")
                 .into()
         };
         let Some(t_pose) = figure.t_pose(scene).cloned() else {

@@ -10,9 +10,9 @@
 //! or else 16-bit integers to be multiplied by it. A negative residual means that the point was not seen.
 //!
 //! A marker becomes a node with position keys below one group. The file has no skeleton, and the reader does not
-//! compute one: markers are on the skin, and finding the joints needs a model of the person. Analog samples and events
-//! are left out. Positions are in the file's unit, rotated so that +Y is up; `POINT:Y_SCREEN` states the file's up
-//! axis, and without it +Z is assumed.
+//! compute one: markers are on the skin, and finding the joints needs a model of the person (`solve`). Analog samples
+//! and events are left out. Positions are in the file's unit, rotated so that +Y is up; `POINT:Y_SCREEN` states the
+//! file's up axis, and without it +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files, so this crate has its own reader, which checks every count against the bytes that follow.
@@ -37,7 +37,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "C3D",
     description: "C3D markers",
     extensions: &["c3d"],
-    reading: "good: markers; joints are not solved from them",
+    reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "no",
     sniff,
     reads_blocks: false,

@@ -26,7 +26,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "TRC",
     description: "TRC markers",
     extensions: &["trc"],
-    reading: "good: markers; joints are not solved from them",
+    reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "good: positions of markers or joints",
     sniff: read::sniff,
     reads_blocks: false,

@@ -140,6 +140,34 @@ impl Importer {
         self
     }
 
+    /// Solves a skeleton with rotations from the markers of a file: `auto` where their labels are those of a known set
+    /// (`docs/markers.md`), or a JSON file, an object from labels to landmarks. Default: markers are points without a
+    /// skeleton.
+    ///
+    /// ```
+    /// let error = mocap::Importer::new().markers("auto").import("fixtures/real/optotrak.c3d").unwrap_err();
+    /// assert!(error.to_string().contains("do not tell where the legs are"));
+    /// ```
+    #[must_use]
+    pub fn markers(mut self, names: impl Into<String>) -> Self {
+        self.markers = Some(names.into());
+        self
+    }
+
+    /// A file of somebody who stands, with markers that the motion may not have, such as those inside of knees and
+    /// ankles. [`Importer::markers`] uses it.
+    ///
+    /// ```
+    /// let importer = mocap::Importer::new().markers("auto").static_trial("nosuch.trc");
+    /// let error = importer.import("fixtures/real/optotrak.c3d").unwrap_err();
+    /// assert!(error.to_string().contains("nosuch.trc"));
+    /// ```
+    #[must_use]
+    pub fn static_trial(mut self, path: impl Into<PathBuf>) -> Self {
+        self.standing = Some(path.into());
+        self
+    }
+
     /// The format. Default: found from the contents, or else from the extension.
     ///
     /// A file whose beginning is broken is then read as that format, and the error names the line.

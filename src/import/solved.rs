@@ -6,14 +6,21 @@ use super::Importer;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::Source;
 use crate::scene::{Format, NodeKind, Scene};
+use crate::solve::markers::{Known, solve_markers};
 use crate::solve::{JointSet, solve};
 
 /// Formats of arrays, whose points have no names of their own.
 const ARRAYS: [Format; 4] = [Format::Npz, Format::Npy, Format::Torch, Format::Pickle];
 
+/// Labels of markers are looked up in the known sets.
+const AUTO: &str = "auto";
+
 impl Importer {
     /// Solves rotations from the positions of a scene without a skeleton.
     pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
+        if let Some(names) = &self.markers {
+            return self.solve_markers(scene, names, source);
+        }
         match &self.joints {
             Some(joints) => solve(scene, &joint_set(joints, source)?),
             None if is_array_of_points(scene) => match set_of_names(scene) {
@@ -22,6 +29,31 @@ impl Importer {
             },
             None => Ok(()),
         }
+    }
+
+    fn solve_markers(&self, scene: &mut Scene, names: &str, source: &Source<'_>) -> Result<()> {
+        check_markers(scene)?;
+        let mut known = Known::default();
+        if names != AUTO {
+            let bytes = (source.open)(Path::new(names))?;
+            let text = String::from_utf8(bytes)
+                .map_err(|_| Diagnostic::new(Code::BinaryFile, format!("{names} is not UTF-8 text")))?;
+            known = known.named(names, &text)?;
+        }
+        if let Some(standing) = &self.standing {
+            let bytes = (source.open)(standing)?;
+            let importer = Self {
+                format: None,
+                markers: None,
+                standing: None,
+                joints: None,
+                ..self.clone()
+            };
+            let trial = importer.read(&bytes, standing)?;
+            check_markers(&trial).map_err(|error| error.with_path(standing))?;
+            known = known.standing(trial);
+        }
+        solve_markers(scene, &known)
     }
 }
 
@@ -40,9 +72,24 @@ fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
     JointSet::from_json(joints, &text)
 }
 
+/// Refuses what is no group of points.
+fn check_markers(scene: &Scene) -> Result<()> {
+    if is_points(scene) {
+        return Ok(());
+    }
+    let message = "the file has no markers: it has a skeleton, or nothing that moves";
+    let help = "mocap convert takes files with a skeleton; --joints names the joints of arrays";
+    Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+}
+
 fn is_array_of_points(scene: &Scene) -> bool {
     let is_array = scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format));
-    is_array && !scene.animations.is_empty() && scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
+    is_array && is_points(scene)
+}
+
+/// Whether the scene is a group of points that move.
+fn is_points(scene: &Scene) -> bool {
+    !scene.animations.is_empty() && scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
 }
 
 /// The set whose joints have the names of the points.

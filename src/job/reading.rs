@@ -51,6 +51,15 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
+    /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set, or a JSON file,
+    /// an object from labels to landmarks [default: markers stay points]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "auto|FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub markers: Option<String>,
+    /// A file of markers of somebody who stands, which may have more markers than the motion
+    #[cfg_attr(feature = "cli", arg(long = "static", value_name = "FILE"))]
+    #[serde(rename = "static", skip_serializing_if = "is_default")]
+    pub static_trial: Option<PathBuf>,
     /// Treat every warning as an error
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
@@ -86,6 +95,12 @@ impl Reading {
         }
         if let Some(joints) = &self.joints {
             importer = importer.joints(joints);
+        }
+        if let Some(markers) = &self.markers {
+            importer = importer.markers(markers);
+        }
+        if let Some(trial) = &self.static_trial {
+            importer = importer.static_trial(trial);
         }
         match self.retime {
             Some(rate) => importer.retime(rate),

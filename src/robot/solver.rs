@@ -10,6 +10,7 @@ use glam::{DQuat, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::{Goals, ROOT, Terms};
+use crate::math::cholesky;
 use crate::scene::robot::Placement;
 
 /// How much a joint is held where it was in the frame before, against a turn of a link by the same angle.
@@ -130,7 +131,7 @@ impl Solver {
                 .sum();
             right[row] = self.terms.gradient[a] - taken;
         }
-        cholesky(matrix, right, count);
+        cholesky::solve(matrix, right, count);
         for (unknown, step) in self.step.iter_mut().enumerate() {
             *step = fixed[unknown].unwrap_or_default();
         }
@@ -160,34 +161,6 @@ pub(super) fn moved(root: &Placement, step: [f64; ROOT]) -> Placement {
     }
 }
 
-/// Solves a symmetric positive definite system, of which the lower triangle is given, in place.
-fn cholesky(matrix: &mut [f64], right: &mut [f64], size: usize) {
-    for row in 0..size {
-        for column in 0..=row {
-            let (above, here) = matrix.split_at_mut(row * size);
-            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-            if column < row {
-                let other = &above[column * size..column * size + column];
-                let sum = here[column] - dot(&here[..column], other);
-                here[column] = sum / above[column * size + column];
-            } else {
-                let sum = here[row] - dot(&here[..row], &here[..row]);
-                here[row] = sum.max(1e-18).sqrt();
-            }
-        }
-    }
-    for row in 0..size {
-        let known: f64 = (0..row).map(|column| matrix[row * size + column] * right[column]).sum();
-        right[row] = (right[row] - known) / matrix[row * size + row];
-    }
-    for row in (0..size).rev() {
-        let known: f64 = (row + 1..size)
-            .map(|other| matrix[other * size + row] * right[other])
-            .sum();
-        right[row] = (right[row] - known) / matrix[row * size + row];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::terms::Turn;
@@ -204,7 +177,7 @@ mod tests {
             .map(|row| row.iter().zip(known).map(|(a, x)| a * x).sum())
             .collect();
         let mut matrix: Vec<f64> = full.iter().flatten().copied().collect();
-        cholesky(&mut matrix, &mut right, 3);
+        cholesky::solve(&mut matrix, &mut right, 3);
         for (found, known) in right.iter().zip(known) {
             assert!((found - known).abs() < 1e-12, "{right:?}");
         }

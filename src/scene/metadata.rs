@@ -341,6 +341,8 @@ pub enum Topic {
     Body,
     /// From which pose the rotations of fingers begin.
     Hands,
+    /// How well a skeleton explains the markers that it was solved from.
+    Markers,
     /// A topic of another version of this crate.
     #[serde(other)]
     Other,
@@ -368,6 +370,7 @@ impl Topic {
             Self::Layout => "layout",
             Self::Body => "body",
             Self::Hands => "hands",
+            Self::Markers => "markers",
             Self::Other => "other",
         }
     }
@@ -423,6 +426,7 @@ mod tests {
             Topic::Layout,
             Topic::Body,
             Topic::Hands,
+            Topic::Markers,
             Topic::Other,
         ];
         for topic in topics {

@@ -40,7 +40,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "robot",
-        &["error", "options", "scene", "pose", "figure", "edit", "retarget"],
+        &[
+            "error", "options", "scene", "math", "pose", "figure", "edit", "retarget",
+        ],
     ),
     ("solve", &["error", "scene", "math"]),
     (

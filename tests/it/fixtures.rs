@@ -5,9 +5,10 @@ use std::fs;
 use std::path::Path;
 
 /// The folders that the README describes, each as the heading of its section.
-const FOLDERS: [&str; 8] = [
+const FOLDERS: [&str; 9] = [
     "real",
     "made",
+    "markers",
     "characters",
     "skeletons",
     "arrays",
@@ -45,7 +46,7 @@ fn the_readme_lists_every_fixture_once_and_nothing_else() {
         let list: BTreeSet<String> = rows.iter().cloned().collect();
         assert_eq!(rows.len(), list.len(), "{folder}: a row stands twice");
         // In the other two folders a result stands beside each input.
-        let inputs = if ["real", "made", "characters", "skeletons", "arrays", "robots"].contains(&folder) {
+        let inputs = if ["real", "made", "markers", "characters", "skeletons", "arrays", "robots"].contains(&folder) {
             ""
         } else {
             ".bvh"

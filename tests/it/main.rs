@@ -60,6 +60,7 @@ mod jobs;
 mod kept_characters;
 mod kinematics;
 mod limits;
+mod markers;
 mod mjcf_files;
 mod motion_steps;
 mod names;

@@ -80,7 +80,7 @@ pub(crate) enum Command {
     Clean(CleanArgs),
     /// Find where motions can pass into each other, and walk through them: motion graphs
     Graph(GraphArgs),
-    /// Solve rotations from positions of joints: arrays, and C3D of joint centres, with --joints SET|FILE
+    /// Solve rotations from markers of C3D and TRC, or from positions of joints with --joints SET|FILE
     Solve(SolveArgs),
     /// Summarise a file
     Info(InfoArgs),
@@ -162,25 +162,23 @@ pub(crate) struct ConvertArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct SolveArgs {
     /// The joints of the positions: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or a JSON file with a list
-    /// of {"name", "parent", "bone", "points"}
-    #[arg(
-        long,
-        value_name = "SET|FILE",
-        conflicts_with = "joint-set",
-        required_unless_present = "joint-set"
-    )]
+    /// of {"name", "parent", "bone", "points"} [default: markers, whose labels are looked up]
+    #[arg(long, value_name = "SET|FILE", conflicts_with_all = ["joint-set", "markers"])]
     joints: Option<String>,
     #[command(flatten)]
     pub(crate) convert: ConvertArgs,
 }
 
 impl SolveArgs {
-    /// Tells the reader the joints, and takes `-o take.bvh` for the output of one input; `-o takes/` is the folder of
-    /// many.
+    /// Tells the reader the joints, or to find them from markers, and takes `-o take.bvh` for the output of one input;
+    /// `-o takes/` is the folder of many.
     pub(crate) fn settle(&mut self) {
         let Self { joints, convert } = self;
         if joints.is_some() {
             convert.read.joints = joints.take();
+        }
+        if convert.read.joints.is_none() {
+            convert.read.markers.get_or_insert_with(|| "auto".to_owned());
         }
         let is_file = |output: &PathBuf| FormatInfo::of_output(output).is_some() && !output.is_dir();
         if convert.paths.len() == 1

@@ -1,0 +1,197 @@
+//! Markers on the skin into a skeleton with rotations.
+//!
+//! 1. Labels become landmarks of the body, by the names that known sets of markers have for them.
+//! 2. In some tens of frames the centres of joints come from landmarks by regressions (hips, shoulders) and from the
+//!    normals of bent limbs (knees, elbows), and rotations from them as of any positions of joints.
+//! 3. Lengths, centres and the offsets of markers on their bones are refined with the poses of these frames.
+//! 4. Every frame is fitted to all its markers, from the frame before. A marker that is not seen is simply not there;
+//!    its body holds what hangs on it.
+
+mod body;
+mod calibrate;
+mod centres;
+mod fit;
+mod landmarks;
+mod model;
+mod report;
+mod take;
+mod track;
+
+use glam::Quat;
+
+use self::calibrate::calibrate;
+use self::centres::{Centres, centres};
+use self::take::{Named, Take};
+use super::points::Points;
+use super::rest::Rest;
+use super::set::JointSet;
+use super::{rules, turn, turned, write};
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::{HumanoidBone as Bone, Scene};
+
+/// Frames from which the body is known.
+const CALIBRATED: usize = 40;
+
+/// What is known of markers beside their labels.
+#[derive(Debug, Default)]
+pub(crate) struct Known {
+    named: Named,
+    standing: Option<Scene>,
+}
+
+impl Known {
+    /// Of a JSON text, an object from labels to landmarks such as `{"hip_l": "LASI"}`.
+    pub(crate) fn named(mut self, name: &str, text: &str) -> Result<Self> {
+        let invalid = |message: String| {
+            Diagnostic::new(Code::InvalidValue, format!("the markers of {name}: {message}"))
+                .help("an object from labels to landmarks: {\"my front left hip\": \"LASI\", ...}")
+        };
+        let stated: std::collections::BTreeMap<String, String> =
+            serde_json::from_str(text).map_err(|error| invalid(error.to_string()))?;
+        for (label, landmark) in stated {
+            let known = landmarks::named(&landmark);
+            let landmark =
+                known.ok_or_else(|| invalid(format!("{landmark} is no landmark; docs/markers.md lists them")))?;
+            self.named.insert(landmarks::key(&label), landmark);
+        }
+        Ok(self)
+    }
+
+    /// Refuses labels that no file has.
+    fn check(&self, takes: &[Option<&Take>]) -> Result<()> {
+        let is_there = |key: &String| takes.iter().flatten().any(|take| take.has_label(key));
+        let mut missing: Vec<&str> = self
+            .named
+            .keys()
+            .filter(|key| !is_there(key))
+            .map(String::as_str)
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        missing.sort_unstable();
+        let labels = takes.first().copied().flatten().map(|take| take.labels.join(", "));
+        Err(Diagnostic::new(
+            Code::InvalidValue,
+            "labels of --markers are not in the file, or two are one landmark",
+        )
+        .expected_found(missing.join(", "), labels.unwrap_or_default())
+        .help("the labels of a file: mocap info FILE")
+        .into())
+    }
+
+    /// A trial of somebody who stands, with markers that the motion may not have.
+    pub(crate) fn standing(mut self, scene: Scene) -> Self {
+        self.standing = Some(scene);
+        self
+    }
+}
+
+/// Puts a skeleton in the place of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
+/// up.
+pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
+    let mut take = Take::of_scene(scene, &known.named)?;
+    let standing = match &known.standing {
+        Some(standing) => Some(Take::of_scene(standing, &known.named)?),
+        None => None,
+    };
+    known.check(&[Some(&take), standing.as_ref()])?;
+    let mut chosen = chosen(&take, standing.as_ref())?;
+    let name = match take.set {
+        Some(set) => format!("{} markers of {set}", take.landmarks.len()),
+        None => format!("{} markers", take.landmarks.len()),
+    };
+    let set = body::joint_set(name, &chosen.centres[0], &chosen.take);
+    let up = body::points(&set, &chosen.centres, &chosen.take).up(&set);
+    let upright = |point: glam::DVec3| turned(point.as_vec3(), up.0).as_dvec3();
+    take.rotate(upright);
+    chosen.take.rotate(upright);
+    for (_, centre) in chosen.centres.iter_mut().flatten() {
+        *centre = upright(*centre);
+    }
+    let points = body::points(&set, &chosen.centres, &chosen.take);
+    let rules = rules::Rules::new(&set, &points);
+    let (mut rest, world) = turn::turn(&set, &rules, &points);
+    // Markers of the standing trial alone are no markers of the motion.
+    let mut seen = chosen.take.clone();
+    seen.keep_first(take.landmarks.len());
+    let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen);
+    calibrate(&mut model, &mut frames);
+    let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
+    report::say(scene, &take, &model, &tracked);
+
+    let metres = take.metres as f32;
+    for (offset, joint) in std::iter::zip(&mut rest.offsets, &model.joints) {
+        if joint.parent.is_some() {
+            *offset = joint.offset.as_vec3();
+        }
+    }
+    on_the_ground(&mut rest, &set);
+    rest.offsets.iter_mut().for_each(|offset| *offset /= metres);
+    let solved = Points {
+        frames: take.frames,
+        tracks: (0..set.joints.len())
+            .map(|joint| match set.joints[joint].parent {
+                None => tracked.roots.iter().map(|root| root.as_vec3() / metres).collect(),
+                Some(_) => Vec::new(),
+            })
+            .collect(),
+        all: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let rotations: Vec<Vec<Quat>> = tracked
+        .rotations
+        .iter()
+        .map(|track| track.iter().map(|rotation| rotation.as_quat()).collect())
+        .collect();
+    scene.metadata.metres_per_unit = Some(take.metres);
+    write(scene, &set, &solved, &rest, rotations, up);
+    Ok(())
+}
+
+/// The root of the rest pose stands where its lowest joint is on the ground.
+fn on_the_ground(rest: &mut Rest, set: &JointSet) {
+    let mut heights = vec![0.0_f32; set.joints.len()];
+    for joint in set.depth_first() {
+        if let Some(parent) = set.joints[joint].parent {
+            heights[joint] = heights[parent] + rest.offsets[joint].y;
+        }
+    }
+    let lowest = heights.iter().copied().fold(0.0, f32::min);
+    rest.offsets[0].y = -lowest;
+}
+
+/// The frames from which the body is known.
+struct Chosen {
+    frames: Vec<usize>,
+    /// Of these frames.
+    take: Take,
+    centres: Vec<Centres>,
+}
+
+/// Frames over the whole take in which all joints are known that are known in any.
+fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
+    let all: Vec<usize> = (0..take.frames).step_by((take.frames / 1000).max(1)).collect();
+    let filled = take.filled(&all, standing);
+    let found: Vec<Option<Centres>> = (0..all.len()).map(|frame| centres(&filled, frame)).collect();
+    let most = found.iter().flatten().map(Vec::len).max().unwrap_or(0);
+    let whole: Vec<usize> = (0..all.len())
+        .filter(|frame| found[*frame].as_ref().is_some_and(|centres| centres.len() == most))
+        .collect();
+    let has = |bone: Bone| {
+        let first = whole.first().and_then(|frame| found[*frame].as_ref());
+        first.is_some_and(|centres| centres.iter().any(|(own, _)| *own == bone))
+    };
+    if !has(Bone::LeftFoot) || !has(Bone::RightFoot) {
+        return Err(report::missing(take, standing).into());
+    }
+    let places: Vec<usize> = (0..CALIBRATED.min(whole.len()))
+        .map(|index| whole[index * whole.len() / CALIBRATED.min(whole.len())])
+        .collect();
+    let frames: Vec<usize> = places.iter().map(|place| all[*place]).collect();
+    Ok(Chosen {
+        take: take.filled(&frames, standing),
+        centres: places.iter().filter_map(|place| found[*place].clone()).collect(),
+        frames,
+    })
+}

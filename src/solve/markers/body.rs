@@ -1,0 +1,244 @@
+//! The body of a take: its joints as a set, and a model from the centres of joints in some frames.
+
+use glam::{DQuat, DVec3, Vec3};
+
+use super::calibrate::Frame;
+use super::centres::Centres;
+use super::landmarks::On;
+use super::model::{Freedom, Hinge, Joint, Marker, Model, Pose};
+use super::take::Take;
+use crate::scene::{HumanoidBone as Bone, Side};
+use crate::solve::points::Points;
+use crate::solve::rest::{Rest, bend_axis, limb_direction};
+use crate::solve::set::{JointSet, Mark, SetJoint};
+
+/// Standard deviations of the offset of a marker on a bone and on a muscle, in metres.
+const ON_BONE: f64 = 0.012;
+const ON_MUSCLE: f64 = 0.04;
+
+/// Standard deviation of a hip's centre about its regression, in metres: Harrington 2007 states 3 to 8 mm a coordinate
+/// for markers on bones.
+const HIP: f64 = 0.012;
+
+/// As above, of joints of the trunk, which no regression tells.
+const TRUNK: f64 = 0.02;
+
+/// The joint that a hand points to.
+const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
+
+/// The joints that the landmarks tell, parents first.
+pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSet {
+    let has = |bone: Bone| centres.iter().any(|(own, _)| *own == bone);
+    let mut set = JointSet {
+        name,
+        points: Vec::new(),
+        joints: Vec::new(),
+        marks: Vec::new(),
+    };
+    let mut add = |name: &str, bone: Option<Bone>, parent: Option<usize>| {
+        set.joints.push(SetJoint {
+            name: name.to_owned(),
+            parent,
+            bone,
+            of: Vec::new(),
+        });
+        set.joints.len() - 1
+    };
+    let mut chain = |bones: &[Bone], parent: Option<usize>| {
+        let mut parent = parent;
+        for bone in bones.iter().filter(|bone| has(**bone)) {
+            parent = Some(add(bone.as_str(), Some(*bone), parent));
+        }
+        parent
+    };
+    let hips = chain(&[Bone::Hips], None);
+    let chest = chain(&[Bone::Spine, Bone::Chest], hips);
+    chain(&[Bone::Neck, Bone::Head], chest);
+    let mut hands = Vec::new();
+    for side in [Side::Left, Side::Right] {
+        let arm = [
+            Bone::LeftShoulder,
+            Bone::LeftUpperArm,
+            Bone::LeftLowerArm,
+            Bone::LeftHand,
+        ]
+        .map(|bone| bone.on(side));
+        let end = chain(&arm, chest);
+        hands.extend(end.filter(|_| has(arm[3])));
+        let leg = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes];
+        chain(&leg.map(|bone| bone.on(side)), hips);
+    }
+    for (hand, name) in hands.into_iter().zip(KNUCKLES) {
+        let finger = if name == KNUCKLES[0] { "LFIN" } else { "RFIN" };
+        if take.has(finger) {
+            set.joints.push(SetJoint {
+                name: name.to_owned(),
+                parent: Some(hand),
+                bone: None,
+                of: Vec::new(),
+            });
+        }
+    }
+    marks(&mut set, take);
+    set
+}
+
+/// Lines between markers that tell how head, hands and feet are turned.
+fn marks(set: &mut JointSet, take: &Take) {
+    // Of a foot the line is to the left: from the left big toe to the small one.
+    let lines = [
+        (Bone::Head, "RFHD", "LFHD"),
+        (Bone::LeftHand, "LWRB", "LWRA"),
+        (Bone::RightHand, "RWRB", "RWRA"),
+        (Bone::LeftFoot, "LTOE", "LMT5"),
+        (Bone::RightFoot, "RMT5", "RTOE"),
+        (Bone::LeftFoot, "LMT1", "LMT5"),
+        (Bone::RightFoot, "RMT5", "RMT1"),
+    ];
+    for (bone, from, to) in lines {
+        if let Some(joint) = set.joint(bone)
+            && take.has(from)
+            && take.has(to)
+            && set.marks.iter().all(|mark| mark.joint != joint)
+        {
+            set.points.extend([from.to_owned(), to.to_owned()]);
+            let count = set.points.len();
+            set.marks.push(Mark {
+                joint,
+                from: count - 2,
+                to: count - 1,
+            });
+        }
+    }
+}
+
+/// The centres of the joints of a set as points; `take` has the frames of `centres`.
+pub(super) fn points(set: &JointSet, centres: &[Centres], take: &Take) -> Points {
+    let track = |joint: &SetJoint| -> Vec<Vec3> {
+        let bone = |frame: usize| {
+            let own = centres[frame].iter().find(|(bone, _)| Some(*bone) == joint.bone);
+            own.map(|(_, at)| *at)
+        };
+        let finger = |frame: usize| take.at(if joint.name == KNUCKLES[0] { "LFIN" } else { "RFIN" }, frame);
+        let mut before = DVec3::ZERO;
+        (0..centres.len())
+            .map(|frame| {
+                before = joint
+                    .bone
+                    .map_or_else(|| finger(frame), |_| bone(frame))
+                    .unwrap_or(before);
+                before.as_vec3()
+            })
+            .collect()
+    };
+    let point = |name: &String| -> Vec<Vec3> {
+        (0..centres.len())
+            .map(|frame| take.at(name, frame).unwrap_or_default().as_vec3())
+            .collect()
+    };
+    Points {
+        frames: centres.len(),
+        tracks: set.joints.iter().map(track).collect(),
+        all: set.points.iter().map(point).collect(),
+        warnings: Vec::new(),
+    }
+}
+
+/// The body with its markers, and the poses of the frames, from a T-pose and rotations to the world.
+pub(super) fn model(
+    set: &JointSet,
+    rest: &Rest,
+    world: &[Vec<glam::Quat>],
+    points: &Points,
+    take: &Take,
+) -> (Model, Vec<Frame>) {
+    let joints: Vec<Joint> = (set.joints.iter().enumerate())
+        .map(|(index, joint)| {
+            let (freedom, bend) = joint.bone.map_or((Freedom::Fixed, None), kind);
+            Joint {
+                parent: joint.parent,
+                offset: rest.offsets[index].as_dvec3(),
+                freedom,
+                bend,
+                hinge: joint.bone.and_then(hinge),
+            }
+        })
+        .collect();
+    let frames = points.frames;
+    let turned = |joint: usize, frame: usize| world[joint][frame].as_dquat();
+    let mut markers = Vec::new();
+    for (landmark, track) in std::iter::zip(&take.landmarks, &take.tracks) {
+        let joint = attached(set, landmark.bone);
+        let offsets = (0..frames).filter_map(|frame| {
+            let own = points.tracks[joint][frame].as_dvec3();
+            Some(turned(joint, frame).inverse() * (track[frame]? - own))
+        });
+        markers.push(Marker {
+            joint,
+            offset: median(offsets.collect()),
+            spread: if landmark.on == On::Bone { ON_BONE } else { ON_MUSCLE },
+        });
+    }
+    let poses = (0..frames).map(|frame| Frame {
+        pose: Pose {
+            root: points.tracks[0][frame].as_dvec3(),
+            local: (0..joints.len())
+                .map(|joint| {
+                    let parent = joints[joint]
+                        .parent
+                        .map_or(DQuat::IDENTITY, |parent| turned(parent, frame));
+                    (parent.inverse() * turned(joint, frame)).normalize()
+                })
+                .collect(),
+        },
+        seen: take.tracks.iter().map(|track| track[frame]).collect(),
+    });
+    let poses = poses.collect();
+    (Model::new(joints, markers), poses)
+}
+
+/// The joint that moves a landmark of a bone: its own, or the nearest above that is there.
+fn attached(set: &JointSet, bone: Bone) -> usize {
+    let above = std::iter::successors(Some(bone), |bone| bone.parent());
+    above.into_iter().find_map(|bone| set.joint(bone)).unwrap_or(0)
+}
+
+/// What can change of a joint, and how far it bends without a reason, in radians.
+fn kind(bone: Bone) -> (Freedom, Option<f64>) {
+    match bone.on(Side::Left) {
+        Bone::Hips => (Freedom::Fixed, Some(1.0)),
+        Bone::LeftUpperLeg => (Freedom::Position(HIP), Some(2.0)),
+        Bone::LeftLowerLeg => (Freedom::Length, Some(2.0)),
+        Bone::LeftFoot => (Freedom::Length, Some(0.8)),
+        Bone::LeftToes => (Freedom::Fixed, None),
+        Bone::LeftUpperArm => (Freedom::Position(TRUNK), Some(2.0)),
+        Bone::LeftLowerArm => (Freedom::Length, Some(2.0)),
+        Bone::LeftHand => (Freedom::Length, Some(0.6)),
+        Bone::Neck | Bone::Head => (Freedom::Position(TRUNK), Some(0.5)),
+        _ => (Freedom::Position(TRUNK), Some(0.3)),
+    }
+}
+
+/// Knees and elbows: the joints at which shins and forearms begin.
+fn hinge(bone: Bone) -> Option<Hinge> {
+    let is_pure = match bone.on(Side::Left) {
+        Bone::LeftLowerLeg => true,
+        Bone::LeftLowerArm => false,
+        _ => return None,
+    };
+    Some(Hinge {
+        axis: bend_axis(bone)?.as_dvec3(),
+        along: limb_direction(bone)?.as_dvec3(),
+        is_pure,
+    })
+}
+
+/// The median of each coordinate.
+fn median(values: Vec<DVec3>) -> DVec3 {
+    let of = |axis: usize| {
+        let mut numbers: Vec<f64> = values.iter().map(|value| value[axis]).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+    };
+    DVec3::new(of(0), of(1), of(2))
+}

@@ -1,0 +1,211 @@
+//! Lengths of bones, centres of joints and offsets of markers, together with the poses of some frames.
+//!
+//! All unknowns are refined together by Gauss-Newton. The unknowns of each pose are eliminated (Schur's complement), so
+//! that a step costs as much as its frames. Where a joint moves, the motion of the markers tells its centre, as the
+//! symmetric centre of rotation does (Ehrig et al., J. Biomech. 39, 2006), and bent knees and elbows tell their axes
+//! (Ehrig et al., J. Biomech. 40, 2007), for markers of all segments at once; where it does not, the centre stays at
+//! its regression.
+
+use glam::DVec3;
+
+use super::fit::{self, Fit, add_term};
+use super::model::{Freedom, Model, Pose, World};
+use crate::math::cholesky;
+
+/// Steps over all frames.
+const STEPS: usize = 15;
+
+/// A frame counts as so much of an independent one: skin slides in the next much as in this one.
+const INDEPENDENT: f64 = 0.05;
+
+/// A step below this, in metres, is the last.
+const SMALLEST_STEP: f64 = 5e-4;
+
+/// The least that markers slide, in metres.
+const LEAST_SLIDE: f64 = 0.001;
+
+/// Standard deviation of the length of a bone, in metres.
+const LENGTH_SPREAD: f64 = 0.03;
+
+/// A pose with the markers that were seen.
+pub(super) struct Frame {
+    pub(super) pose: Pose,
+    pub(super) seen: Vec<Option<DVec3>>,
+}
+
+/// Which unknown is what.
+struct Unknowns {
+    /// The first of each joint's offset.
+    offsets: Vec<Option<usize>>,
+    /// The first of the offsets of markers.
+    markers: usize,
+    count: usize,
+}
+
+impl Unknowns {
+    fn of(model: &Model) -> Self {
+        let mut count = 0;
+        let offsets = model
+            .joints
+            .iter()
+            .map(|joint| {
+                let size = match joint.freedom {
+                    Freedom::Fixed => return None,
+                    Freedom::Length => 1,
+                    Freedom::Position(_) => 3,
+                };
+                count += size;
+                Some(count - size)
+            })
+            .collect();
+        Self {
+            offsets,
+            markers: count,
+            count: count + 3 * model.markers.len(),
+        }
+    }
+}
+
+/// Refines the body and the poses.
+pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) {
+    let first = model.clone();
+    let unknowns = Unknowns::of(model);
+    let mut fit = Fit::default();
+    for _ in 0..STEPS {
+        let mut matrix = vec![0.0; unknowns.count * unknowns.count];
+        let mut right = vec![0.0; unknowns.count];
+        let (mut squares, mut seen) = (0.0, 0.0);
+        for frame in frames.iter_mut() {
+            fit.fit(model, &mut frame.pose, &frame.seen);
+            for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
+                squares += distance * distance * fit::weight(distance);
+                seen += fit::weight(distance);
+            }
+            eliminated(model, &unknowns, frame, &fit.world, (&mut matrix, &mut right));
+        }
+        prior(model, &first, &unknowns, |term| {
+            add_term(&mut matrix, &mut right, unknowns.count, term);
+        });
+        cholesky::solve(&mut matrix, &mut right, unknowns.count);
+        let Some(largest) = fit::largest(&right) else { break };
+        change(model, &unknowns, &right);
+        // How far markers slide is told by the take, once the body is near.
+        model.slides = (squares / f64::max(3.0 * seen, 1.0))
+            .sqrt()
+            .clamp(LEAST_SLIDE, model.slides);
+        if largest < SMALLEST_STEP {
+            break;
+        }
+    }
+    for frame in frames {
+        fit.fit(model, &mut frame.pose, &frame.seen);
+    }
+}
+
+/// Adds what a frame says of the body, after its pose has followed.
+fn eliminated(
+    model: &Model,
+    unknowns: &Unknowns,
+    frame: &Frame,
+    world: &World,
+    (matrix, right): (&mut [f64], &mut [f64]),
+) {
+    let (poses, bodies) = (model.unknowns, unknowns.count);
+    let mut own = vec![0.0; poses * poses];
+    let mut own_right = vec![0.0; poses];
+    // A column of the body's unknowns is a row here.
+    let mut mixed = vec![0.0; bodies * poses];
+    let (mut moves, mut grows) = (Vec::new(), Vec::new());
+    for (marker, seen) in frame.seen.iter().enumerate() {
+        let Some(seen) = seen else { continue };
+        let off = *seen - model.marker(marker, world);
+        let weight = fit::weight(off.length()) / (model.slides * model.slides) * INDEPENDENT;
+        model.moves(marker, world, &mut moves);
+        model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
+        for &(row, a) in &moves {
+            own_right[row] += weight * a.dot(off);
+            for &(column, b) in &moves {
+                own[row * poses + column] += weight * a.dot(b);
+            }
+        }
+        for &(row, a) in &grows {
+            right[row] += weight * a.dot(off);
+            for &(column, b) in &grows {
+                if column <= row {
+                    matrix[row * bodies + column] += weight * a.dot(b);
+                }
+            }
+            for &(column, b) in &moves {
+                mixed[row * poses + column] += weight * a.dot(b);
+            }
+        }
+    }
+    model.terms(&frame.pose, world, |(value, slopes)| {
+        let root = INDEPENDENT.sqrt();
+        let slopes: Vec<(usize, f64)> = slopes.iter().map(|(column, slope)| (*column, slope * root)).collect();
+        add_term(&mut own, &mut own_right, poses, (value * root, &slopes));
+    });
+    for row in 0..poses {
+        own[row * poses + row] += 1e-3;
+    }
+    cholesky::factor(&mut own, poses);
+    cholesky::forward(&own, &mut own_right, poses);
+    let mut touched = Vec::new();
+    for body in 0..bodies {
+        let row = &mut mixed[body * poses..(body + 1) * poses];
+        if row.iter().any(|value| *value != 0.0) {
+            cholesky::forward(&own, row, poses);
+            touched.push(body);
+        }
+    }
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    for (place, &body) in touched.iter().enumerate() {
+        let row = &mixed[body * poses..(body + 1) * poses];
+        right[body] -= dot(row, &own_right);
+        for &other in &touched[..=place] {
+            matrix[body * bodies + other] -= dot(row, &mixed[other * poses..(other + 1) * poses]);
+        }
+    }
+}
+
+/// What the regressions say of the body.
+fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(super::model::Term<'_>)) {
+    let mut vector = |column: usize, off: DVec3, deviation: f64| {
+        for axis in 0..3 {
+            add((off[axis] / deviation, &[(column + axis, 1.0 / deviation)]));
+        }
+    };
+    for (joint, column) in unknowns.offsets.iter().enumerate() {
+        let (Some(column), off) = (*column, model.joints[joint].offset - first.joints[joint].offset) else {
+            continue;
+        };
+        if let Freedom::Position(deviation) = model.joints[joint].freedom {
+            vector(column, off, deviation);
+        }
+    }
+    for (marker, (own, first)) in std::iter::zip(&model.markers, &first.markers).enumerate() {
+        vector(unknowns.markers + 3 * marker, own.offset - first.offset, own.spread);
+    }
+    for (joint, column) in unknowns.offsets.iter().enumerate() {
+        if let (Some(column), Freedom::Length) = (*column, model.joints[joint].freedom) {
+            let off = model.joints[joint].offset.length() - first.joints[joint].offset.length();
+            add((off / LENGTH_SPREAD, &[(column, 1.0 / LENGTH_SPREAD)]));
+        }
+    }
+}
+
+fn change(model: &mut Model, unknowns: &Unknowns, step: &[f64]) {
+    for (joint, column) in unknowns.offsets.iter().enumerate() {
+        let (Some(column), joint) = (*column, &mut model.joints[joint]) else {
+            continue;
+        };
+        match joint.freedom {
+            Freedom::Fixed => {}
+            Freedom::Length => joint.offset += joint.offset.normalize_or_zero() * step[column],
+            Freedom::Position(_) => joint.offset += DVec3::from_slice(&step[column..column + 3]),
+        }
+    }
+    for (marker, own) in model.markers.iter_mut().enumerate() {
+        own.offset += DVec3::from_slice(&step[unknowns.markers + 3 * marker..][..3]);
+    }
+}

@@ -1,0 +1,192 @@
+//! Centres of joints from landmarks, frame by frame: where the refinement begins, and where it stays for joints that do
+//! not move.
+
+use glam::DVec3;
+
+use super::take::Take;
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// Harrington et al., J. Biomech. 40 (2007), table 3: the centre of the hip from the middle of the front spines, in
+/// metres and in parts of the depth of the pelvis and of the distance of the front spines: forward, up, sideways.
+const HIP_FORWARD: (f64, f64) = (-0.24, -0.0099);
+const HIP_UP: (f64, f64) = (-0.30, -0.0109);
+const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
+
+/// Depth of a pelvis in parts of the distance of its front spines, where the back is one marker on the sacrum.
+const SACRAL_DEPTH: f64 = 0.6;
+
+/// The distance of front spines that the widths below go with, in metres.
+const ADULT: f64 = 0.25;
+
+/// From the marker beside a joint to its centre, in metres: half the width of an adult's knee, ankle and elbow, and the
+/// 7 mm of a marker's radius.
+const KNEE: f64 = 0.06;
+const ANKLE: f64 = 0.043;
+const ELBOW: f64 = 0.042;
+
+/// Rab et al., J. Biomech. 35 (2002): the centre of the shoulder is below the acromion by this part of the distance of
+/// both.
+const SHOULDER_DOWN: f64 = 0.17;
+
+/// The sine of a bend that tells the axis of a hinge alone.
+const TELLS: f64 = 0.4;
+
+/// The centres of the joints of a frame.
+pub(super) type Centres = Vec<(Bone, DVec3)>;
+
+/// The joints whose landmarks are there; `None` without a pelvis.
+pub(super) fn centres(take: &Take, frame: usize) -> Option<Centres> {
+    let at = |name: &str| take.at(name, frame);
+    let pelvis = Pelvis::of(&at)?;
+    let mut found = vec![(Bone::Hips, pelvis.hip(Side::Left).midpoint(pelvis.hip(Side::Right)))];
+    for side in [Side::Left, Side::Right] {
+        leg(&at, &pelvis, side, &mut found);
+    }
+    trunk(&at, &pelvis, &mut found);
+    Some(found)
+}
+
+struct Pelvis {
+    front: DVec3,
+    left: DVec3,
+    forward: DVec3,
+    up: DVec3,
+    width: f64,
+    depth: f64,
+}
+
+impl Pelvis {
+    fn of(at: &impl Fn(&str) -> Option<DVec3>) -> Option<Self> {
+        let (left, right) = (at("LASI")?, at("RASI")?);
+        let (back, depth) = match (at("LPSI"), at("RPSI"), at("SACR")) {
+            (Some(left), Some(right), _) => (left.midpoint(right), None),
+            (_, _, Some(sacrum)) => (sacrum, Some(SACRAL_DEPTH)),
+            _ => return None,
+        };
+        let front = left.midpoint(right);
+        let width = left.distance(right);
+        let left = (left - right).try_normalize()?;
+        let forward = (front - back).reject_from(left);
+        Some(Self {
+            front,
+            left,
+            forward: forward.try_normalize()?,
+            up: forward.cross(left).try_normalize()?,
+            width,
+            depth: depth.map_or(front.distance(back), |part| part * width),
+        })
+    }
+
+    fn hip(&self, side: Side) -> DVec3 {
+        let part = |(part, more): (f64, f64), of: f64| part * of + more;
+        self.front
+            + self.forward * part(HIP_FORWARD, self.depth)
+            + self.up * part(HIP_UP, self.width)
+            + self.left * part(HIP_SIDE, self.width) * sign(side)
+    }
+
+    /// How large the body is beside an adult.
+    fn size(&self) -> f64 {
+        (self.width / ADULT).clamp(0.5, 1.4)
+    }
+}
+
+/// Positive to the left.
+fn sign(side: Side) -> f64 {
+    if side == Side::Left { 1.0 } else { -1.0 }
+}
+
+fn sided(side: Side, name: &str) -> String {
+    format!("{}{name}", if side == Side::Left { "L" } else { "R" })
+}
+
+fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: &mut Centres) {
+    let own = |name: &str| at(&sided(side, name));
+    let hip = pelvis.hip(side);
+    found.push((Bone::LeftUpperLeg.on(side), hip));
+    let (Some(knee), Some(ankle)) = (own("KNE"), own("ANK")) else {
+        return;
+    };
+    let thigh = (knee - hip).normalize_or_zero();
+    let shank = (ankle - knee).normalize_or_zero();
+    // To the left: where a shin goes back.
+    let left = axis(thigh.cross(shank), pelvis.left);
+    let inward = -sign(side) * left.reject_from(thigh).normalize_or_zero();
+    let knee = own("KNM").map_or(knee + inward * KNEE * pelvis.size(), |inner| knee.midpoint(inner));
+    let shank = (ankle - knee).normalize_or_zero();
+    let inward = -sign(side) * left.reject_from(shank).normalize_or_zero();
+    let ankle = own("ANM").map_or(ankle + inward * ANKLE * pelvis.size(), |inner| ankle.midpoint(inner));
+    found.push((Bone::LeftLowerLeg.on(side), knee));
+    found.push((Bone::LeftFoot.on(side), ankle));
+    let toes = match (own("TOE").or(own("MT1")), own("MT5")) {
+        (Some(inner), Some(outer)) => Some(inner.midpoint(outer)),
+        (one, other) => one.or(other).or(own("TIP")),
+    };
+    found.extend(toes.map(|toes| (Bone::LeftToes.on(side), toes)));
+}
+
+/// The axis of a hinge from the normal of its two bones, or as far as they are straight, from `other`.
+fn axis(normal: DVec3, other: DVec3) -> DVec3 {
+    let tells = (normal.length() / TELLS).min(1.0);
+    normal.normalize_or_zero() * tells + other * (1.0 - tells)
+}
+
+fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centres) {
+    let (Some(left), Some(right)) = (at("LSHO"), at("RSHO")) else {
+        return;
+    };
+    let spine = pelvis.front - pelvis.forward * pelvis.depth * 0.6;
+    let top = left.midpoint(right);
+    let chest = match (at("T10"), at("STRN")) {
+        (Some(back), Some(front)) => back.lerp(front, 0.4),
+        _ => spine.lerp(top, 0.4),
+    };
+    let neck = match (at("C7"), at("CLAV")) {
+        (Some(back), Some(front)) => back.lerp(front, 0.35),
+        (Some(back), None) => back.lerp(top, 0.5),
+        _ => top,
+    };
+    found.push((Bone::Spine, spine));
+    found.push((Bone::Chest, chest));
+    found.push((Bone::Neck, neck));
+    let head: Vec<DVec3> = ["LFHD", "RFHD", "LBHD", "RBHD"].into_iter().filter_map(at).collect();
+    if !head.is_empty() {
+        let mean = head.iter().sum::<DVec3>() / head.len() as f64;
+        found.push((Bone::Head, neck.lerp(mean, 0.5)));
+    }
+    let down = (chest - top).normalize_or_zero();
+    let width = left.distance(right);
+    for side in [Side::Left, Side::Right] {
+        let acromion = if side == Side::Left { left } else { right };
+        let shoulder = acromion + down * SHOULDER_DOWN * width;
+        found.push((Bone::LeftShoulder.on(side), neck.lerp(acromion, 0.2)));
+        found.push((Bone::LeftUpperArm.on(side), shoulder));
+        arm(at, pelvis, side, shoulder, left - right, found);
+    }
+}
+
+fn arm(
+    at: &impl Fn(&str) -> Option<DVec3>,
+    pelvis: &Pelvis,
+    side: Side,
+    shoulder: DVec3,
+    across: DVec3,
+    found: &mut Centres,
+) {
+    let own = |name: &str| at(&sided(side, name));
+    let wrist = match (own("WRA"), own("WRB")) {
+        (Some(inner), Some(outer)) => Some(inner.midpoint(outer)),
+        (one, other) => one.or(other),
+    };
+    let (Some(elbow), Some(wrist)) = (own("ELB"), wrist) else {
+        return;
+    };
+    let upper = (elbow - shoulder).normalize_or_zero();
+    let lower = (wrist - elbow).normalize_or_zero();
+    // A forearm goes forward: about the axis to the right, which is outward on the right.
+    let right = axis(upper.cross(lower), -across.normalize_or_zero());
+    let inward = sign(side) * right.reject_from(upper).normalize_or_zero();
+    let elbow = own("ELM").map_or(elbow + inward * ELBOW * pelvis.size(), |inner| elbow.midpoint(inner));
+    found.push((Bone::LeftLowerArm.on(side), elbow));
+    found.push((Bone::LeftHand.on(side), wrist));
+}

@@ -1,0 +1,229 @@
+//! A body with markers: joints with offsets, markers with offsets on their bones, and what both say of a pose.
+
+use glam::{DQuat, DVec3};
+
+/// What can change of a joint's offset from its parent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Freedom {
+    /// Nothing.
+    Fixed,
+    /// Its length.
+    Length,
+    /// All of it; the standard deviation of each coordinate, in metres.
+    Position(f64),
+}
+
+/// How a joint bends: the axis in the T-pose, and the direction of the bone below it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hinge {
+    pub(super) axis: DVec3,
+    pub(super) along: DVec3,
+    /// Whether the bone below does not twist about itself, as a shin; a forearm does.
+    pub(super) is_pure: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) parent: Option<usize>,
+    pub(super) offset: DVec3,
+    pub(super) freedom: Freedom,
+    /// How far a joint is from its rotation in the T-pose where markers do not say, in radians; none: it does not turn.
+    pub(super) bend: Option<f64>,
+    pub(super) hinge: Option<Hinge>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Marker {
+    pub(super) joint: usize,
+    pub(super) offset: DVec3,
+    /// Standard deviation of each coordinate of the offset, in metres.
+    pub(super) spread: f64,
+}
+
+/// Positions and rotations of all joints.
+#[derive(Clone, Debug)]
+pub(super) struct Pose {
+    pub(super) root: DVec3,
+    /// To the parent.
+    pub(super) local: Vec<DQuat>,
+}
+
+/// Of all joints, in the world.
+#[derive(Clone, Debug, Default)]
+pub(super) struct World {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) rotations: Vec<DQuat>,
+}
+
+/// A number that should be 0, divided by its standard deviation, and its derivatives.
+pub(super) type Term<'t> = (f64, &'t [(usize, f64)]);
+
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    /// Parents first.
+    pub(super) joints: Vec<Joint>,
+    pub(super) markers: Vec<Marker>,
+    /// Standard deviation of a coordinate of a marker about its offset, in metres.
+    pub(super) slides: f64,
+    /// The first of the three unknowns of a joint's rotation, after the three of the root's position.
+    pub(super) unknown: Vec<Option<usize>>,
+    pub(super) unknowns: usize,
+    /// The joints that move a joint and what hangs on it: itself first, the root last.
+    chains: Vec<Vec<usize>>,
+}
+
+/// Standard deviation of a marker about its offset before the take tells, in metres: skin slides by about so much
+/// (Leardini et al., Gait & Posture 21, 2005, report 5 to 30 mm).
+const SLIDES: f64 = 0.01;
+
+/// A joint bends by so much beside the axis of its hinge, in radians: 5 degrees.
+const BESIDE_HINGE: f64 = 0.087;
+
+impl Model {
+    pub(super) fn new(joints: Vec<Joint>, markers: Vec<Marker>) -> Self {
+        let mut unknowns = 3;
+        let unknown = joints
+            .iter()
+            .map(|joint| {
+                joint.bend.map(|_| {
+                    unknowns += 3;
+                    unknowns - 3
+                })
+            })
+            .collect();
+        let chains = (0..joints.len())
+            .map(|joint| std::iter::successors(Some(joint), |joint| joints[*joint].parent).collect())
+            .collect();
+        Self {
+            joints,
+            markers,
+            slides: SLIDES,
+            unknown,
+            unknowns,
+            chains,
+        }
+    }
+
+    pub(super) fn world(&self, pose: &Pose, world: &mut World) {
+        world.positions.clear();
+        world.rotations.clear();
+        for (joint, local) in std::iter::zip(&self.joints, &pose.local) {
+            let (position, rotation) = match joint.parent {
+                None => (pose.root, *local),
+                Some(parent) => (
+                    world.positions[parent] + world.rotations[parent] * joint.offset,
+                    world.rotations[parent] * *local,
+                ),
+            };
+            world.positions.push(position);
+            world.rotations.push(rotation);
+        }
+    }
+
+    pub(super) fn marker(&self, marker: usize, world: &World) -> DVec3 {
+        let Marker { joint, offset, .. } = self.markers[marker];
+        world.positions[joint] + world.rotations[joint] * offset
+    }
+
+    /// How a marker moves with each unknown of the pose.
+    pub(super) fn moves(&self, marker: usize, world: &World, columns: &mut Vec<(usize, DVec3)>) {
+        columns.clear();
+        let at = self.marker(marker, world);
+        columns.extend(DVec3::AXES.into_iter().enumerate());
+        for &joint in self.chains[self.markers[marker].joint].iter().rev() {
+            let Some(unknown) = self.unknown[joint] else { continue };
+            let arm = at - world.positions[joint];
+            columns.extend(
+                DVec3::AXES
+                    .into_iter()
+                    .enumerate()
+                    .map(|(axis, unit)| (unknown + axis, unit.cross(arm))),
+            );
+        }
+    }
+
+    /// How a marker moves with each unknown of the body: `offsets` are the first unknowns of the offsets of joints,
+    /// `first` that of the offsets of markers.
+    pub(super) fn grows(
+        &self,
+        marker: usize,
+        world: &World,
+        offsets: &[Option<usize>],
+        first: usize,
+        columns: &mut Vec<(usize, DVec3)>,
+    ) {
+        columns.clear();
+        let own = self.markers[marker].joint;
+        for &joint in self.chains[own].iter().rev() {
+            let (Some(column), Some(parent)) = (offsets[joint], self.joints[joint].parent) else {
+                continue;
+            };
+            let rotation = world.rotations[parent];
+            match self.joints[joint].freedom {
+                Freedom::Fixed => {}
+                Freedom::Length => columns.push((column, rotation * self.joints[joint].offset.normalize_or_zero())),
+                Freedom::Position(_) => {
+                    columns.extend(
+                        DVec3::AXES
+                            .into_iter()
+                            .enumerate()
+                            .map(|(axis, unit)| (column + axis, rotation * unit)),
+                    );
+                }
+            }
+        }
+        let rotation = world.rotations[own];
+        let column = first + 3 * marker;
+        columns.extend(
+            DVec3::AXES
+                .into_iter()
+                .enumerate()
+                .map(|(axis, unit)| (column + axis, rotation * unit)),
+        );
+    }
+
+    /// What joints say of a pose without markers: hinges bend about their axis, and nothing bends without a reason.
+    pub(super) fn terms(&self, pose: &Pose, world: &World, mut add: impl FnMut(Term<'_>)) {
+        for (index, joint) in self.joints.iter().enumerate() {
+            let (Some(unknown), Some(bend), Some(parent)) = (self.unknown[index], joint.bend, joint.parent) else {
+                continue;
+            };
+            let local = pose.local[index];
+            let to_world = world.rotations[parent];
+            // A turn of the world by `d` turns the joint in its parent by the inverse of `to_world` times `d`.
+            let mut term = |value: f64, slope: DVec3, deviation: f64| {
+                let slope = to_world * slope / deviation;
+                add((
+                    value / deviation,
+                    &[(unknown, slope.x), (unknown + 1, slope.y), (unknown + 2, slope.z)],
+                ));
+            };
+            let turned = local.xyz() * (2.0 * if local.w < 0.0 { -1.0 } else { 1.0 });
+            for axis in DVec3::AXES {
+                term(turned.dot(axis), axis, bend);
+            }
+            let Some(hinge) = joint.hinge else { continue };
+            let along = local * hinge.along;
+            term(hinge.axis.dot(along), along.cross(hinge.axis), BESIDE_HINGE);
+            if hinge.is_pure {
+                let own = local * hinge.axis;
+                let across = hinge.axis.cross(hinge.along);
+                term(own.dot(hinge.along), own.cross(hinge.along), BESIDE_HINGE);
+                term(own.dot(across), own.cross(across), BESIDE_HINGE);
+            }
+        }
+    }
+
+    /// Moves a pose by a step of its unknowns.
+    pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[f64]) {
+        pose.root += DVec3::new(step[0], step[1], step[2]);
+        for (joint, local) in pose.local.iter_mut().enumerate() {
+            let Some(unknown) = self.unknown[joint] else { continue };
+            let turn = DVec3::from_slice(&step[unknown..unknown + 3]);
+            let parent = self.joints[joint]
+                .parent
+                .map_or(DQuat::IDENTITY, |parent| world.rotations[parent]);
+            *local = (DQuat::from_scaled_axis(parent.inverse() * turn) * *local).normalize();
+        }
+    }
+}

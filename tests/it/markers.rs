@@ -1,0 +1,116 @@
+//! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
+//! `tools/markers` judges more, with kinematics of its own.
+
+use mocap::glam::Vec3;
+use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
+
+const TAKE: &str = "fixtures/markers/cmu_01_01.c3d";
+
+/// Every so many frames of the take are kept, which are still a motion at a lower rate.
+const EVERY: usize = 20;
+const FRAMES: usize = 30;
+
+/// The take with every twentieth frame, as a TRC file, of which `change` makes another text.
+fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
+    let mut scene = mocap::import(TAKE).unwrap();
+    Conversion::new()
+        .frame_rate(120.0 / EVERY as f64)
+        .apply(&mut scene)
+        .unwrap();
+    let text = Exporter::new()
+        .write(&scene, Format::Trc)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let text = change(String::from_utf8(text).unwrap());
+    Importer::new().markers("auto").read(text.as_bytes(), "take.trc")
+}
+
+fn position(scene: &Scene, name: &str, frame: usize) -> Vec3 {
+    let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
+    let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+    pose.node_to_world[node].w_axis.truncate()
+}
+
+/// The text of a TRC file with the labels of two markers exchanged in these frames.
+fn exchanged(text: &str, labels: [&str; 2], frames: std::ops::Range<usize>) -> String {
+    /// Lines before the first frame.
+    const BEFORE: usize = 6;
+    let lines: Vec<&str> = text.lines().collect();
+    let columns: Vec<&str> = lines[3].split('\t').collect();
+    let [a, b] = labels.map(|label| columns.iter().position(|own| *own == label).unwrap());
+    let row = |(index, line): (usize, &&str)| {
+        let mut cells: Vec<&str> = line.split('\t').collect();
+        if index >= BEFORE && frames.contains(&(index - BEFORE)) {
+            (0..3).for_each(|axis| cells.swap(a + axis, b + axis));
+        }
+        cells.join("\t") + "\n"
+    };
+    lines.iter().enumerate().map(row).collect()
+}
+
+#[test]
+fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_named() {
+    let scene = solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap();
+    let swap = scene
+        .warnings
+        .iter()
+        .find(|warning| warning.code == Code::SwappedMarkers);
+    assert!(
+        swap.is_some_and(|swap| swap.message.contains("in frames 10 to 19")),
+        "{swap:?}"
+    );
+    // What a VRM avatar must have.
+    let found = mocap::figure::humanoid(&scene);
+    assert!(found.found, "{found:?}");
+    let amc = mocap::import("fixtures/real/cmu_01_01.amc").unwrap();
+    // AMC: inches times 0.45; its X is the laboratory's y.
+    let millimetres = 25.4 / 0.45;
+    let pairs = [
+        ("leftLowerLeg", "ltibia"),
+        ("rightLowerLeg", "rtibia"),
+        ("leftFoot", "lfoot"),
+        ("rightFoot", "rfoot"),
+        ("leftLowerArm", "lradius"),
+        ("rightUpperArm", "rhumerus"),
+    ];
+    for (ours, theirs) in pairs {
+        let mut off: Vec<f32> = (0..FRAMES)
+            .step_by(3)
+            .map(|frame| {
+                let own = position(&scene, ours, frame);
+                let own = Vec3::new(-own.z, own.y, own.x);
+                own.distance(position(&amc, theirs, frame * EVERY) * millimetres)
+            })
+            .collect();
+        off.sort_by(f32::total_cmp);
+        assert!(off[off.len() / 2] < 45.0, "{ours}: {off:?}");
+    }
+}
+
+#[test]
+fn what_is_no_body_is_refused() {
+    let refused = |importer: Importer, file: &str| importer.import(file).unwrap_err().to_string();
+    let auto = || Importer::new().markers("auto");
+    assert!(refused(auto(), "fixtures/real/optotrak.c3d").contains("do not tell where the legs are"));
+    assert!(refused(auto(), "fixtures/real/lecture_Test.bvh").contains("no markers"));
+    assert!(refused(Importer::new().markers("nosuch.json"), TAKE).contains("nosuch.json"));
+    assert!(refused(auto().static_trial("fixtures/real/lecture_Test.bvh"), TAKE).contains("no markers"));
+}
+
+#[test]
+fn a_file_names_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |text: &str| {
+        let path = folder.path().join("names.json");
+        std::fs::write(&path, text).unwrap();
+        Importer::new()
+            .markers(path.to_str().unwrap())
+            .import("fixtures/real/optotrak.c3d")
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(read("[]").contains("an object from labels to landmarks"));
+    assert!(read(r#"{"a": "ELBOWISH"}"#).contains("ELBOWISH is no landmark"));
+    assert!(read(r#"{"nobody has it": "LASI"}"#).contains("not in the file"));
+}

@@ -1,0 +1,47 @@
+"""Angles of hips, knees and ankles of a walk, solved by mocap, beside those that OpenSim's inverse kinematics found from
+the same markers with its model of ten degrees of freedom. The data may not be passed on: name the folder that has
+gait10dof_static.trc, gait10dof_walk.trc and gait10dof_walk_IK.mot, of opensim-org/opensim-models.
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+from judge import solve
+from scipy.spatial.transform import Rotation
+
+ANGLE = 5.0  # degrees, RMS about the constant offset of the two models' axes
+
+
+def mot(path):
+    lines = open(path).read().split("\n")
+    head = next(index for index, line in enumerate(lines) if line.strip() == "endheader")
+    names = lines[head + 1].split()
+    rows = np.array([[float(word) for word in line.split()] for line in lines[head + 2 :] if line.strip()])
+    return dict(zip(names, rows.T))
+
+
+def main():
+    mocap, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    motion, said = solve(mocap, folder / "gait10dof_walk.trc", ["--static", str(folder / "gait10dof_static.trc")])
+    print(said.strip())
+    theirs = mot(folder / "gait10dof_walk_IK.mot")
+    bad = []
+    for name, joint in (("hip_flexion", "UpperLeg"), ("knee_angle", "LowerLeg"), ("ankle_angle", "Foot")):
+        for side in ("left", "right"):
+            turns = motion.turns[:, motion.names.index(side + joint)]
+            # Flexion first, about the axis to the left: a thigh or toes go forward and up by a negative angle.
+            ours = -np.degrees(np.unwrap(Rotation.from_quat(turns).as_euler("XYZ")[:, 0]))
+            other = theirs[f"{name}_{side[0]}"]
+            count = min(len(ours), len(other))
+            off = ours[:count] - other[:count]
+            rms = off.std()
+            print(f"{side + ' ' + name:20} {rms:6.2f} degrees RMS about {off.mean():7.2f}; {np.ptp(other):6.1f} in all")
+            if rms > ANGLE:
+                bad.append(f"{side} {name}: {rms:.2f} degrees")
+    if bad:
+        sys.exit("above 5 degrees: " + ", ".join(bad))
+
+
+if __name__ == "__main__":
+    main()
