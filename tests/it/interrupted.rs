@@ -307,7 +307,7 @@ impl<'a> Tried<'a> {
                     found.keys()
                 );
                 if !self.case.many {
-                    assert!(found == *before, "{how}");
+                    assert!(found == *before, "{}, {how}", self.case.arguments);
                 }
             }
         }

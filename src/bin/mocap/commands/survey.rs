@@ -43,13 +43,7 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         _ => HashMap::new(),
     };
     let (corpus, counts) = chosen(args, &inputs, &thresholds, &former)?;
-    if let (Some(output), Some(format)) = (&output, format) {
-        streams::write(output, &bytes(&corpus, &format)?)?;
-        report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
-    }
-    if let Some(path) = &args.sarif {
-        super::write_output(&policy, path, corpus.to_sarif(&thresholds).as_bytes())?;
-    }
+    // The largest first: where the disk is full, nothing is written.
     if let Some(path) = &args.html {
         let page = corpus.to_page(&thresholds, |file| {
             let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
@@ -57,6 +51,13 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         });
         super::write_output(&policy, path, page.as_bytes())?;
         report::say(&format!("{}: {} clips", path.display(), corpus.rows().len()));
+    }
+    if let Some(path) = &args.sarif {
+        super::write_output(&policy, path, corpus.to_sarif(&thresholds).as_bytes())?;
+    }
+    if let (Some(output), Some(format)) = (&output, format) {
+        streams::write(output, &bytes(&corpus, &format)?)?;
+        report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
     }
     match (&output, args.select) {
         (Some(_), _) => {}
