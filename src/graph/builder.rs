@@ -4,7 +4,7 @@ use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use super::network::Network;
 use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::Figure;
 use crate::pose::{Trs, have_the_same_joints};
 use crate::scene::Scene;
@@ -138,7 +138,7 @@ impl GraphBuilder {
         let clip = |clip: usize| {
             self.clouds.get(clip).ok_or_else(|| {
                 let message = format!("there is no clip {clip}: there are {}", self.clouds.len());
-                Diagnostic::new(Code::InvalidValue, message)
+                Error::from(Diagnostic::new(Code::InvalidValue, message))
             })
         };
         let (first, second) = (clip(first)?, clip(second)?);
