@@ -33,7 +33,7 @@ pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u
         round_trip(&scenes, Format::Bvh, &Exporter::new());
         round_trip(&scenes, Format::Mclip, &Exporter::new().max_error(CLOSE));
         round_trip(&scenes, Format::Vrma, &Exporter::new());
-        if choice % 8 == 0 {
+        if choice.is_multiple_of(8) {
             round_trip(&scenes, Format::Fbx, &Exporter::new());
         }
         make_arrays(&converted);
