@@ -12,6 +12,7 @@ __all__ = [
     "ArrowTable",
     "Node",
     "Robot",
+    "RobotClip",
     "Scene",
     "add_motions",
     "contacts",
