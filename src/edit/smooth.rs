@@ -168,7 +168,8 @@ impl Smooth {
         let cut_off = positive(Code::InvalidValue, "cut-off", self.cut_off)?;
         let half = 0.5 * frames.rate;
         if cut_off >= half {
-            let message = format!("cut-off must be above 0 and below half of the frame rate, {half} Hz, got {cut_off}");
+            let message =
+                format!("cut-off must be above 0 and below half of the frame rate, {half:.3} Hz, got {cut_off}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         // Reflected at the ends, a motion has twice as many frames but two.
