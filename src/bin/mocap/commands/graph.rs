@@ -114,7 +114,7 @@ fn tell(graph: &MotionGraph, output: &Path) {
         ));
     }
     report::say(&format!(
-        "{}: {} transitions among {} clips; {:.1} of {:.1} s stay, from each moment of which all others are reached",
+        "{}: {} transitions among {} clips; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
         output.display(),
         graph.transitions.len(),
         graph.clips.len(),

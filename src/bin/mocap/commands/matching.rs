@@ -58,7 +58,7 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
 
 fn tell(args: &MatchArgs, followed: &Followed) {
     report::say(&format!(
-        "{}: {} frames, {} jumps; from the path of {:.1} m {:.2} m in the mean, {:.2} m at most{}",
+        "{}: {} frames, {} jumps; a path of {:.1} m: {:.2} m off it in the mean, {:.2} m at most{}",
         args.output.display(),
         followed.frames,
         followed.jumps,
