@@ -46,6 +46,8 @@ function program(...args) {
 function written(extension, ...args) {
   const out = join(folder, `out${extension}`);
   rmSync(out, { force: true });
+  // Without its .gltf nothing says whose a buffer is, and the program replaces no other's.
+  rmSync(join(folder, "out.bin"), { force: true });
   return program(...args, extension === ".json" ? "" : out) && readFileSync(out);
 }
 
@@ -85,7 +87,9 @@ function partsOf(bytes) {
   const data = Buffer.from(bytes);
   if (data.toString("latin1", 0, 4) !== "glTF") {
     const { buffers, ...json } = JSON.parse(data.toString());
-    return [json, buffers.map(({ uri }) => floats(Buffer.from(uri.split(",")[1], "base64")))];
+    // In the file, or in a file beside it.
+    const bytes = (uri) => (uri.startsWith("data:") ? Buffer.from(uri.split(",")[1], "base64") : readFileSync(join(folder, uri)));
+    return [json, buffers.map(({ uri }) => floats(bytes(uri)))];
   }
   const length = data.readUInt32LE(12);
   return [JSON.parse(data.toString("utf8", 20, 20 + length)), [floats(data.subarray(28 + length))]];
