@@ -345,6 +345,12 @@ fn the_command_matches() {
         1,
         "input",
     );
+    // The clips that the database names are inputs too.
+    folder.refuses(
+        &format!("match moves.mdb --path 0/0+0/2 --on biovision_example1.bvh -o {WALK} --force"),
+        1,
+        "input",
+    );
     let text = String::from_utf8(folder.read(WALK)).unwrap();
     folder.write(WALK, text.replace(".0083333", ".0083").as_bytes());
     folder.refuses(

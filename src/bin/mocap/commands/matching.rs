@@ -30,11 +30,13 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
         ));
     };
     let format = format.format;
-    let policy = ReplacePolicy::new([&args.database, &args.on]).force(args.force.force);
+    let database = index::read(&args.database)?;
+    let clips = database.clips().iter().map(|clip| Path::new(&clip.row.file));
+    let inputs = [args.database.as_path(), &args.on].into_iter().chain(clips);
+    let policy = ReplacePolicy::new(inputs).force(args.force.force);
     if !streams::is_standard(&args.output) {
         policy.check(&args.output)?;
     }
-    let database = index::read(&args.database)?;
     let mut hero = streams::import(&Importer::new().gltf_meshes(true), &args.on)?;
     hero.animations.clear();
     Conversion::new()
