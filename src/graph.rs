@@ -2,8 +2,8 @@
 //! them. After Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs.md` has the words and formulas.
 //!
 //! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
-//! and the transitions between them, of which the largest strongly connected component stays, so that no walk comes to
-//! an end. A [`Walk`] over it is found by search; [`edit::walk`](crate::edit::walk()) makes a motion of it.
+//! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always
+//! go on. A [`Walk`] over it is found by search; [`edit::walk`](crate::edit::walk()) makes a motion of it.
 //!
 //! ```
 //! use mocap::graph::{GraphBuilder, GraphOptions};

@@ -4,6 +4,7 @@ pub(crate) mod cholesky;
 pub(crate) mod directions;
 pub(crate) mod inertia;
 pub(crate) mod median;
+pub(crate) mod polyline;
 pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;

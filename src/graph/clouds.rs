@@ -32,16 +32,20 @@ impl CloudSpace {
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };
         let is_point = |node: &NodeId| scene.nodes[node.index()].kind != NodeKind::Group;
         let ids = || (0..scene.nodes.len()).map(NodeId::new);
+        let moving = moving(scene);
         let top = ids()
             .filter(is_point)
-            .find(|node| moves(scene, *node))
+            .find(|node| moving[node.index()])
             .or_else(|| ids().find(is_point));
         let mut lengths = vec![0.0; scene.nodes.len()];
         let mut nodes: Vec<NodeId> = Vec::from_iter(top);
+        let mut is_below: Vec<bool> = ids().map(|node| Some(node) == top).collect();
         for node in ids().skip_while(|node| Some(*node) != top).skip(1) {
-            let Some(parent) = scene.nodes[node.index()].parent.filter(|parent| nodes.contains(parent)) else {
+            let parent = scene.nodes[node.index()].parent;
+            let Some(parent) = parent.filter(|parent| is_below[parent.index()]) else {
                 continue;
             };
+            is_below[node.index()] = true;
             let length = f64::from(scene.nodes[node.index()].transform.w_axis.truncate().length());
             lengths[parent.index()] += 0.5 * length;
             lengths[node.index()] += 0.5 * length;
@@ -69,18 +73,16 @@ impl CloudSpace {
     }
 }
 
-/// Whether the position of a node has more than one value in an animation.
-fn moves(scene: &Scene, node: NodeId) -> bool {
-    let of_node = |animation: &Animation| {
-        let driven = Binding::new(scene, animation)
-            .driven()
-            .find(|(driven, _)| *driven == node);
-        driven.is_some_and(|(_, channel)| {
+/// Of each node, whether its position has more than one value in an animation.
+fn moving(scene: &Scene) -> Vec<bool> {
+    let mut moving = vec![false; scene.nodes.len()];
+    for animation in &scene.animations {
+        for (node, channel) in Binding::new(scene, animation).driven() {
             let keys = &animation.channels[channel].position_keys.values;
-            keys.windows(2).any(|pair| pair[0] != pair[1])
-        })
-    };
-    scene.animations.iter().any(of_node)
+            moving[node.index()] |= keys.windows(2).any(|pair| pair[0] != pair[1]);
+        }
+    }
+    moving
 }
 
 /// The points of a clip in every frame, in metres.
@@ -89,6 +91,8 @@ pub(crate) struct Clouds {
     pub(crate) frames: usize,
     /// Along the two axes of the ground and up: point after point, each in all frames.
     pub(super) values: [Vec<f32>; 3],
+    /// The weighted mean of the points over the ground, in each frame.
+    pub(crate) centres: Vec<DVec2>,
 }
 
 impl Clouds {
@@ -124,17 +128,17 @@ impl Clouds {
             let message = "a joint is not at a finite position within 1000 km";
             return Err(Diagnostic::new(Code::NonFiniteValue, message).into());
         }
-        Ok(Self { frames, values })
-    }
-
-    /// The weighted mean of the points over the ground in a frame.
-    pub(crate) fn centre(&self, space: &CloudSpace, frame: usize) -> DVec2 {
-        let mean = |values: &[f32]| -> f64 {
-            let own = values.iter().skip(frame).step_by(self.frames);
-            own.zip(&space.weights)
-                .map(|(value, weight)| f64::from(*value) * weight)
-                .sum()
-        };
-        DVec2::new(mean(&self.values[0]), mean(&self.values[1]))
+        let mut centres = vec![DVec2::ZERO; frames];
+        for (point, weight) in space.weights.iter().enumerate() {
+            for (frame, centre) in centres.iter_mut().enumerate() {
+                let [u, v] = [0, 1].map(|axis: usize| f64::from(values[axis][point * frames + frame]));
+                *centre += *weight * DVec2::new(u, v);
+            }
+        }
+        Ok(Self {
+            frames,
+            values,
+            centres,
+        })
     }
 }

@@ -128,8 +128,8 @@ impl Window {
         (b, columns): (&Clouds, Range<usize>),
     ) -> Vec<f32> {
         let (height, width) = (rows.len(), columns.len());
-        let first = Tile::new(space, a, rows.start, height + self.frames() - 1);
-        let second = Tile::new(space, b, columns.start, width + self.frames() - 1);
+        let first = Tile::new(a, rows.start, height + self.frames() - 1);
+        let second = Tile::new(b, columns.start, width + self.frames() - 1);
         let mut sums = [0; 3].map(|_| vec![0.0; first.frames * second.frames]);
         products(&first, &second, &space.weights, &mut sums);
         let (own, other) = (self.moments(space, &first), self.moments(space, &second));
@@ -187,8 +187,8 @@ struct Tile {
 }
 
 impl Tile {
-    fn new(space: &CloudSpace, clouds: &Clouds, start: usize, frames: usize) -> Self {
-        let centre = clouds.centre(space, start);
+    fn new(clouds: &Clouds, start: usize, frames: usize) -> Self {
+        let centre = clouds.centres[start];
         let origin = [centre.x, centre.y, 0.0];
         let values = [0, 1, 2].map(|axis| {
             let points = clouds.values[axis].chunks_exact(clouds.frames);

@@ -1,5 +1,7 @@
 //! A graph with the clips it was made of, to be searched.
 
+use std::sync::OnceLock;
+
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::{Alignment, Window};
 use super::{GraphClip, GraphTransition, MotionGraph};
@@ -18,6 +20,8 @@ pub struct Network<'a> {
     pub(super) threshold: f64,
     /// The transitions of the largest component, in the order of the frames that they leave.
     exits: Vec<GraphTransition>,
+    /// Their alignments, each computed when a walk first looks at it.
+    alignments: Vec<OnceLock<Alignment>>,
 }
 
 impl<'a> Network<'a> {
@@ -62,6 +66,7 @@ impl<'a> Network<'a> {
             clips: graph.clips.clone(),
             rate: graph.options.rate,
             threshold: graph.options.threshold,
+            alignments: vec![OnceLock::new(); exits.len()],
             exits,
         })
     }
@@ -80,6 +85,16 @@ impl<'a> Network<'a> {
 
     /// The motion over the ground that brings the clip to which a transition leads onto the one that it leaves.
     pub(super) fn alignment(&self, exit: &GraphTransition) -> Alignment {
+        let place = self
+            .exits
+            .binary_search_by_key(&(exit.from, exit.to), |exit| (exit.from, exit.to));
+        match place {
+            Ok(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
+            Err(_) => self.align(exit),
+        }
+    }
+
+    fn align(&self, exit: &GraphTransition) -> Alignment {
         let start = exit.to[1] + 1 - self.window.frames();
         let clouds = |clip: usize| &self.clouds[clip];
         self.window.align(

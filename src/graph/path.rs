@@ -12,6 +12,7 @@ use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
 use crate::error::{Code, Diagnostic, Result};
+use crate::math::polyline::Polyline;
 
 /// How far ahead walks are searched, and how much of the best one is kept, in seconds.
 const AHEAD: f64 = 4.0;
@@ -36,12 +37,6 @@ const FARTHEST: f64 = 1e4;
 const LONGEST: f64 = 1e4;
 const SLOWEST: f64 = 0.1;
 
-/// A path over the ground: points, and how long it is until each.
-struct Path {
-    points: Vec<DVec2>,
-    until: Vec<f64>,
-}
-
 /// A walk so far: where the figure is in its clip, how it is moved, how far it has gone, and what that costs.
 #[derive(Clone, Copy)]
 struct State {
@@ -57,7 +52,7 @@ struct State {
 /// A search from one state.
 struct Search<'a> {
     network: &'a Network<'a>,
-    path: &'a Path,
+    path: &'a Polyline,
     /// The frames of the walks that are compared.
     ahead: usize,
     /// Pieces that may still be looked at.
@@ -74,7 +69,7 @@ impl Network<'_> {
     /// [`Code::InvalidValue`] for fewer than two points, equal ones one after another, numbers that are not finite, or
     /// where no walk gets on along the path.
     pub fn along(&self, points: &[[f64; 2]]) -> Result<Walk> {
-        let path = Path::new(&points.iter().map(|point| self.over_ground(*point)).collect::<Vec<_>>())?;
+        let path = line(points.iter().map(|point| self.over_ground(*point)).collect())?;
         let (ahead, kept) = ((AHEAD * self.rate) as usize, (KEPT * self.rate) as usize);
         let most = (path.length() / SLOWEST * self.rate) as usize + ahead;
         let mut best: Option<(f64, State)> = None;
@@ -125,23 +120,24 @@ impl Network<'_> {
     }
 
     /// Where walks can begin, each moved to where the path begins and turned so that it goes along.
-    fn starts(&self, path: &Path) -> Vec<State> {
+    fn starts(&self, path: &Polyline) -> Vec<State> {
         let step = (self.rate / STARTS).ceil() as usize;
         let second = self.rate.ceil() as usize;
+        let begin = path.at(0.0);
+        let along = path.at(0.5) - begin;
         let mut starts = Vec::new();
         for (clip, graph_clip) in self.clips.iter().enumerate() {
             let Some([first, last]) = graph_clip.part else { continue };
             for frame in (first..last).step_by(step) {
-                let centre = |frame: usize| self.clouds[clip].centre(self.space, frame);
+                let centre = |frame: usize| self.clouds[clip].centres[frame];
                 let (from, to) = (centre(frame), centre(last.min(frame + second)));
-                let along = path.at(0.5) - path.points[0];
                 let turn = match to.distance(from) > 0.1 {
                     true => (to - from).angle_to(along),
                     false => 0.0,
                 };
                 let placement = Alignment {
                     turn,
-                    offset: path.points[0] - DVec2::from_angle(turn).rotate(from),
+                    offset: begin - DVec2::from_angle(turn).rotate(from),
                     distance: 0.0,
                 };
                 starts.push(State {
@@ -149,7 +145,7 @@ impl Network<'_> {
                     frame,
                     placement,
                     gone: 0.0,
-                    at: path.points[0],
+                    at: begin,
                     cost: 0.0,
                     frames: 0,
                 });
@@ -159,8 +155,8 @@ impl Network<'_> {
     }
 
     /// One frame on.
-    fn on(&self, path: &Path, state: &mut State, frame: usize) {
-        let at = state.placement.apply(self.clouds[state.clip].centre(self.space, frame));
+    fn on(&self, path: &Polyline, state: &mut State, frame: usize) {
+        let at = state.placement.apply(self.clouds[state.clip].centres[frame]);
         state.gone += at.distance(state.at);
         state.cost += at.distance_squared(path.at(state.gone));
         (state.at, state.frame) = (at, frame);
@@ -168,14 +164,14 @@ impl Network<'_> {
     }
 
     /// On in the clip until a frame.
-    fn stay(&self, path: &Path, state: &State, until: usize) -> State {
+    fn stay(&self, path: &Polyline, state: &State, until: usize) -> State {
         let mut state = *state;
         (state.frame + 1..=until).for_each(|frame| self.on(path, &mut state, frame));
         state
     }
 
     /// The frame in which the path ends, if it does before `until`.
-    fn end(&self, path: &Path, state: &State, until: usize) -> Option<usize> {
+    fn end(&self, path: &Polyline, state: &State, until: usize) -> Option<usize> {
         let mut state = *state;
         (state.frame + 1..=until).find(|frame| {
             self.on(path, &mut state, *frame);
@@ -184,7 +180,7 @@ impl Network<'_> {
     }
 
     /// By a transition to another moment.
-    fn pass(&self, path: &Path, state: &State, exit: &GraphTransition) -> State {
+    fn pass(&self, path: &Polyline, state: &State, exit: &GraphTransition) -> State {
         let mut state = State {
             clip: exit.to[0],
             placement: state.placement.after(&self.alignment(exit)),
@@ -199,7 +195,7 @@ impl Network<'_> {
 }
 
 impl<'a> Search<'a> {
-    fn new(network: &'a Network<'a>, path: &'a Path, ahead: usize, pieces: usize) -> Self {
+    fn new(network: &'a Network<'a>, path: &'a Polyline, ahead: usize, pieces: usize) -> Self {
         Self {
             network,
             path,
@@ -256,45 +252,25 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Path {
-    fn new(points: &[DVec2]) -> Result<Self> {
-        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
-        if points.len() < 2 {
-            return refuse(format!("a path has at least two points, got {}", points.len()));
-        }
-        let mut until = vec![0.0];
-        for (index, pair) in points.windows(2).enumerate() {
-            let length = pair[0].distance(pair[1]);
-            if !length.is_finite() || length <= 0.0 {
-                return refuse(format!(
-                    "points {} and {} of the path are {length} m apart",
-                    index + 1,
-                    index + 2
-                ));
-            }
-            until.push(until[index] + length);
-        }
-        match until[until.len() - 1] {
-            length if length > LONGEST => refuse(format!("a path is at most {LONGEST} m long, got {length}")),
-            _ => Ok(Self {
-                points: points.to_vec(),
-                until,
-            }),
+/// The line through the points of a path.
+fn line(points: Vec<DVec2>) -> Result<Polyline> {
+    let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+    if points.len() < 2 {
+        return refuse(format!("a path has at least two points, got {}", points.len()));
+    }
+    for (index, pair) in points.windows(2).enumerate() {
+        let length = pair[0].distance(pair[1]);
+        if !length.is_finite() || length <= 0.0 {
+            return refuse(format!(
+                "points {} and {} of the path are {length} m apart",
+                index + 1,
+                index + 2
+            ));
         }
     }
-
-    fn length(&self) -> f64 {
-        self.until[self.until.len() - 1]
-    }
-
-    /// The point after a distance.
-    fn at(&self, gone: f64) -> DVec2 {
-        let after = self
-            .until
-            .partition_point(|until| *until <= gone)
-            .clamp(1, self.points.len() - 1);
-        let (from, to) = (self.until[after - 1], self.until[after]);
-        let part = ((gone - from) / (to - from)).clamp(0.0, 1.0);
-        self.points[after - 1].lerp(self.points[after], part)
+    let line = Polyline::new(points);
+    match line.length() {
+        length if length > LONGEST => refuse(format!("a path is at most {LONGEST} m long, got {length}")),
+        _ => Ok(line),
     }
 }

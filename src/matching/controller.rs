@@ -8,7 +8,7 @@
 use glam::{Quat, Vec3};
 
 use super::database::Database;
-use super::features::{FEATURES, Root};
+use super::features::{AHEAD, FEATURES, Root, set_ahead};
 use super::lock::FootLock;
 use super::moves::{Frame, Moves};
 use super::tree::FeatureTree;
@@ -113,8 +113,8 @@ impl Controller {
         let tree = FeatureTree::new(database);
         let mut still = [0.0; FEATURES];
         still[..6].copy_from_slice(&moves.features[0][..6]);
-        for looks in [22, 24, 26] {
-            still[looks] = 1.0;
+        for index in 0..AHEAD.len() {
+            set_ahead(&mut still, index, Vec3::ZERO, Vec3::Z);
         }
         let found = tree.nearest(&tree.normalized(&still), f32::INFINITY, 0..0);
         let frame = found.map_or(0, |(frame, _)| frame);
@@ -214,11 +214,10 @@ impl Controller {
     fn search(&mut self, trajectory: &Trajectory, ends: bool) {
         let playing = self.moves.features[self.frame];
         let mut wanted = playing;
-        for (place, (position, direction)) in trajectory.positions.iter().zip(&trajectory.directions).enumerate() {
+        for (index, (position, direction)) in trajectory.positions.iter().zip(&trajectory.directions).enumerate() {
             let position = self.root.local(position - self.root.position) / self.moves.scale;
             let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
-            wanted[15 + 2 * place..][..2].copy_from_slice(&[position.x, position.z]);
-            wanted[21 + 2 * place..][..2].copy_from_slice(&[direction.x, direction.z]);
+            set_ahead(&mut wanted, index, position, direction);
         }
         let query = self.tree.normalized(&wanted);
         let limit = match ends {
@@ -289,17 +288,13 @@ impl Controller {
             let node = self.moves.nodes[column];
             self.pose.node_to_parent[node.index()] = Trs { rotation, ..at_rest }.matrix();
         }
-        // Nodes above the hips are at rest.
-        let hips = self.moves.hips.index();
-        let at_rest = Trs::from_matrix(self.moves.rest.node_to_world[hips]);
-        let above = self.moves.rest.node_to_world[hips] * self.moves.rest.node_to_parent[hips].inverse();
         let (translation, rotation) = self.hips;
         let world = Trs {
             translation,
             rotation,
-            ..at_rest
+            scale: self.moves.hips_scale,
         };
-        self.pose.node_to_parent[hips] = above.inverse() * world.matrix();
+        self.pose.node_to_parent[self.moves.hips.index()] = self.moves.world_to_above * world.matrix();
         self.pose.update_world();
         let contacts = self.moves.frames[self.frame].contacts;
         for (side, lock) in self.locks.iter_mut().enumerate() {

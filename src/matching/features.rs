@@ -25,6 +25,9 @@ pub const FEATURE_RATE: f64 = 60.0;
 pub(super) const LEG: f32 = 0.87;
 /// How far ahead the trajectory is looked at, in frames.
 pub(super) const AHEAD: [usize; 3] = [20, 40, 60];
+/// Where the three positions and the three directions of the trajectory begin among the numbers.
+const POSITIONS: usize = 15;
+const DIRECTIONS: usize = 21;
 /// Half the frames over which position and direction of the root are smoothed.
 const SMOOTH_POSITION: usize = 15;
 const SMOOTH_DIRECTION: usize = 30;
@@ -110,11 +113,16 @@ impl Track {
             let then = &self.roots[(frame + ahead).min(last)];
             let position = scale * root.local(then.position - root.position);
             let forward = root.local(then.forward);
-            features[15 + 2 * place..][..2].copy_from_slice(&[position.x, position.z]);
-            features[21 + 2 * place..][..2].copy_from_slice(&[forward.x, forward.z]);
+            set_ahead(&mut features, place, position, forward);
         }
         features
     }
+}
+
+/// Sets where the body is and looks in the frame of [`AHEAD`] with this index, both in the frame of the root.
+pub(super) fn set_ahead(features: &mut [f32; FEATURES], index: usize, position: Vec3, forward: Vec3) {
+    features[POSITIONS + 2 * index..][..2].copy_from_slice(&[position.x, position.z]);
+    features[DIRECTIONS + 2 * index..][..2].copy_from_slice(&[forward.x, forward.z]);
 }
 
 /// The features of the mirrored motion: left and right exchanged.

@@ -1,22 +1,24 @@
 //! A figure along a path.
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{DVec2, Quat, Vec2, Vec3, Vec3Swizzles};
 use serde::Serialize;
 
 use super::controller::{Controller, Trajectory};
 use super::features::{AHEAD, FEATURE_RATE};
 use crate::error::{Code, Diagnostic, Result};
+use crate::math::polyline::Polyline;
+use crate::math::quaternion::in_hemisphere_of;
 use crate::pose::{Pose, Trs};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
-const LOOKED_AT: f32 = 0.5;
+const LOOKED_AT: f64 = 0.5;
 /// How near the end it has arrived, in metres.
-const ARRIVED: f32 = 0.2;
+const ARRIVED: f64 = 0.2;
 /// How long it may take, times what the path needs at its speed, and seconds beyond.
-const LONGEST: (f32, f32) = (3.0, 5.0);
+const LONGEST: (f64, f64) = (3.0, 5.0);
 /// The longest path, in minutes at its speed.
-const MOST_MINUTES: f32 = 60.0;
+const MOST_MINUTES: f64 = 60.0;
 
 /// How a figure followed a path.
 ///
@@ -69,86 +71,70 @@ pub fn follow(
     path: &[Vec2],
     speed: f32,
 ) -> Result<(Animation, Followed)> {
-    let path = Path::new(path, speed)?;
+    let path = line(path, speed)?;
+    let speed = f64::from(speed);
     let mut record = Record::new(controller, character);
     let mut followed = Followed {
-        length: f64::from(path.length),
+        length: path.length(),
         ..Followed::default()
     };
-    let seconds = LONGEST.0 * path.length / speed + LONGEST.1;
-    let frames = (seconds * FEATURE_RATE as f32) as usize;
+    let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
+    let frames = (seconds * FEATURE_RATE) as usize;
     let (mut along, mut sum, jumps) = (0.0, 0.0, controller.jumps());
     for _ in 0..frames {
         record.add(controller.pose());
-        along = path.nearest(controller.position(), along, speed * LOOKED_AT);
-        let distance = f64::from(path.at(along).0.distance(controller.position()));
+        let position = controller.position().xz().as_dvec2();
+        along = nearest(&path, position, along, speed * LOOKED_AT);
+        let distance = path.at(along).distance(position);
         sum += distance;
         followed.largest_distance = followed.largest_distance.max(distance);
         followed.frames += 1;
-        if path.length - along < ARRIVED {
+        if path.length() - along < ARRIVED {
             followed.has_arrived = true;
             break;
         }
-        let ahead = AHEAD.map(|frames| path.at(along + speed * frames as f32 / FEATURE_RATE as f32));
-        controller.update(&Trajectory::new(ahead.map(|at| at.0), ahead.map(|at| at.1)));
+        let ahead = AHEAD.map(|frames| along + speed * frames as f64 / FEATURE_RATE);
+        let positions = ahead.map(|along| on_ground(path.at(along)));
+        let directions = ahead.map(|along| on_ground(path.direction(along)));
+        controller.update(&Trajectory::new(positions, directions));
     }
     followed.mean_distance = sum / followed.frames.max(1) as f64;
     followed.jumps = controller.jumps() - jumps;
     Ok((record.animation(character), followed))
 }
 
-/// A line over the ground.
-struct Path {
-    points: Vec<Vec3>,
-    /// How far along each point is.
-    lengths: Vec<f32>,
-    length: f32,
+/// A point over the ground, in the world.
+fn on_ground(point: DVec2) -> Vec3 {
+    let point = point.as_vec2();
+    Vec3::new(point.x, 0.0, point.y)
 }
 
-impl Path {
-    fn new(points: &[Vec2], speed: f32) -> Result<Self> {
-        let mut line: Vec<Vec3> = points.iter().map(|point| Vec3::new(point.x, 0.0, point.y)).collect();
-        line.dedup();
-        let mut lengths = vec![0.0_f32];
-        for pair in line.windows(2) {
-            lengths.push(lengths.last().copied().unwrap_or(0.0) + pair[0].distance(pair[1]));
-        }
-        let length = lengths.last().copied().unwrap_or(0.0);
-        let minutes = length / speed / 60.0;
-        let is_valid = length > 0.0 && speed > 0.0 && minutes <= MOST_MINUTES && speed.is_finite();
-        if !is_valid {
-            let message = format!("the path is {length} m long at {speed} m/s");
-            let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
-            let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
-            return Err(diagnostic.expected_found(expected, message).into());
-        }
-        Ok(Self {
-            points: line,
-            lengths,
-            length,
-        })
+/// The line through the points of a path that is followed at a speed.
+fn line(points: &[Vec2], speed: f32) -> Result<Polyline> {
+    let mut points: Vec<DVec2> = points.iter().map(|point| point.as_dvec2()).collect();
+    points.dedup();
+    let line = (points.len() > 1).then(|| Polyline::new(points));
+    let length = line.as_ref().map_or(0.0, Polyline::length);
+    let minutes = length / f64::from(speed) / 60.0;
+    let is_valid = length.is_finite() && speed > 0.0 && speed.is_finite() && minutes <= MOST_MINUTES;
+    if let Some(line) = line.filter(|_| is_valid) {
+        return Ok(line);
     }
+    let message = format!("the path is {length} m long at {speed} m/s");
+    let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
+    let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
+    Err(diagnostic.expected_found(expected, message).into())
+}
 
-    /// The point so far along, and the direction there; the ends at most.
-    fn at(&self, along: f32) -> (Vec3, Vec3) {
-        let along = along.clamp(0.0, self.length);
-        let next = self.lengths.partition_point(|length| *length < along);
-        let next = next.clamp(1, self.points.len() - 1);
-        let (from, to) = (self.points[next - 1], self.points[next]);
-        let fraction = (along - self.lengths[next - 1]) / (self.lengths[next] - self.lengths[next - 1]);
-        (from.lerp(to, fraction), (to - from).normalize_or(Vec3::Z))
-    }
-
-    /// How far along the point nearest to a position is, from `from` to `beyond` after it.
-    fn nearest(&self, position: Vec3, from: f32, beyond: f32) -> f32 {
-        const STEPS: usize = 50;
-        let along = |step: usize| (from + beyond * step as f32 / STEPS as f32).min(self.length);
-        let candidates = (0..=STEPS).map(along);
-        let distance = |along: &f32| self.at(*along).0.distance_squared(position);
-        candidates
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or(from)
-    }
+/// How far along the point nearest to a position is, from `from` to `beyond` after it.
+fn nearest(path: &Polyline, position: DVec2, from: f64, beyond: f64) -> f64 {
+    const STEPS: usize = 50;
+    let along = |step: usize| (from + beyond * step as f64 / STEPS as f64).min(path.length());
+    let candidates = (0..=STEPS).map(along);
+    let distance = |along: &f64| path.at(*along).distance_squared(position);
+    candidates
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(from)
 }
 
 /// The frames of a pose.
@@ -174,12 +160,9 @@ impl Record {
 
     fn add(&mut self, pose: &Pose) {
         for (node, rotations) in self.nodes.iter().zip(&mut self.rotations) {
-            let mut trs = Trs::from_matrix(pose.node_to_parent[node.index()]);
-            // Keys that follow each other lie in one hemisphere.
-            if rotations.last().is_some_and(|last: &Quat| last.dot(trs.rotation) < 0.0) {
-                trs.rotation = -trs.rotation;
-            }
-            rotations.push(trs.rotation);
+            let trs = Trs::from_matrix(pose.node_to_parent[node.index()]);
+            let last = rotations.last().copied().unwrap_or(trs.rotation);
+            rotations.push(in_hemisphere_of(last, trs.rotation));
             if *node == self.hips {
                 self.positions.push(trs.translation);
             }

@@ -1,6 +1,6 @@
 //! The frames of a database as poses of one skeleton.
 
-use glam::{Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 
 use super::clip::IndexedClip;
 use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
@@ -22,6 +22,10 @@ pub struct Moves {
     figure: Figure,
     pub(super) rest: Pose,
     pub(super) hips: NodeId,
+    /// The scale of the hips at rest, in the world.
+    pub(super) hips_scale: Vec3,
+    /// From the world to the node above the hips: it and those above it stay at rest.
+    pub(super) world_to_above: Mat4,
     /// Thigh, shin and foot of both sides.
     pub(super) legs: [[NodeId; 3]; 2],
     /// The balls of both feet; the ankles where there are none.
@@ -95,7 +99,10 @@ impl Moves {
         let at_rest = nodes
             .iter()
             .map(|node| Trs::from_matrix(rest.node_to_parent[node.index()]));
+        let above = scene.nodes[hips.index()].parent;
         Ok(Self {
+            hips_scale: Trs::from_matrix(rest.node_to_world[hips.index()]).scale,
+            world_to_above: above.map_or(Mat4::IDENTITY, |above| rest.node_to_world[above.index()].inverse()),
             at_rest: at_rest.collect(),
             rest,
             hips,
