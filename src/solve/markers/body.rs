@@ -7,6 +7,7 @@ use super::centres::Centres;
 use super::landmarks::On;
 use super::model::{Freedom, Hinge, Joint, Marker, Model, Pose};
 use super::take::Take;
+use crate::math::median::median_vector;
 use crate::scene::{HumanoidBone as Bone, Side};
 use crate::solve::points::Points;
 use crate::solve::rest::{Rest, bend_axis, limb_direction};
@@ -175,7 +176,7 @@ pub(super) fn model(
         });
         markers.push(Marker {
             joint,
-            offset: median(offsets.collect()),
+            offset: median_vector(offsets),
             spread: if landmark.on == On::Bone { ON_BONE } else { ON_MUSCLE },
         });
     }
@@ -231,14 +232,4 @@ fn hinge(bone: Bone) -> Option<Hinge> {
         along: limb_direction(bone)?.as_dvec3(),
         is_pure,
     })
-}
-
-/// The median of each coordinate.
-fn median(values: Vec<DVec3>) -> DVec3 {
-    let of = |axis: usize| {
-        let mut numbers: Vec<f64> = values.iter().map(|value| value[axis]).collect();
-        numbers.sort_by(f64::total_cmp);
-        numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
-    };
-    DVec3::new(of(0), of(1), of(2))
 }

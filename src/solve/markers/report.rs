@@ -4,6 +4,7 @@ use super::model::Model;
 use super::take::Take;
 use super::track::Tracked;
 use crate::error::{Code, Diagnostic};
+use crate::math::median::wide_median;
 use crate::scene::{Assumption, Confidence, Scene, Topic};
 
 /// A marker farther from its body than this on the average, in metres, is worth a word.
@@ -24,11 +25,10 @@ pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Track
     };
     let all = tracked.distances.iter().flatten();
     let seen = all.clone().flatten().count();
-    let mut sorted: Vec<f64> = all.clone().flatten().copied().collect();
-    sorted.sort_by(f64::total_cmp);
-    let squares: f64 = sorted.iter().map(|distance| distance * distance).sum();
+    let mut distances: Vec<f64> = all.clone().flatten().copied().collect();
+    let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
     let mean = (squares / seen.max(1) as f64).sqrt();
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let median = wide_median(&mut distances);
     let places = (take.frames * take.tracks.len()).max(1);
     let text = format!(
         "{:.1} mm RMS and {:.1} mm in the median from their bodies; seen in {:.2} % of frames",

@@ -7,6 +7,7 @@ use super::Reader;
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::motion::Motion;
+use crate::math::median::median_vector;
 use crate::scene::{Confidence, Topic, UpAxis};
 use crate::solve::skeletons::{self, Joint};
 
@@ -107,17 +108,8 @@ fn rest(joints: &[Joint], global: &[Vec<DQuat>], frames: usize, at: &dyn Fn(usiz
             continue;
         };
         let offset = |frame: usize| global[parent][frame].inverse() * (at(frame, index) - at(frame, parent));
-        let offsets: Vec<DVec3> = (0..frames).step_by(step).map(offset).collect();
-        let median = |axis: usize| {
-            let mut values: Vec<f64> = offsets
-                .iter()
-                .map(|offset| offset[axis])
-                .filter(|value| value.is_finite())
-                .collect();
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(0.0)
-        };
-        rest.push(rest[parent] + DVec3::new(median(0), median(1), median(2)).as_vec3());
+        let offsets = (0..frames).step_by(step).map(offset);
+        rest.push(rest[parent] + median_vector(offsets).as_vec3());
     }
     let lowest = rest.iter().map(|place| place.y).fold(0.0, f32::min);
     rest.iter_mut().for_each(|place| place.y -= lowest);
