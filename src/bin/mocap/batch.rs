@@ -5,6 +5,7 @@
 //! on its own thread, where it writes them to a [`manifest`] or to standard output and updates the [`progress`].
 
 pub(crate) mod folder;
+pub(crate) mod gather;
 pub(crate) mod hash;
 pub(crate) mod inputs;
 pub(crate) mod manifest;

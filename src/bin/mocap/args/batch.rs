@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::OutputFormat;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
-use crate::report;
+use crate::{report, streams};
 
 /// Options for many files. They decide the names of outputs, but not their contents.
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,7 @@ pub(crate) struct SpreadArgs {
     /// Number of threads [default: the number of cores]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
-    /// Convert only part i of n; the parts depend only on the relative paths of the files
+    /// Take only part i of n; the parts depend only on the relative paths of the files
     #[arg(long, value_name = "i/n")]
     pub(crate) shard: Option<Shard>,
     /// How to show progress on standard error
@@ -52,6 +52,16 @@ pub(crate) struct SpreadArgs {
 }
 
 impl SpreadArgs {
+    /// The name of the file that is made of this shard: `survey.2-of-8.jsonl`.
+    pub(crate) fn of_shard(&self, output: &Path) -> PathBuf {
+        match (self.shard, output.extension()) {
+            (Some(shard), Some(extension)) if !streams::is_standard(output) => {
+                output.with_extension(format!("{}.{}", shard.name(), extension.display()))
+            }
+            _ => output.to_owned(),
+        }
+    }
+
     pub(crate) fn progress(&self) -> ProgressArg {
         if report::is_quiet() {
             ProgressArg::None

@@ -59,7 +59,7 @@ fn make(args: &GraphArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads a clip as it is compared and walked through: in its own unit and axes, without a rest pose before the motion.
+/// Reads a clip in its own unit and axes, without a rest pose before the motion.
 fn import_clip(read: &Reading, space: &SourceSpace, path: &Path) -> Result<Scene, Failure> {
     let mut scene = import_motion(read, path)?;
     space.state(&mut scene);

@@ -3,17 +3,16 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use mocap::files::{ReplacePolicy, check_confined};
 use mocap::matching::{Database, IndexedClip, index};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
 
 use crate::args::IndexArgs;
+use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
-use crate::batch::progress::{Counts, Outcome, Progress};
-use crate::batch::{self, thread_count};
 use crate::{Failure, report, streams};
 
 type Former = HashMap<String, Vec<IndexedClip>>;
@@ -24,14 +23,22 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     }
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
-    let output = of_shard(args);
-    let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
-    streams::check_output(&sources, &output, args.force)?;
+    let output = args.spread.of_shard(&args.output);
+    let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path)).force(args.force.force);
+    let check = || match streams::is_standard(&output) {
+        true => Ok(()),
+        false => policy.check(&output),
+    };
+    check()?;
     let former = match args.resume && output.is_file() {
         true => former(&output)?,
         false => Former::new(),
     };
-    let (clips, counts) = index_all(args, &inputs, &former)?;
+    let (files, counts) = gather(&args.spread, &inputs, |input| match unchanged(args, &former, input) {
+        Some(clips) => Ok(clips),
+        None => of_file(args, input),
+    })?;
+    let clips: Vec<IndexedClip> = files.into_iter().flatten().flatten().collect();
     if clips.is_empty() && !(inputs.is_empty() && args.inputs.allow_empty) {
         report::complain("no motion of a humanoid was found: no database is written");
         return Err(Failure::Told);
@@ -39,9 +46,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     let database = Database::new(clips);
     let bytes = database.to_bytes();
     // Another program may have written the file meanwhile.
-    if !streams::is_standard(&output) {
-        ReplacePolicy::new(&sources).force(args.force.force).check(&output)?;
-    }
+    check()?;
     streams::write(&output, &bytes)?;
     let (clips, frames) = (database.clips().len(), database.frames());
     report::say(&format!("{}: {clips} clips, {frames} frames", output.display()));
@@ -56,16 +61,6 @@ pub(super) fn read(path: &Path) -> mocap::Result<Database> {
     read.map_err(|error| error.with_path(path))
 }
 
-/// The name of the output of a shard: `moves.2-of-8.mdb`.
-fn of_shard(args: &IndexArgs) -> PathBuf {
-    match args.spread.shard {
-        Some(shard) if !streams::is_standard(&args.output) => {
-            args.output.with_extension(format!("{}.mdb", shard.name()))
-        }
-        _ => args.output.clone(),
-    }
-}
-
 /// The clips of an earlier run by their files.
 fn former(output: &Path) -> Result<Former, Failure> {
     let mut files = Former::new();
@@ -73,32 +68,6 @@ fn former(output: &Path) -> Result<Former, Failure> {
         files.entry(clip.row.file.clone()).or_default().push(clip);
     }
     Ok(files)
-}
-
-fn index_all(args: &IndexArgs, inputs: &[Input], former: &Former) -> Result<(Vec<IndexedClip>, Counts), Failure> {
-    let mut progress = Progress::new(args.spread.progress(), inputs);
-    let mut clips = Vec::new();
-    let work = |input: &Input| match unchanged(args, former, input) {
-        Some(clips) => Ok(clips),
-        None => of_file(args, input).map_err(|error| error.to_string()),
-    };
-    let panicked = |_: &Input| Err(batch::PANICKED.to_owned());
-    let threads = thread_count(args.spread.threads);
-    batch::for_each(inputs, threads, work, panicked, |at, found| {
-        let outcome = match found {
-            Ok(found) => {
-                clips.extend(found);
-                Outcome::Done
-            }
-            Err(error) => {
-                report::complain(&error);
-                Outcome::Failed
-            }
-        };
-        progress.add(&inputs[at], outcome);
-        Ok::<_, Failure>(())
-    })?;
-    Ok((clips, progress.finish()))
 }
 
 /// The clips of a file that an earlier run had, if its bytes are the same and as many are wanted.

@@ -32,10 +32,7 @@ impl Table<'_> {
         if super::extension(path) != "parquet" {
             return Err(super::unknown_extension(path, ".parquet"));
         }
-        let path = match args.onto.spread.shard {
-            Some(shard) => path.with_extension(format!("{}.parquet", shard.name())),
-            None => path.to_owned(),
-        };
+        let path = args.onto.spread.of_shard(path);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         // The folder of the outputs is made.
         if let Some(folder) = folder.filter(|folder| !folder.is_dir() && **folder != args.output) {

@@ -9,10 +9,10 @@ use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds, examine};
 use mocap::{Code, Diagnostic, SkeletonMesh};
 
 use crate::args::SurveyArgs;
+use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
-use crate::batch::progress::{Counts, Outcome, Progress};
-use crate::batch::{self, thread_count};
+use crate::batch::progress::Counts;
 use crate::{Failure, report, streams};
 
 /// Rows of the list of the worst.
@@ -27,7 +27,7 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         .transpose()?;
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
-    let output = args.output.as_deref().map(|output| of_shard(args, output));
+    let output = args.output.as_deref().map(|output| args.spread.of_shard(output));
     let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
     let policy = ReplacePolicy::new(sources).force(args.force.force);
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
@@ -91,7 +91,15 @@ fn chosen(
     thresholds: &Thresholds,
     former: &HashMap<String, Vec<Examined>>,
 ) -> Result<(Corpus, Counts), Failure> {
-    let (clips, counts) = examine_all(args, inputs, thresholds, former)?;
+    let (files, counts) = gather(&args.spread, inputs, |input| match unchanged(former, input) {
+        Some(clips) => Ok(clips),
+        None => of_file(args, input, thresholds),
+    })?;
+    let clips = std::iter::zip(inputs, files).flat_map(|(input, found)| match found {
+        Ok(found) => found,
+        Err(error) => vec![ClipRow::unreadable(&input.path.to_string_lossy(), &error).into()],
+    });
+    let clips = clips.collect();
     let mut corpus = Corpus::new(clips, thresholds);
     if let Some(condition) = &args.condition {
         corpus.keep(|row| condition.holds(row));
@@ -119,16 +127,6 @@ fn format_of(args: &SurveyArgs, output: &Path) -> Result<String, Failure> {
     }
 }
 
-/// The name of an output of a shard: `survey.2-of-8.jsonl`.
-fn of_shard(args: &SurveyArgs, output: &Path) -> PathBuf {
-    match args.spread.shard {
-        Some(shard) if !streams::is_standard(output) => {
-            output.with_extension(format!("{}.{}", shard.name(), super::extension(output)))
-        }
-        _ => output.to_owned(),
-    }
-}
-
 fn bytes(corpus: &Corpus, format: &str) -> Result<Vec<u8>, Failure> {
     Ok(match format {
         "json" => corpus.to_json().into_bytes(),
@@ -138,44 +136,6 @@ fn bytes(corpus: &Corpus, format: &str) -> Result<Vec<u8>, Failure> {
         "parquet" => mocap::arrays::table::to_parquet(&[corpus.to_table()])?,
         _ => corpus.to_csv().into_bytes(),
     })
-}
-
-/// The clips of all files.
-fn examine_all(
-    args: &SurveyArgs,
-    inputs: &[Input],
-    thresholds: &Thresholds,
-    former: &HashMap<String, Vec<Examined>>,
-) -> Result<(Vec<Examined>, Counts), Failure> {
-    let mut progress = Progress::new(args.spread.progress(), inputs);
-    let mut clips = Vec::new();
-    let work = |input: &Input| match unchanged(former, input) {
-        Some(clips) => Ok(clips),
-        None => of_file(args, input, thresholds).map_err(|error| error.to_string()),
-    };
-    let panicked = |_: &Input| Err(batch::PANICKED.to_owned());
-    batch::for_each(
-        inputs,
-        thread_count(args.spread.threads),
-        work,
-        panicked,
-        |index, found| {
-            let input = &inputs[index];
-            match found {
-                Ok(found) => {
-                    progress.add(input, Outcome::Done);
-                    clips.extend(found);
-                }
-                Err(error) => {
-                    progress.add(input, Outcome::Failed);
-                    report::complain(&error);
-                    clips.push(ClipRow::unreadable(&input.path.to_string_lossy(), &error).into());
-                }
-            }
-            Ok::<_, Failure>(())
-        },
-    )?;
-    Ok((clips, progress.finish()))
 }
 
 /// The clips of an earlier run by their files.

@@ -1,0 +1,34 @@
+//! Results of many files, gathered in memory.
+
+use mocap::Error;
+
+use super::inputs::Input;
+use super::progress::{Counts, Outcome, Progress};
+use super::{PANICKED, for_each, thread_count};
+use crate::args::SpreadArgs;
+use crate::{Failure, report};
+
+/// Works on all inputs and tells of each that fails. Returns what was made of each or what was told, in the order of
+/// the inputs.
+pub(crate) fn gather<T: Send>(
+    spread: &SpreadArgs,
+    inputs: &[Input],
+    work: impl Fn(&Input) -> mocap::Result<T> + Sync,
+) -> Result<(Vec<Result<T, String>>, Counts), Failure> {
+    let mut progress = Progress::new(spread.progress(), inputs);
+    let mut results: Vec<_> = inputs.iter().map(|_| Err(String::new())).collect();
+    let work = |input: &Input| work(input).map_err(|error: Error| error.to_string());
+    let panicked = |_: &Input| Err(PANICKED.to_owned());
+    for_each(inputs, thread_count(spread.threads), work, panicked, |index, result| {
+        progress.add(
+            &inputs[index],
+            if result.is_ok() { Outcome::Done } else { Outcome::Failed },
+        );
+        if let Err(error) = &result {
+            report::complain(error);
+        }
+        results[index] = result;
+        Ok::<_, Failure>(())
+    })?;
+    Ok((results, progress.finish()))
+}
