@@ -3,21 +3,23 @@
 //! | scene | FBX |
 //! |---|---|
 //! | a joint, an end site | a model `LimbNode` with its attribute |
-//! | a group | a model `Null`; `LimbNode` between bones and where a mesh is bound to it; the root of an FBX file is none |
+//! | a group | a model `Null`; `LimbNode` between bones or where a mesh is bound to it; no model for the root node |
 //! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
 //! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
 //! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |
 //! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
-//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys; [`FbxOptions::error_bound`] leaves keys out |
+//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with linear keys |
+//! | [`FbxOptions::error_bound`] | keys that the bound allows to leave out are left out |
 //! | rotations | angles in degrees that continue past 180, so that no curve jumps |
 //! | ticks per second | `TimeMode`, or `CustomFrameRate` |
 //! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
 //! | meshes with the same name and bones on one node | a mesh with several materials |
 //! | [`Mesh::bones`](crate::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
 //! | a mesh without bones | stands below its node |
-//! | a material with a surface | a Phong material with its colour, opacity and texture; the image is embedded, or beside the file by [`FbxOptions::textures`] |
+//! | a material with a surface | a Phong material with its colour, opacity and texture |
+//! | the image of a texture | embedded, or a file beside it, as [`FbxOptions::textures`] says |
 //! | points | nothing |
 //! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
 //!

@@ -8,7 +8,7 @@ use crate::Failure;
 pub(super) struct Answer {
     /// What was found or done.
     pub(super) report: Value,
-    /// The same in fewer words, for a report that is too long.
+    /// A shorter report, where `report` is too long for an answer.
     pub(super) brief: Option<Value>,
     /// A picture, as PNG.
     pub(super) picture: Option<Vec<u8>>,

@@ -100,5 +100,5 @@ fn check_text(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// No system takes a longer path, so a longer text is none.
+/// The longest text that is taken for a path, in bytes: no system has longer ones.
 const MOST_PATH: usize = 32_768;

@@ -40,7 +40,7 @@ pub(crate) struct EditArgs {
 }
 
 impl EditArgs {
-    /// The motion as it is read, to be shown.
+    /// The arguments of `mocap view` that show the motion before the steps.
     pub(crate) fn before(&self) -> ViewArgs {
         ViewArgs {
             source: self.own.source.clone(),

@@ -46,7 +46,7 @@ pub(crate) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// A file as it is.
+    /// The arguments that show one file without options.
     pub(crate) fn of_file(file: PathBuf) -> Self {
         Self {
             files: vec![file],
