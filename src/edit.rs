@@ -10,6 +10,7 @@
 //! To add a step, write its file and a line in the list below: names, help, text, JSON, reports and the command line
 //! follow.
 
+mod alike;
 mod body;
 mod carrier;
 mod contacts;
@@ -41,6 +42,7 @@ pub use self::frames_report::FramesReport;
 pub use self::held::LimbReport;
 pub use self::limb::Limb;
 pub use self::list::EditReport;
+pub(crate) use self::sequence::Fitted;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::target::ReachTarget;
 pub(crate) use self::value::metres;

@@ -22,6 +22,7 @@
 //! ```
 
 mod clip;
+mod joined;
 mod options;
 mod over_ground;
 mod source;
@@ -30,6 +31,7 @@ mod target;
 use std::collections::HashSet;
 
 pub use self::clip::{Report, Retargeted};
+pub(crate) use self::joined::second_motion;
 pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
 use self::source::{Mover, Moving};

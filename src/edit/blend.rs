@@ -4,12 +4,14 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::concat::pair;
 use super::fit::Fit;
 use super::frames::{Frames, between};
 use super::pose_distance::Poses;
+use super::quantity::centimetres;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
@@ -20,7 +22,9 @@ step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
     /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
     /// as its fraction of both. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures
-    /// stand, are a warning of the scene, [`Code::PosesApart`].
+    /// stand, are a warning of the scene, [`Code::PosesApart`]. `within` lets one of the two begin later, and one end
+    /// earlier, where the two are more alike: by the distance of [motion graphs](crate::graph), of windows of a third
+    /// of a second. The second motion then begins where the first does, and looks where it looks.
     ///
     /// ```
     /// use mocap::edit::{Blend, BlendWeight, Step, StepInput};
@@ -35,13 +39,16 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one
-    /// of the animations.
+    /// [`Code::InvalidValue`] where the joints differ, a weight is not from 0 to 1, or `within` not from 0 to 10 s;
+    /// [`Code::NoMotion`] without one of the animations.
     Blend {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, Takes::Input;
         /// The fraction of the second motion. Default: 0.5 all the time.
         weight: BlendWeight = BlendWeight::Constant(0.5), Takes::Weights;
+        /// Seconds at the beginning and at the end of both within which they begin and end, where they are most alike.
+        /// Default: 0, all of both is mixed.
+        within: f64 = 0.0, Takes::Seconds;
     }
 }
 
@@ -53,7 +60,7 @@ impl Step for Blend {
     type Report = BlendReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<BlendReport> {
-        blend(scene, input, input.second::<Self>()?, &self.weight)
+        blend(scene, input, input.second::<Self>()?, self)
     }
 
     fn with(&self) -> Option<usize> {
@@ -71,6 +78,14 @@ pub struct BlendReport {
     pub frames: usize,
     /// How far one motion was shifted in time against an even stretch to align the two, in seconds at most.
     pub largest_time_shift: f64,
+    /// What was left out of the beginning of the first and of the second motion, in seconds.
+    pub left_out_before: [f64; 2],
+    /// What was left out of the end of the first and of the second motion, in seconds.
+    pub left_out_after: [f64; 2],
+    /// How far the two are apart there, at the beginning and at the end, in the mean of their joints, in metres, where
+    /// these moments were looked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub apart: Option<[f32; 2]>,
 }
 
 impl fmt::Display for BlendReport {
@@ -79,7 +94,21 @@ impl fmt::Display for BlendReport {
             f,
             "{} frames; shifted in time by {:.2} s at most to align the two",
             self.frames, self.largest_time_shift,
-        )
+        )?;
+        let Some(apart) = self.apart else { return Ok(()) };
+        for (part, left_out, apart) in [
+            ("beginning", self.left_out_before, apart[0]),
+            ("end", self.left_out_after, apart[1]),
+        ] {
+            write!(
+                f,
+                "; at the {part}, without {:.2} s of the first and {:.2} s of the second, they are {} apart",
+                left_out[0],
+                left_out[1],
+                centimetres(apart),
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -147,11 +176,41 @@ impl BlendWeight {
 /// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
 const COMPARED: usize = 160;
 
-fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, weight: &BlendWeight) -> Result<BlendReport> {
+/// The parts of both motions that begin and end where they are most alike, the second where the first stands and looks.
+fn parts_alike(
+    alikeness: &Alikeness,
+    (first, second): (&Frames, &Frames),
+    carrier: &Carrier,
+) -> (Frames, Frames, BlendReport) {
+    let (beginning, end) = (alikeness.beginning(), alikeness.end());
+    let mut report = BlendReport {
+        apart: Some([beginning.apart, end.apart]),
+        ..BlendReport::default()
+    };
+    let mut part = |frames: &Frames, motion: usize| -> Vec<Vec<Trs>> {
+        let last = frames.len() - 1;
+        let frame = |seconds: f64| ((seconds * frames.rate).round() as usize).min(last);
+        let (from, to) = (frame(beginning.at[motion]), frame(end.at[motion]));
+        report.left_out_before[motion] = from as f64 / frames.rate;
+        report.left_out_after[motion] = (last - to) as f64 / frames.rate;
+        (from..=to).map(|frame| frames.row(frame).to_vec()).collect()
+    };
+    let (rows, mut others) = (part(first, 0), part(second, 1));
+    let placement = carrier.placement(&others[0], &rows[0]);
+    others.iter_mut().for_each(|row| carrier.apply(&placement, row));
+    (first.with_rows(rows), second.with_rows(others), report)
+}
+
+fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blend) -> Result<BlendReport> {
+    let weight = &options.weight;
     weight.check()?;
     let animation = input.animation;
-    let (first, second) = pair(scene, animation, other)?;
+    let (mut first, mut second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
+    let mut report = BlendReport::default();
+    if let Some(alikeness) = Alikeness::new(scene, input, other, &first, options.within)? {
+        (first, second, report) = parts_alike(&alikeness, (&first, &second), &carrier);
+    }
     let path = align(&first, &second, &carrier);
     let times = times(&path, weight, [first.rate, second.rate]);
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
@@ -159,10 +218,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, weight: &Blend
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
     let mut piece = 0;
     let mut fit = Fit::new(scene, &first, metres_per_unit(scene, input));
-    let mut report = BlendReport {
-        frames: count,
-        ..BlendReport::default()
-    };
+    report.frames = count;
     for frame in 0..count {
         let time = frame as f64 / first.rate;
         while piece + 2 < path.len() && times[piece + 1] < time {
@@ -198,7 +254,8 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, weight: &Blend
     }
     let warning = fit.warning(
         Blend::NAME,
-        "turn one to look where the other looks, or choose motions that are alike",
+        "let them begin and end where they are alike with within=0.5 or longer, turn one to look where the other looks, or choose \
+         motions that are alike",
     );
     first.with_rows(rows).write_all(scene, animation);
     scene.warnings.extend(warning);

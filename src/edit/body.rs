@@ -39,12 +39,15 @@ impl Leg {
     }
 }
 
+/// The figure of a scene, of whatever kind it is.
+pub(super) fn any_figure_of(scene: &Scene, input: &StepInput<'_>) -> Figure {
+    let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+    Figure::with_bones(scene, humanoid)
+}
+
 /// Metres in one unit of the scene.
 pub(super) fn metres_per_unit(scene: &Scene, input: &StepInput<'_>) -> f32 {
-    let guessed = || {
-        let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
-        Figure::with_bones(scene, humanoid).survey.metres_per_unit
-    };
+    let guessed = || any_figure_of(scene, input).survey.metres_per_unit;
     scene.metadata.metres_per_unit.unwrap_or_else(guessed) as f32
 }
 

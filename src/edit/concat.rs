@@ -4,12 +4,13 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::fit::Fit;
 use super::frames::Frames;
 use super::inertia::{Seam, onward};
-use super::quantity::{degrees, metres};
+use super::quantity::{centimetres, degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
@@ -20,7 +21,9 @@ use crate::scene::{NodeId, Scene};
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
     /// motion that is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds
-    /// more than 1 m/s, are a warning of the scene, [`Code::PosesApart`].
+    /// more than 1 m/s, are a warning of the scene, [`Code::PosesApart`]. `within` lets the end of the first and the
+    /// beginning of the second go where the two are more alike nearby: by the distance of
+    /// [motion graphs](crate::graph), of windows of a third of a second.
     ///
     /// ```
     /// use mocap::edit::{Concat, Step, StepInput};
@@ -33,8 +36,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of
-    /// the animations.
+    /// [`Code::InvalidValue`] where the joints differ, the blend is not finite, or `within` is not from 0 to 10 s;
+    /// [`Code::NoMotion`] without one of the animations.
     Concat {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, Takes::Input;
@@ -42,6 +45,9 @@ step! {
         blend: f64 = 0.3, Takes::Seconds;
         /// Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`.
         align: bool = true, Takes::Flag;
+        /// Seconds of the end of the first and of the beginning of the second within which they are joined, where they
+        /// are most alike. Default: 0, all of both stays.
+        within: f64 = 0.0, Takes::Seconds;
     }
 }
 
@@ -75,6 +81,11 @@ pub struct ConcatReport {
     pub largest_rotation: f32,
     /// How far the second motion was moved over the ground, in metres.
     pub moved: f32,
+    /// What was left out of the end of the first motion and of the beginning of the second, in seconds.
+    pub left_out: [f64; 2],
+    /// How far the two are apart at the seam in the mean of their joints, in metres, where it was looked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub apart: Option<f32>,
 }
 
 impl fmt::Display for ConcatReport {
@@ -86,7 +97,17 @@ impl fmt::Display for ConcatReport {
             self.seam,
             degrees(self.largest_rotation),
             metres(self.moved),
-        )
+        )?;
+        match self.apart {
+            None => Ok(()),
+            Some(apart) => write!(
+                f,
+                "; without {:.2} s of the end of the first and {:.2} s of the beginning of the second they are {} apart",
+                self.left_out[0],
+                self.left_out[1],
+                centimetres(apart),
+            ),
+        }
     }
 }
 
@@ -95,14 +116,23 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     not_negative(Code::InvalidValue, "blend", options.blend)?;
     let (first, second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
-    let mut rows: Vec<Vec<Trs>> = (0..first.len()).map(|frame| first.row(frame).to_vec()).collect();
+    let alike = Alikeness::new(scene, input, other, &first, options.within)?.map(|alikeness| alikeness.seam());
+    let [last, start] = match alike {
+        Some(alike) => [alike.at[0] * first.rate, alike.at[1] * second.rate],
+        None => [(first.len() - 1) as f64, 0.0],
+    };
+    let last = (last.round() as usize).min(first.len() - 1);
+    let mut rows: Vec<Vec<Trs>> = (0..=last).map(|frame| first.row(frame).to_vec()).collect();
     // The second at the frame rate of the first.
     let step = second.rate / first.rate;
-    let count = ((second.len() - 1) as f64 / step + 1e-6).floor() as usize + 1;
-    let mut added: Vec<Vec<Trs>> = (0..count).map(|frame| second.row_at(frame as f64 * step)).collect();
-    let last = rows.len() - 1;
+    let count = (((second.len() - 1) as f64 - start) / step + 1e-6).floor() as usize + 1;
+    let mut added: Vec<Vec<Trs>> = (0..count)
+        .map(|frame| second.row_at(start + frame as f64 * step))
+        .collect();
     let mut report = ConcatReport {
         seam: last,
+        left_out: [(first.len() - 1 - last) as f64 / first.rate, start / second.rate],
+        apart: alike.map(|alike| alike.apart),
         ..ConcatReport::default()
     };
     if options.align {
@@ -118,7 +148,10 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     if last > 0 && count > 1 {
         fit.see_speeds([&rows[last - 1], &rows[last]], [&added[0], next], last);
     }
-    let warning = fit.warning(Concat::NAME, "cut either with the step trim where they are alike");
+    let warning = fit.warning(
+        Concat::NAME,
+        "look for a better moment with within=0.5 or longer, or cut either with the step trim where they are alike",
+    );
     let seam = Seam::new([&rows[last], &onward(before)], [&added[0], next]);
     report.largest_rotation = seam.largest_rotation();
     if !seam.is_closed() {
@@ -141,7 +174,7 @@ pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Fr
         let message = format!("the two motions have different skeletons: {difference}");
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         return Err(diagnostic
-            .help("retarget one onto the skeleton of the other first")
+            .help("retarget one onto the skeleton of the other first, as EditStep::apply_all does")
             .into());
     }
     let driven = |scene: &Scene, animation: usize| -> Vec<NodeId> {

@@ -133,6 +133,7 @@ impl EditStep {
         Ok(EditReport {
             step: self.clone(),
             with: origin.map(|origin| origin.name.clone()),
+            retargeted: None,
             changed,
         })
     }
@@ -233,6 +234,9 @@ pub struct EditReport {
     /// The file of the second motion, of a step that takes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
+    /// How well the second motion sits on the skeleton, where it had another one and was retargeted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub retargeted: Option<String>,
     /// What it changed. In JSON its numbers have the digits of 64 bits.
     #[serde(serialize_with = "as_value")]
     pub changed: StepReport,
@@ -256,6 +260,9 @@ impl fmt::Display for EditReport {
         f.write_str(self.step.name())?;
         if let Some(file) = &self.with {
             write!(f, " with {file}")?;
+        }
+        if let Some(quality) = &self.retargeted {
+            write!(f, ", retargeted from another skeleton ({quality})")?;
         }
         write!(f, ": {}", self.changed)
     }

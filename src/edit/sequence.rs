@@ -1,9 +1,20 @@
 //! Several steps, one after another.
 
+use super::step::names;
 use super::{EditReport, EditStep, StepInput};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{self, Humanoid};
+use crate::figure::{Humanoid, HumanoidMap};
 use crate::scene::{Node, NodeId, Scene};
+
+/// A second motion on the skeleton of the first.
+pub(crate) struct Fitted {
+    pub(crate) scene: Scene,
+    /// How well it sits there, in a few words.
+    pub(crate) quality: String,
+}
+
+/// What brings a second motion onto the skeleton of a scene with these bones; `None` where it is of that skeleton.
+pub(crate) type Fit<'a> = &'a dyn Fn(&Scene, &HumanoidMap, &Scene) -> Result<Option<Fitted>>;
 
 /// What errors call the second motions.
 fn names_of(others: &[&Scene]) -> Vec<String> {
@@ -24,41 +35,12 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
 }
 
 impl EditStep {
-    /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
-    /// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
-    /// of the step before.
-    ///
-    /// ```
-    /// use mocap::edit::{EditStep, Mirror, Smooth};
-    ///
-    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-    /// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Mirror::new().into()];
-    /// let reports = EditStep::apply_all(&mut scene, &steps, &[], None)?;
-    /// assert!(reports[1].to_string().starts_with("mirror: "));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// Those of the steps, and of [`second_motions`](Self::second_motions). `scene` has then the changes of the steps
-    /// before.
-    pub fn apply_all(
+    /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. Of
+    /// `others`, one with another skeleton than the scene is brought onto it by `fit`.
+    pub(crate) fn apply_fitted(
         scene: &mut Scene,
         steps: &[Self],
-        others: &[&Scene],
-        humanoid: Option<&Humanoid>,
-    ) -> Result<Vec<EditReport>> {
-        if steps.is_empty() {
-            return Self::second_motions(steps, &names_of(others)).map(|_| Vec::new());
-        }
-        let found = humanoid.cloned().unwrap_or_else(|| figure::humanoid(scene));
-        Ok(Self::apply_found(scene, steps, others, humanoid.cloned(), found)?.0)
-    }
-
-    /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
-    pub(crate) fn apply_found(
-        scene: &mut Scene,
-        steps: &[Self],
-        others: &[&Scene],
+        (others, fit): (&[&Scene], Fit<'_>),
         mut stated: Option<Humanoid>,
         mut found: Humanoid,
     ) -> Result<(Vec<EditReport>, Humanoid)> {
@@ -66,18 +48,28 @@ impl EditStep {
         let mut reports = Vec::new();
         for (step, second) in std::iter::zip(steps, seconds) {
             let before: Vec<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
+            let other = second.map(|index| others[index]);
+            let bones = stated.as_ref().map(|bones| names(scene, bones)).unwrap_or_default();
+            let fitted = other.map(|other| fit(scene, &bones, other)).transpose()?.flatten();
             let input = StepInput {
-                other: second.map(|index| others[index]),
+                other: fitted.as_ref().map(|fitted| &fitted.scene).or(other),
                 humanoid: stated.as_ref(),
                 found: Some(&found),
                 ..StepInput::new()
             };
-            reports.push(step.apply(scene, &input)?);
+            let mut report = step.apply(scene, &input)?;
+            report.retargeted = fitted.map(|fitted| fitted.quality);
+            reports.push(report);
             let inserted = inserted(&before, scene);
             stated = stated.map(|stated| stated.after(inserted));
             found = found.after(inserted);
         }
         Ok((reports, found))
+    }
+
+    /// Refuses second motions where there are no steps.
+    pub(crate) fn check_others(others: &[&Scene]) -> Result<()> {
+        Self::second_motions(&[], &names_of(others)).map(drop)
     }
 
     /// Of each step the second motion that it takes, counted from 0 among `others`, which are the names of the motions

@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::figure;
 use crate::limits::Limits;
 use crate::process;
+use crate::retargeting::second_motion;
 use crate::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
 
 /// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and that of the
@@ -67,7 +68,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             | AppliedStep::NameJoints { .. }
             | AppliedStep::ZeroRestRotations => {}
             AppliedStep::Edit { edit, with, bones } => {
-                let other = match with {
+                let mut other = match with {
                     Some(with) => {
                         let mut other = second(with)?;
                         apply(&mut other, &with.steps, second)?;
@@ -79,6 +80,12 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                     true => None,
                     false => Some(figure::humanoid(scene).with_map(scene, bones.clone())?),
                 };
+                // One of another skeleton was retargeted.
+                if let Some(second) = &other
+                    && let Some(fitted) = second_motion(scene, bones, second)?
+                {
+                    other = Some(fitted.scene);
+                }
                 let input = StepInput::new().other(other.as_ref()).humanoid(known.as_ref());
                 EditStep::from_value(edit)?.apply(scene, &input)?;
             }

@@ -66,7 +66,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "retargeting",
         &[
-            "error", "scene", "pose", "figure", "process", "retarget", "robot", "convert", "format", "import",
+            "error", "scene", "pose", "figure", "process", "edit", "retarget", "robot", "convert", "format", "import",
         ],
     ),
     ("dump", &["error", "scene", "pose"]),
@@ -86,7 +86,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "verify",
         &[
-            "error", "limits", "scene", "pose", "figure", "edit", "process", "format", "import", "arrays",
+            "error",
+            "limits",
+            "scene",
+            "pose",
+            "figure",
+            "edit",
+            "process",
+            "format",
+            "import",
+            "retargeting",
+            "arrays",
         ],
     ),
     (

@@ -1,5 +1,6 @@
 //! Changes of a motion: the laws that every step keeps, and what each does to real files.
 
+mod alike;
 mod bent;
 mod bones;
 mod cleaned;

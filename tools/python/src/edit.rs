@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditStep, StepInput};
+use mocap::edit::{ContactOptions, EditStep};
 use mocap::figure::{HumanoidMap, humanoid};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -50,11 +50,12 @@ pub(crate) fn edit(
         let known = bones
             .map(|bones| humanoid(&changed).with_map(&changed, bones))
             .transpose()?;
-        let input = StepInput::new().other(other.map(Scene::scene)).humanoid(known.as_ref());
-        EditStep::from_value(&step)?.apply(&mut changed, &input)
+        let steps = [EditStep::from_value(&step)?];
+        let others: Vec<_> = other.iter().map(|other| other.scene()).collect();
+        EditStep::apply_all(&mut changed, &steps, &others, known.as_ref())
     });
-    let report = done.map_err(|error| to_python(py, &error))?;
-    Ok((Scene::new(changed), json(&report)?))
+    let reports = done.map_err(|error| to_python(py, &error))?;
+    Ok((Scene::new(changed), json(&reports[0])?))
 }
 
 /// When feet and hands are at rest, as JSON. `options` are those of the library, as JSON.

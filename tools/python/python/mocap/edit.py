@@ -203,14 +203,31 @@ def loop_clip(
     return apply(scene, _step("loop", **options))
 
 
-def concat(scene: Scene, other: Scene, *, blend: float | None = None, align: bool | None = None) -> Edited:
-    """Appends ``other``, from where the scene ends unless ``align`` is ``False``."""
-    return apply(scene, _step("concat", blend=blend, align=align), other)
+def concat(
+    scene: Scene,
+    other: Scene,
+    *,
+    blend: float | None = None,
+    align: bool | None = None,
+    within: float | None = None,
+) -> Edited:
+    """Appends ``other``, from where the scene ends unless ``align`` is ``False``.
+
+    ``within`` so many seconds of the end and of the beginning of ``other``, the two are joined where they are most alike.
+    A motion with another skeleton is retargeted.
+    """
+    return apply(scene, _step("concat", blend=blend, align=align, within=within), other)
 
 
-def blend(scene: Scene, other: Scene, weight: float | Sequence[tuple[float, float]] = 0.5) -> Edited:
-    """Mixes with ``other``, aligned in time. ``weight`` is from 0 to 1, or a curve: pairs of seconds and a weight."""
-    return apply(scene, _step("blend", weight=weight), other)
+def blend(
+    scene: Scene, other: Scene, weight: float | Sequence[tuple[float, float]] = 0.5, *, within: float | None = None
+) -> Edited:
+    """Mixes with ``other``, aligned in time. ``weight`` is from 0 to 1, or a curve: pairs of seconds and a weight.
+
+    ``within`` so many seconds of their beginnings and ends, both begin and end where they are most alike. A motion with
+    another skeleton is retargeted.
+    """
+    return apply(scene, _step("blend", weight=weight, within=within), other)
 
 
 def layer(scene: Scene, other: Scene, part: Literal["upper", "legs", "arms", "head"] = "upper") -> Edited:

@@ -1,0 +1,136 @@
+//! The moments of two motions that are most alike, near to where they are to meet, by the distance of motion graphs:
+//! `docs/motion-graphs.md`.
+
+use std::ops::Range;
+
+use super::StepInput;
+use super::body::any_figure_of;
+use super::frames::Frames;
+use crate::error::{Code, Diagnostic, Result};
+use crate::graph::clouds::{CloudSpace, Clouds};
+use crate::graph::distance::Window;
+use crate::scene::Scene;
+
+/// Frames per second at which moments are compared, at most. More do not change which are most alike.
+const MOST_PER_SECOND: f64 = 60.0;
+
+/// How far a rate may be above that number without being halved, as a fraction: frame times of files are rounded.
+const ROUNDED: f64 = 1e-3;
+
+/// The window of frames that is compared, in seconds at most: that of a motion graph.
+const WINDOW: f64 = 1.0 / 3.0;
+
+/// The longest time in which moments are looked for, in seconds.
+const LONGEST: f64 = 10.0;
+
+/// Two moments, in seconds from the beginnings of both motions, and how far they are apart in metres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alike {
+    pub(super) at: [f64; 2],
+    pub(super) apart: f32,
+}
+
+/// The two motions, and what is compared of them.
+pub(super) struct Alikeness {
+    space: CloudSpace,
+    window: Window,
+    clouds: [Clouds; 2],
+    /// Frames per second of the clouds.
+    rate: f64,
+    /// The frames in which moments are looked for.
+    within: usize,
+}
+
+/// Refuses a time in which no moments can be looked for.
+pub(super) fn check(within: f64) -> Result<()> {
+    if (0.0..=LONGEST).contains(&within) {
+        return Ok(());
+    }
+    let message = format!("within must be from 0 to {LONGEST} seconds, got {within}");
+    Err(Diagnostic::new(Code::InvalidValue, message).into())
+}
+
+impl Alikeness {
+    /// Of the animation of a step and of the first one of `other`, whose frames are `first`, where moments may be
+    /// `within` so many seconds. `None` without a time, and for motions that are shorter than a window.
+    pub(super) fn new(
+        scene: &Scene,
+        input: &StepInput<'_>,
+        other: &Scene,
+        first: &Frames,
+        within: f64,
+    ) -> Result<Option<Self>> {
+        check(within)?;
+        if within == 0.0 {
+            return Ok(None);
+        }
+        let figure = any_figure_of(scene, input);
+        let space = CloudSpace::new(scene, &figure)?;
+        let rate = first.rate / (first.rate / MOST_PER_SECOND - ROUNDED).ceil().max(1.0);
+        let of = |scene: &Scene, animation: usize| Clouds::new(&space, scene, &scene.animations[animation], rate);
+        let clouds = [of(scene, input.animation)?, of(other, 0)?];
+        // A window at the end of the one and one at the beginning of the other leave room for a search.
+        let frames = (WINDOW.min(0.5 * within) * rate).round().max(2.0) as usize;
+        let window = Window::new(frames);
+        let has_room = clouds.iter().all(|clouds| window.count(clouds) > 0);
+        Ok(has_room.then_some(Self {
+            within: (within * rate).round() as usize,
+            space,
+            window,
+            clouds,
+            rate,
+        }))
+    }
+
+    /// Where the first motion is to end and the second to begin.
+    pub(super) fn seam(&self) -> Alike {
+        let last = self.window.count(&self.clouds[0]);
+        let room = (self.within + 1).saturating_sub(self.window.frames()).max(1);
+        let middle = (self.window.frames() - 1) / 2;
+        let second = 0..room.min(self.window.count(&self.clouds[1]));
+        self.least([(last.saturating_sub(room)..last, second)], middle)
+    }
+
+    /// Where both are to begin: something is left out of one of them at most.
+    pub(super) fn beginning(&self) -> Alike {
+        let [a, b] = self.rooms().map(|room| 0..room);
+        self.least([(a, 0..1), (0..1, b)], 0)
+    }
+
+    /// Where both are to end: something is left out of one of them at most.
+    pub(super) fn end(&self) -> Alike {
+        let rooms = self.rooms();
+        let counts = [0, 1].map(|motion| self.window.count(&self.clouds[motion]));
+        let [a, b] = [0, 1].map(|motion| counts[motion] - rooms[motion]..counts[motion]);
+        let [last_a, last_b] = counts.map(|count| count - 1..count);
+        self.least([(last_a, b), (a, last_b)], self.window.frames() - 1)
+    }
+
+    /// The windows of each motion that begin within the time, less than half of all.
+    fn rooms(&self) -> [usize; 2] {
+        let room = |clouds: &Clouds| (self.within + 1).min(self.window.count(clouds).div_ceil(2));
+        [0, 1].map(|motion| room(&self.clouds[motion]))
+    }
+
+    /// The nearest two windows that begin in these frames; of equal ones the first. The moments are a frame of them.
+    fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> Alike {
+        let [a, b] = &self.clouds;
+        let mut nearest = (f32::INFINITY, [0, 0]);
+        for (rows, columns) in parts {
+            let distances = self
+                .window
+                .distances(&self.space, (a, rows.clone()), (b, columns.clone()));
+            for (index, distance) in distances.into_iter().enumerate() {
+                if distance < nearest.0 {
+                    let (row, column) = (index / columns.len(), index % columns.len());
+                    nearest = (distance, [rows.start + row, columns.start + column]);
+                }
+            }
+        }
+        let (apart, starts) = nearest;
+        Alike {
+            at: starts.map(|start| (start + frame) as f64 / self.rate),
+            apart,
+        }
+    }
+}
