@@ -97,7 +97,7 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 19] = [
+const MODULES: [&str; 20] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
@@ -114,6 +114,7 @@ const MODULES: [&str; 19] = [
     include_str!("view/chart.js"),
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
+    include_str!("view/drag.js"),
     include_str!("view/player.js"),
     include_str!("view/unpack.js"),
     include_str!("view/page.js"),
@@ -358,7 +359,7 @@ mod tests {
     #[test]
     fn a_module_imports_only_those_before_it() {
         let names = "math dom curves reach clip skin batch renderer_skin renderer_gl renderer_2d camera colors marks chart \
-                     panel stage player unpack page";
+                     panel stage drag player unpack page";
         let names = names.split_whitespace();
         let names: Vec<_> = names.map(|name| format!("\"./{name}.js\"")).collect();
         for (index, module) in MODULES.iter().enumerate() {

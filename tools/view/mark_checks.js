@@ -86,9 +86,23 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       }
       assert.ok(distance(before[0].file, after[0].file) < 1e-6);
       await page.mouse.up();
+      // The command that the page shows does it to the file.
+      const shown = await page.evaluate(() => ({ command: document.querySelector("#drag code").textContent, json: document.querySelector("#drag").title }));
+      assert.deepEqual(JSON.parse(shown.json).map(({ step, range }) => [step, range]), [["reach", "200f..200f"]]);
+      const [, , , , , ...steps] = shown.command.split(" ");
+      const edited = pageOfText.path(`${names[2]}.bvh`);
+      mocap("edit", walk, "-o", edited, "--force", ...steps);
+      const again = await open(browser, pageOfFiles(edited));
+      await again.page.evaluate(() => window.mocap.seek(200));
+      await settled(again.page);
+      const reached = await again.page.evaluate((at) => window.mocap.drawn()[at], after[2].joint);
+      // A millimetre, in the unit of CMU.
+      assert.ok(distance(reached, after[2].file) < 0.001 / 0.0564, `the command brings ${names[2]} to ${reached}, dragged to ${after[2].file}`);
+      await again.close();
       await page.keyboard.press("z");
       await settled(page);
       assert.ok(distance((await place(names[2])).file, before[2].file) < 1e-6, "not put back");
+      assert.equal(await page.evaluate(() => document.querySelector("#drag")), null);
     }
     assert.deepEqual(trouble, []);
     await close();

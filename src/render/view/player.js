@@ -5,6 +5,7 @@ import { byId, css, make, save } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
 import { PALETTE } from "./colors.js";
+import { showSteps } from "./drag.js";
 import { drawContacts, showLegend } from "./marks.js";
 import { Panel } from "./panel.js";
 import { Stage } from "./stage.js";
@@ -87,6 +88,7 @@ export class Player {
     }
     this.lastFrame = now;
     this.stage.draw();
+    showSteps(this.state.clips);
     this.showTime();
     this.panel.showTick();
     if (this.state.playing) this.changed();

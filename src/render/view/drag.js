@@ -1,0 +1,55 @@
+// What a drag of hands and feet shows, as steps of `mocap edit`: to copy as a command, and as JSON for the libraries.
+
+import { dot, scale } from "./math.js";
+import { byId, make } from "./dom.js";
+
+const LIMBS = { leftHand: "left-hand", rightHand: "right-hand", leftFoot: "left-foot", rightFoot: "right-foot" };
+// The rows that bring a direction of the file to +Y up, as `mocap edit` does where it writes anything but BVH.
+const Y_UP = {
+  "+y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+  "+z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+  "-z": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+};
+
+const metres = (value) => Number(value.toFixed(4));
+const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
+
+// The command and the JSON that bring the dragged limbs of a clip to where they are, in this frame.
+export function stepsOf(clip) {
+  const frame = `${Math.round(clip.tick)}f`;
+  const steps = [...clip.goals].map(([end, goal]) => ({
+    step: "reach", limb: LIMBS[clip.nodes[end].bone.name], to: scale(goal, clip.metresPerUnit).map(metres), range: `${frame}..${frame}`,
+  }));
+  // BVH keeps the axes of its source; the library has those of the file too.
+  const isBvh = /\.bvh$/i.test(clip.name);
+  const turned = (to) => (isBvh || !Y_UP[clip.up] ? to : Y_UP[clip.up].map((row) => metres(dot(row, to))));
+  const texts = steps.map(({ limb, to, range }) => `--step reach:limb=${limb},to=${turned(to).join("/")},range=${range}`);
+  const stem = clip.name.replace(/\.\w+$/, "");
+  const output = `${stem}_edited.${isBvh ? "bvh" : "glb"}`;
+  return { command: ["mocap edit", quoted(clip.name), "-o", quoted(output), ...texts].join(" "), json: JSON.stringify(steps) };
+}
+
+async function copy(text, shown) {
+  try {
+    await navigator.clipboard.writeText(text);
+    byId("said").textContent = "Copied";
+  } catch {
+    // A page without the right to copy marks the text.
+    shown.textContent = text;
+    getSelection().selectAllChildren(shown);
+  }
+}
+
+// Shows the steps beside the picture while a limb is dragged, and nothing otherwise.
+export function showSteps(clips) {
+  const clip = clips.find(({ goals }) => goals.size);
+  const before = document.getElementById("drag");
+  const steps = clip && stepsOf(clip);
+  if (!steps || before?.title !== steps.json) before?.remove();
+  if (!steps || before?.title === steps.json) return;
+  const text = make("code", {}, steps.command);
+  byId("view").append(make("div", { id: "drag", title: steps.json }, text,
+    make("button", { onclick: () => copy(steps.command, text) }, "Copy command"),
+    make("button", { onclick: () => copy(steps.json, text) }, "Copy JSON")));
+}
