@@ -5,6 +5,7 @@ mod confined;
 mod existing;
 mod fbx_header;
 mod unfinished;
+mod usd_header;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -18,6 +19,7 @@ pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 use self::unfinished::{Unfinished, named};
+pub(crate) use self::usd_header::{USD_HEAD, ZIP_HEAD};
 use crate::error::{Error, Result};
 
 /// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its

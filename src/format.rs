@@ -24,7 +24,9 @@ mod sidecar;
 pub(crate) mod text;
 mod texture;
 mod trc;
+mod unique_names;
 mod urdf;
+pub(crate) mod usd;
 pub(crate) mod warnings;
 mod written;
 mod xml;
@@ -123,7 +125,7 @@ impl FormatInfo {
     ///
     /// ```
     /// let known = mocap::FormatInfo::written_extensions();
-    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx or .mclip");
+    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz or .mclip");
     /// ```
     pub fn written_extensions() -> String {
         let written = FORMATS.iter().filter(|row| row.writes());
@@ -188,6 +190,7 @@ pub const FORMATS: &[FormatInfo] = &[
     c3d::FORMAT,
     trc::FORMAT,
     fbx::FORMAT,
+    usd::FORMAT,
     mclip::FORMAT,
     bip::FORMAT,
     urdf::FORMAT,

@@ -50,6 +50,7 @@ pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedC
 use self::timeline::Timeline;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::Provenance;
+use crate::format::usd;
 use crate::import::Importer;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
@@ -150,7 +151,7 @@ impl Verifier {
         let bytes = opener.open(path)?;
         let arrays = match &*bytes {
             #[cfg(feature = "npz")]
-            bytes if npz::sniff(bytes) => Some(npz::read(bytes)),
+            bytes if npz::sniff(bytes) && !usd::is_archive(bytes) => Some(npz::read(bytes)),
             bytes if csv::sniff(bytes) => Some(csv::read(bytes)),
             _ => None,
         };

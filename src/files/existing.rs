@@ -9,22 +9,23 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::array_mark::{MARKED_EXTENSIONS, has_mark};
-use super::fbx_header::{FBX_HEAD, HEADER, fbx_provenance};
+use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
+use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
-/// Of files that say who wrote them: glTF and FBX.
-const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
+/// Of files that say who wrote them: glTF, FBX and USD.
+const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda", "usdz"];
 
 /// Which files an output may replace.
 ///
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
 /// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file
-/// with the same bytes as the output, an `.npz`, `.pkl` or `.mdb` with this crate's mark, and a glTF or FBX file
-/// that this crate wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too,
-/// that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second is
-/// not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
+/// with the same bytes as the output, an `.npz`, `.pkl` or `.mdb` with this crate's mark, and a glTF, FBX or USD
+/// file that this crate wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is of these
+/// formats, that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second
+/// is not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
 /// of them must name two inputs, its motion and the character.
 ///
 /// ```
@@ -43,7 +44,7 @@ pub struct ReplacePolicy {
     inputs: Arc<HashSet<FileId>>,
     /// The names of the inputs.
     source_names: Arc<HashSet<String>>,
-    /// Whether one of them is glTF or FBX.
+    /// Whether one of them is glTF, FBX or USD.
     may_tell: bool,
     force: bool,
 }
@@ -52,8 +53,8 @@ impl ReplacePolicy {
     /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
-        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "bip", "urdf", "mjcf", "mclip", "npz",
-        "npy", "pt", "pth", "pkl", "pickle", "mdb",
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "bip",
+        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
@@ -192,8 +193,8 @@ impl ReplacePolicy {
     }
 }
 
-/// Whether the file at `path` is a glTF or FBX file that this crate wrote, or to which it added animations, according
-/// to the file.
+/// Whether the file at `path` is a glTF, FBX or USD file that this crate wrote, or to which it added animations,
+/// according to the file.
 pub fn has_provenance(path: &Path) -> bool {
     let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
@@ -292,8 +293,8 @@ fn has_bytes(path: &Path, parts: &[impl AsRef<[u8]>]) -> bool {
     has_length && has_bytes().unwrap_or(false)
 }
 
-/// The part of a glTF or FBX file that says who wrote it. It is not read with the reader of its format, because errors
-/// in the rest of a file do not matter here.
+/// The part of a glTF, FBX or USD file that says who wrote it. It is not read with the reader of its format, because
+/// errors in the rest of a file do not matter here.
 #[derive(Default, Deserialize)]
 struct Asset {
     asset: Extras,
@@ -326,15 +327,15 @@ impl Asset {
         let mut file = BufReader::new(File::open(path)?);
         let mut header = [0; 20];
         file.read_exact(&mut header)?;
-        if header.starts_with(FBX_HEAD) {
+        let is_usd = header.starts_with(USD_HEAD) || header.starts_with(ZIP_HEAD);
+        if is_usd || header.starts_with(FBX_HEAD) {
             let mut bytes = header.to_vec();
-            file.take(HEADER as u64).read_to_end(&mut bytes)?;
-            let provenance = fbx_provenance(&bytes).and_then(|json| serde_json::from_str(json).ok());
-            let extras = provenance.map(|provenance| serde_json::Map::from_iter([("mocap".to_owned(), provenance)]));
-            return Ok(Self {
-                asset: Extras { extras },
-                ..Self::default()
-            });
+            file.take(HEADER.max(USD_HEADER) as u64).read_to_end(&mut bytes)?;
+            let json = match is_usd {
+                true => usd_provenance(&bytes),
+                false => fbx_provenance(&bytes).map(str::to_owned),
+            };
+            return Ok(Self::of_provenance(json.as_deref()));
         }
         let asset = if header.starts_with(b"glTF") {
             let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
@@ -344,11 +345,20 @@ impl Asset {
         };
         Ok(asset?)
     }
+
+    fn of_provenance(json: Option<&str>) -> Self {
+        let provenance = json.and_then(|json| serde_json::from_str(json).ok());
+        let extras = provenance.map(|provenance| serde_json::Map::from_iter([(PROVENANCE.to_owned(), provenance)]));
+        Self {
+            asset: Extras { extras },
+            ..Self::default()
+        }
+    }
 }
 
 impl Extras {
     fn provenance(&self) -> Option<&serde_json::Value> {
-        self.extras.as_ref()?.get("mocap")
+        self.extras.as_ref()?.get(PROVENANCE)
     }
 
     fn is_ours(&self) -> bool {

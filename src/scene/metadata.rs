@@ -83,6 +83,8 @@ formats! {
     Trc "trc"
     /// Autodesk FBX:
     Fbx "fbx"
+    /// Universal Scene Description:
+    Usd "usd"
     /// Biped of 3ds Max:
     Bip "bip"
     /// Unified Robot Description Format:

@@ -11,6 +11,7 @@ use crate::figure::{self, Figure};
 use crate::format::Sidecar;
 use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
+use crate::format::usd;
 use crate::import::Importer;
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
@@ -46,7 +47,7 @@ impl<'a> Output<'a> {
         if let Some(rate) = rate {
             importer = importer.sampling_rate(rate);
         }
-        let provenance = fbx::provenance(bytes).map(Box::new);
+        let provenance = fbx::provenance(bytes).or_else(|| usd::provenance(bytes)).map(Box::new);
         // The skin is looked at in files of this crate alone.
         let has_meshes = provenance.is_some();
         importer = importer.skeleton_mesh(if has_meshes {
@@ -54,7 +55,7 @@ impl<'a> Output<'a> {
         } else {
             SkeletonMesh::None
         });
-        if provenance.is_some() && !fbx::is_whole(bytes) {
+        if fbx::provenance(bytes).is_some() && !fbx::is_whole(bytes) {
             let message = "the file does not end with the footer that every FBX file has";
             return Err(Diagnostic::new(Code::UnexpectedEnd, message)
                 .help("it was cut off, or changed, after it was written; write it again")
@@ -137,6 +138,8 @@ impl<'a> Output<'a> {
     pub(super) fn skinned(&self) -> Option<&Scene> {
         match self {
             Self::Gltf(_, skinned) => skinned.as_deref(),
+            // The meshes of USD are not read.
+            Self::Scene(scene, _) if scene.metadata.format == Some(Format::Usd) => None,
             Self::Scene(scene, provenance) => provenance.is_some().then_some(scene),
         }
     }

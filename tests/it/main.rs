@@ -104,6 +104,7 @@ mod streams;
 mod survey;
 mod threads;
 mod trc;
+mod usd;
 mod validate;
 mod verify;
 mod vrma;

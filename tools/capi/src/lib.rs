@@ -85,6 +85,7 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 /// - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
 /// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
 ///   metres, +Y up.
+/// - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
 /// - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
 /// - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
 ///   that are known by their names or shapes; lengths in metres. Nothing of a file is run.

@@ -12,7 +12,7 @@ use mocap::{Importer, Result, Scene, SkeletonMesh};
 
 use self::words::{
     ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, NPZ_WORDS, ROBOT_WORDS, TRC_WORDS,
-    VRMA_WORDS,
+    USD_WORDS, VRMA_WORDS,
 };
 
 /// Bytes of the motion for testing skeletons: the first frames of a walk.
@@ -205,6 +205,25 @@ pub(crate) const VRMA: Input = Input {
     ..GLB
 };
 
+/// Text of USD.
+pub(crate) const USDA: Input = Input {
+    name: "usda",
+    folders: &["made"],
+    made: made::usda,
+    words: USD_WORDS,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Usd).read(bytes, "fuzz.usda"),
+    ..GLB
+};
+
+/// An archive of it.
+pub(crate) const USDZ: Input = Input {
+    name: "usdz",
+    folders: &[],
+    made: made::usdz,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Usd).read(bytes, "fuzz.usdz"),
+    ..USDA
+};
+
 /// A robot of ROS.
 pub(crate) const URDF: Input = Input {
     name: "urdf",
@@ -287,7 +306,8 @@ pub(crate) const CSV: Input = Input {
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
-    &BVH, &ASF, &AMC, &C3D, &TRC, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT, &CSV, &FBX_OUT,
+    &BVH, &ASF, &AMC, &C3D, &TRC, &FBX, &USDA, &USDZ, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT,
+    &CSV, &FBX_OUT,
 ];
 
 impl Input {

@@ -36,6 +36,9 @@ pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u
         if choice.is_multiple_of(8) {
             round_trip(&scenes, Format::Fbx, &Exporter::new());
         }
+        if choice % 8 == 1 {
+            round_trip(&scenes, Format::Usd, &Exporter::new());
+        }
         make_arrays(&converted);
     }
 }
@@ -119,7 +122,7 @@ fn check_counts(scene: &Scene, again: &Scene, format: Format) {
         }
         Format::Bvh => assert!(joints(again) >= joints(scene), "{format}: joints were lost"),
         // A node without a motion above all joints is a group there.
-        Format::Mclip => assert_eq!(again.nodes.len(), scene.nodes.len(), "{format}: nodes were lost"),
+        Format::Mclip | Format::Usd => assert_eq!(again.nodes.len(), scene.nodes.len(), "{format}: nodes were lost"),
         _ => (),
     }
 }

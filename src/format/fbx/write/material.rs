@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use super::document::{Document, Id};
 use super::encode::Element;
-use super::names::{Names, file_stem};
+use super::names::Names;
 use super::properties::Properties;
 use super::{FbxReport, FbxTextures};
+use crate::format::texture::file_stem;
 use crate::scene::{AlphaMode, Material, Scene, Surface};
 
 /// Writes each material and each texture that is used once.

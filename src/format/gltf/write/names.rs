@@ -1,8 +1,7 @@
 //! Node names as the file has them, as far as clients take them: each client finds every node.
 
-use std::collections::{HashMap, HashSet};
-
 use super::Renamed;
+use crate::format::unique_names::UniqueNames;
 use crate::scene::{NodeKind, Scene};
 
 /// What separates the names of a path in Unity, which finds animated nodes by it.
@@ -13,26 +12,12 @@ const REMOVED_BY_THREE_JS: [char; 5] = ['[', ']', '.', ':', '/'];
 
 /// Makes unique names.
 #[derive(Default)]
-pub(super) struct Names {
-    taken: HashSet<String>,
-    /// The last suffix tried for each name, so that making names unique takes linear time.
-    last_suffix: HashMap<String, u32>,
-}
+pub(super) struct Names(UniqueNames);
 
 impl Names {
     /// `wanted`, or the first of `wanted_2`, `wanted_3`, ... that is free.
     pub(super) fn unique(&mut self, wanted: &str) -> String {
-        if self.taken.insert(as_three_js_sees_it(wanted)) {
-            return wanted.to_owned();
-        }
-        loop {
-            let suffix = self.last_suffix.entry(wanted.to_owned()).or_insert(1);
-            *suffix += 1;
-            let name = format!("{wanted}_{suffix}");
-            if self.taken.insert(as_three_js_sees_it(&name)) {
-                return name;
-            }
-        }
+        self.0.first_free(wanted.to_owned(), as_three_js_sees_it)
     }
 
     /// A name for every node of `scene`, in its order, and the changed ones.

@@ -49,6 +49,28 @@ pub(super) fn trc() -> Vec<Vec<u8>> {
     vec![tabs.into_bytes(), blanks.as_bytes().to_vec()]
 }
 
+/// Small motions as USD, as this crate writes them.
+pub(super) fn usda() -> Vec<Vec<u8>> {
+    usd("usda")
+}
+
+/// As above, in archives.
+pub(super) fn usdz() -> Vec<Vec<u8>> {
+    usd("usdz")
+}
+
+fn usd(extension: &str) -> Vec<Vec<u8>> {
+    let written = |name| {
+        let scene = mocap::import(fixture(name)).expect("the fixture is read");
+        let written = Exporter::new().write_as(&scene, format!("seed.{extension}"));
+        let written = written.expect("the fixture is written").into_bytes();
+        written.expect("a skeleton is one file")
+    };
+    ["dialects/plain.bvh", "dialects/two_roots.bvh", "real/lecture_Test.bvh"]
+        .map(written)
+        .into()
+}
+
 /// Scenes with and without a motion, a skin, a texture.
 pub(super) fn scenes() -> Vec<Vec<u8>> {
     let files = [

@@ -190,6 +190,45 @@ pub(super) const ROBOT_WORDS: &[&str] = &[
 ];
 
 /// As above.
+pub(super) const USD_WORDS: &[&str] = &[
+    "#usda 1.0\n",
+    "def SkelRoot \"a\"\n{\n",
+    "def Skeleton \"a\" (\n",
+    "def SkelAnimation \"a\" {",
+    "over \"a\" {",
+    "uniform token[] joints = [\"a\", \"a/b\"]\n",
+    "matrix4d[] restTransforms = [( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1) )]\n",
+    "float3[] translations.timeSamples = {\n0: [(0, 0, 0)],\n}\n",
+    "quatf[] rotations = [(1, 0, 0, 0)]\n",
+    "half3[] scales = [(1, 1, 1)]\n",
+    "rel skel:animationSource = </a/a>\n",
+    "uniform token[] xformOpOrder = [\"xformOp:translate\", \"!resetXformStack!\"]\n",
+    "double3 xformOp:translate = (1, 2, 3)\n",
+    "!invert!",
+    "metersPerUnit = 1",
+    "upAxis = \"Z\"",
+    "timeCodesPerSecond = 24",
+    "inf",
+    "None",
+    "1e300",
+    "\"\"\"",
+    "'",
+    "{",
+    "}",
+    "(",
+    ")",
+    "[",
+    "]",
+    "<",
+    "@",
+    "\n",
+    ";",
+    "PK\u{1}\u{2}",
+    "PK\u{3}\u{4}",
+    "PK\u{5}\u{6}",
+];
+
+/// As above.
 pub(super) const CSV_WORDS: &[&str] = &["time", ",", "\n", "Hips", ".x", "\"", "# mocap", "{", "}", "nan"];
 
 /// As above.
