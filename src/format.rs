@@ -35,9 +35,11 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 #[cfg(feature = "npz")]
 pub(crate) use self::array_files::SMPL_ROOT;
+pub(crate) use self::array_files::{Body, body_model};
 pub use self::option::WriteOption;
 pub(crate) use self::option::words;
 pub(crate) use self::sidecar::Sidecar;
@@ -220,6 +222,8 @@ pub(crate) struct ReadOptions {
     pub without_original: bool,
     /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
+    /// The body on which arrays of rotations are put.
+    pub body: Option<Arc<Body>>,
     /// Keep the unit and the axes of a file that states them.
     pub file_units: bool,
     /// Upper bounds.

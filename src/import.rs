@@ -1,5 +1,6 @@
 //! From a file to a scene: the only module of the library that opens input files.
 
+mod body;
 mod clips;
 mod contents;
 mod large;
@@ -62,6 +63,7 @@ pub struct Importer {
     joints: Option<String>,
     markers: Option<String>,
     standing: Option<PathBuf>,
+    body: Option<PathBuf>,
 }
 
 impl Default for Importer {
@@ -85,6 +87,7 @@ impl Importer {
             joints: None,
             markers: None,
             standing: None,
+            body: None,
         }
     }
 

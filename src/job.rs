@@ -201,10 +201,11 @@ impl Job {
         verifier.files(input, output)
     }
 
-    /// Which files the output may replace: no input, and no file beside the inputs that the job reads.
+    /// Which files the output may replace: no input, and no other file that the job reads.
     pub fn policy(&self) -> ReplacePolicy {
         let target = self.onto.as_ref().map(|onto| &onto.body().file);
         let inputs = self.source.inputs.iter().chain(&self.source.with).chain(target);
+        let inputs = inputs.map(AsRef::as_ref).chain(self.read.files());
         ReplacePolicy::new(inputs).force(self.write.force)
     }
 

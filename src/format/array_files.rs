@@ -8,11 +8,12 @@
 //!
 //! What the arrays mean is told by their names and shapes (`layouts`): AMASS, SMPL-X's dictionaries, GVHMR, GEM-X,
 //! Motion-X, PHUMA, Kimodo, the arrays of this program, and positions alone, which are points without a skeleton.
-//! Rotations without lengths are put on a body of our own (`proportions`): no file of a licensed model is needed, and
-//! nothing of one stands here. `docs/arrays.md` says what each layout is.
+//! Rotations without lengths are put on a body that is given (`body`), or else on one of our own (`proportions`): no
+//! file of a licensed model is needed, and nothing of one stands here. `docs/arrays.md` says what each layout is.
 
 #[cfg(feature = "npz")]
 mod archive;
+mod body;
 mod layouts;
 mod motion;
 mod ndarray;
@@ -20,6 +21,7 @@ mod npy;
 mod pickle;
 mod proportions;
 
+pub(crate) use self::body::{Body, BodyModel};
 use self::ndarray::{Bytes, Entries, NdArray};
 use self::npy::Npy;
 #[cfg(feature = "npz")]
@@ -125,10 +127,28 @@ fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 }
 
 fn read_pickle(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    read_by(source, options, Format::Pickle, |bytes, _, see| {
-        let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
-        see(&pickle::entries(&pickle))
-    })
+    read_by(source, options, Format::Pickle, |bytes, _, see| see_pickle(bytes, see))
+}
+
+/// Shows the arrays of a pickle.
+fn see_pickle<T>(bytes: &[u8], see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
+    let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
+    see(&pickle::entries(&pickle))
+}
+
+/// The model of a body in the bytes of an `.npz` or a pickle; `None` where they are something else.
+///
+/// # Errors
+/// Those of the container, and of a model whose arrays do not belong together.
+pub(crate) fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
+    let mut see = |entries: &Entries<'_>| BodyModel::of(entries, limits);
+    let found = match () {
+        () if (PICKLE.sniff)(bytes) => see_pickle(bytes, &mut see),
+        #[cfg(feature = "npz")]
+        () if (NPZ.sniff)(bytes) => see_npz(bytes, limits, &mut see),
+        () => Ok(None),
+    };
+    found.map_err(|failure| (*failure).into())
 }
 
 fn no_storage() -> Failure {
@@ -166,19 +186,27 @@ fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Re
 
 #[cfg(feature = "npz")]
 fn read_npz(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    read_by(source, options, Format::Npz, |bytes, limits, see| {
-        let mut archive = archive::Archive::open(bytes, limits)?;
-        let mut entries = Entries::default();
-        for name in archive.names() {
-            let Some(own) = name.strip_suffix(".npy") else {
-                continue;
-            };
-            if let Some(bytes) = archive.entry(&name)? {
-                add(&mut entries, own, bytes, own)?;
-            }
+    read_by(source, options, Format::Npz, see_npz)
+}
+
+/// Shows the arrays of an archive.
+#[cfg(feature = "npz")]
+fn see_npz<T>(
+    bytes: &[u8],
+    limits: &Limits,
+    see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let mut archive = archive::Archive::open(bytes, limits)?;
+    let mut entries = Entries::default();
+    for name in archive.names() {
+        let Some(own) = name.strip_suffix(".npy") else {
+            continue;
+        };
+        if let Some(bytes) = archive.entry(&name)? {
+            add(&mut entries, own, bytes, own)?;
         }
-        see(&entries)
-    })
+    }
+    see(&entries)
 }
 
 #[cfg(feature = "npz")]

@@ -168,6 +168,23 @@ impl Importer {
         self
     }
 
+    /// The body on which arrays of rotations are put, such as those of AMASS: a model of SMPL, SMPL-H or SMPL-X as
+    /// `.npz` or `.pkl`, whose shape then follows the coefficients of the motion, or a file with a figure in any
+    /// format. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] where the
+    /// file has lengths of its own.
+    ///
+    /// ```
+    /// let importer = mocap::Importer::new().body("fixtures/real/cmu_12_01_walk.bvh");
+    /// let scene = importer.import("fixtures/arrays/amass_smplh.npz")?;
+    /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("body that was given")));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn body(mut self, path: impl Into<PathBuf>) -> Self {
+        self.body = Some(path.into());
+        self
+    }
+
     /// The format. Default: found from the contents, or else from the extension.
     ///
     /// A file whose beginning is broken is then read as that format, and the error names the line.

@@ -51,10 +51,13 @@ impl Importer {
         check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
         self.check_rates(source)?;
         let bytes = source.bytes;
+        let options = self
+            .read_options(source)
+            .map_err(|error| error.with_path(source.name))?;
         let mut sum = self.hash.then(Sha256Sum::default);
         let read = |source: &Source<'_>| {
             self.find_format(bytes, source.name)
-                .and_then(|format| (format.read)(source, &self.read))
+                .and_then(|format| (format.read)(source, &options))
         };
         let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
             // What was read is in the processor's caches: it is hashed while it is there.
@@ -102,6 +105,7 @@ impl Importer {
         }
         select(&mut scene, &self.clips)?;
         numbers::check(&scene)?;
+        self.check_body(&scene)?;
         self.solve_points(&mut scene, source)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
         if scene.metadata.format == Some(Format::Bvh)

@@ -23,7 +23,7 @@ impl Importer {
         }
         match &self.joints {
             Some(joints) => solve(scene, &joint_set(joints, source)?),
-            None if is_array_of_points(scene) => match set_of_names(scene) {
+            None if is_array(scene) && is_points(scene) => match set_of_names(scene) {
                 Some(set) => solve(scene, &set),
                 None => Ok(()),
             },
@@ -82,9 +82,9 @@ fn check_markers(scene: &Scene) -> Result<()> {
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }
 
-fn is_array_of_points(scene: &Scene) -> bool {
-    let is_array = scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format));
-    is_array && is_points(scene)
+/// Whether the scene was read from a file of arrays.
+pub(super) fn is_array(scene: &Scene) -> bool {
+    scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format))
 }
 
 /// Whether the scene is a group of points that move.

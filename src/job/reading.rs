@@ -1,6 +1,6 @@
 //! How the files of a job are read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +60,11 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long = "static", value_name = "FILE"))]
     #[serde(rename = "static", skip_serializing_if = "is_default")]
     pub static_trial: Option<PathBuf>,
+    /// The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or
+    /// .pkl, or a file with a figure in any format [default: generic proportions, 1.70 m tall]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub body: Option<PathBuf>,
     /// Treat every warning as an error
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
@@ -78,6 +83,15 @@ impl Reading {
         let checked = Conversion::new().frame_rate(rate).check();
         checked.map_err(|error| error.diagnostic().message.clone())?;
         Ok(rate)
+    }
+
+    /// The files that are read besides the inputs.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        let paths = [&self.skeleton, &self.static_trial, &self.body];
+        // Names of sets are no files.
+        let sets = [&self.joints, &self.markers].map(|set| set.as_ref().map(Path::new));
+        let paths = paths.map(|path| path.as_deref());
+        paths.into_iter().chain(sets).flatten().filter(|path| path.is_file())
     }
 
     /// An importer with these options.
@@ -101,6 +115,9 @@ impl Reading {
         }
         if let Some(trial) = &self.static_trial {
             importer = importer.static_trial(trial);
+        }
+        if let Some(body) = &self.body {
+            importer = importer.body(body);
         }
         match self.retime {
             Some(rate) => importer.retime(rate),

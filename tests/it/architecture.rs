@@ -54,7 +54,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "import",
         &[
-            "error", "limits", "files", "scene", "pose", "process", "solve", "format",
+            "error", "limits", "files", "scene", "pose", "figure", "process", "convert", "solve", "format",
         ],
     ),
     (

@@ -72,6 +72,87 @@ fn smpl_names(count: usize) -> Vec<String> {
     names
 }
 
+/// Models that state their vertices as SMPL's do, one with a sparse matrix, and the coefficients of the motion.
+#[test]
+fn a_model_gives_lengths_and_shape() {
+    let text = fs::read_to_string(path("expected_bodies.json")).unwrap();
+    let expected: BTreeMap<String, Vec<Vec<[f32; 3]>>> = serde_json::from_str(&text).unwrap();
+    assert_eq!(expected.len(), 2);
+    for (model, positions) in expected {
+        let scene = Importer::new()
+            .body(path(&model))
+            .import(path("shaped_smplh.npz"))
+            .unwrap();
+        let names = smpl_names(52);
+        let names: Vec<&str> = names.iter().take(positions[0].len()).map(String::as_str).collect();
+        let off = farthest(&scene, &names, &positions);
+        assert!(off < 1e-5, "{model}: {off} m");
+        let said = scene
+            .metadata
+            .assumptions
+            .iter()
+            .find(|said| said.topic == Topic::Body)
+            .unwrap();
+        assert!(said.reason.contains("coefficients of the file"), "{}", said.reason);
+    }
+}
+
+#[test]
+fn a_figure_gives_lengths() {
+    let figure = "fixtures/real/cmu_12_01_walk.bvh";
+    let scene = Importer::new().body(figure).import(path("shaped_smplh.npz")).unwrap();
+    let own = BodyArrays::new(&mocap::import(figure).unwrap()).unwrap();
+    let rest = Pose::rest(&scene);
+    let place = |name: &str| {
+        let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
+        rest.position(NodeId::new(node))
+    };
+    let names = smpl_names(55);
+    let stated = |name: &str| {
+        let joint = names.iter().position(|own| own == name).unwrap();
+        let [x, y, z] = [0, 1, 2].map(|axis| own.rest_joints[3 * joint + axis] as f32);
+        Vec3::new(x, y, z)
+    };
+    for [from, to] in [
+        ["left_hip", "left_knee"],
+        ["right_knee", "right_ankle"],
+        ["left_shoulder", "left_elbow"],
+        ["pelvis", "head"],
+    ] {
+        let (found, expected) = (place(to) - place(from), stated(to) - stated(from));
+        assert!(found.distance(expected) < 1e-5, "{from} {to}: {found} {expected}");
+    }
+}
+
+#[test]
+fn a_body_that_cannot_be_used_is_an_error() {
+    let on = |body: &str, motion: &str| Importer::new().body(body).import(motion).unwrap_err();
+    let model = path("body_smplh.npz");
+    for has_lengths in ["kimodo_soma_01.npz", "points_smpl22.npy"] {
+        assert_eq!(
+            on(&model, &path(has_lengths)).code(),
+            Code::InvalidValue,
+            "{has_lengths}"
+        );
+    }
+    assert_eq!(on(&model, "fixtures/real/cmu_short.bvh").code(), Code::InvalidValue);
+    let shaped = path("shaped_smplh.npz");
+    assert_eq!(on("fixtures/real/optotrak.c3d", &shaped).code(), Code::NotHumanoid);
+    assert!(on("nosuch.npz", &shaped).to_string().contains("nosuch.npz"));
+    // A model without a part that it needs, and one that is cut.
+    let bytes = fs::read(path("body_smpl.pkl")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let cut = folder.path().join("cut.pkl");
+    fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    assert_eq!(on(cut.to_str().unwrap(), &shaped).code(), Code::UnexpectedEnd);
+    let other = folder.path().join("other.pkl");
+    let at = bytes.windows(7).position(|window| window == b"indices").unwrap();
+    let mut renamed = bytes;
+    renamed[at] = b'X';
+    fs::write(&other, renamed).unwrap();
+    assert_eq!(on(other.to_str().unwrap(), &shaped).code(), Code::MissingKeyword);
+}
+
 #[test]
 fn joints_are_where_numpy_poses_them() {
     for (file, expected) in expected() {

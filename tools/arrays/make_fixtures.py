@@ -2,10 +2,11 @@
 """Writes fixtures/arrays, or the folder that is named: small files of each layout, and what must come of them (expected.json).
 
 The joints are posed here in NumPy, by the rotations' definition alone (Rodrigues), and compared with what the program
-makes of the files. All numbers are random, from a fixed seed. Needs NumPy; PyTorch's archive is written by hand.
+makes of the files. All numbers are random, from a fixed seed. Needs NumPy and SciPy; PyTorch's archive is written by hand.
 """
 import io, json, pathlib, pickle, sys, types, zipfile
 import numpy as np
+import scipy.sparse
 
 FIXTURES = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "arrays"
 OUT = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else FIXTURES
@@ -110,6 +111,7 @@ def main():
     np.save(OUT / "points_fortran.npy", np.asfortranarray(rng.standard_normal((4, 5, 3))))
     write_torch(parts)
     write_points()
+    write_models()
 
     class Command:
         def __reduce__(self):
@@ -145,6 +147,35 @@ def write_points():
     places, world = pose(rest, PARENTS, vectors, root)
     np.save(OUT / "points_smpl22.npy", places.astype(np.float32))
     np.save(OUT / "points_smpl22_rotations.npy", world.astype(np.float32))
+
+
+def write_models():
+    """Models of nobody, a dense and a sparse one, and a motion with coefficients of shape; its joints on both."""
+    frames, vertices = 2, 60
+    vectors = upright(frames, 52, [np.pi / 2, 0, 0])
+    trans, betas = rng.standard_normal((frames, 3)), rng.standard_normal(16)
+    np.savez(OUT / "shaped_smplh.npz", poses=vectors.reshape(frames, -1), trans=trans, betas=betas,
+             gender=np.array("neutral"), mocap_framerate=np.array(30.0))
+    places = {}
+    for name, joints, count in (("body_smplh.npz", 52, 16), ("body_smpl.pkl", 24, 10)):
+        template = rng.standard_normal((vertices, 3)) * 0.3
+        shapes = 0.02 * rng.standard_normal((vertices, 3, count))
+        regressor = np.zeros((joints, vertices))
+        for joint in range(joints):
+            near = rng.choice(vertices, 4, replace=False)
+            weights = rng.random(4)
+            regressor[joint, near] = weights / weights.sum()
+        rest = regressor @ (template + shapes @ betas[:count])
+        model = dict(v_template=template, shapedirs=shapes, J_regressor=regressor)
+        if name.endswith(".pkl"):
+            model["J_regressor"] = scipy.sparse.csc_matrix(regressor)
+            (OUT / name).write_bytes(pickle.dumps(model, 2))
+        else:
+            np.savez_compressed(OUT / name, **model)
+        known = min(joints, 22) if joints == 24 else joints
+        posed, _ = pose(rest[:known], SMPLH[:known], vectors[:, :known], trans + rest[0])
+        places[name] = np.round(to_y_up(posed), 6).tolist()
+    (OUT / "expected_bodies.json").write_text(json.dumps(places) + "\n")
 
 
 def write_torch(parts):

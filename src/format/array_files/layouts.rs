@@ -26,6 +26,10 @@ pub(super) fn scene(
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
     let reader = Reader { entries, options };
+    let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some();
+    if has_lengths && options.body.is_some() {
+        return Err(needless_body());
+    }
     if own::is_own(entries) {
         return own::scene(&reader, format, warnings);
     }
@@ -48,6 +52,7 @@ pub(super) fn scene(
                 };
                 match smpl::of_flat(&reader, array)? {
                     Some(motion) => motion,
+                    None if options.body.is_some() => return Err(needless_body()),
                     None => {
                         return match points::of_humanml3d(&reader, array, format, warnings)? {
                             Some(scene) => Ok(scene),
@@ -59,6 +64,13 @@ pub(super) fn scene(
         },
     };
     Ok(motion.into_scene(format, warnings))
+}
+
+/// The error of a body for arrays that have positions.
+fn needless_body() -> Failure {
+    let message = "--body gives lengths to arrays of rotations, and these have the positions of joints";
+    let help = "leave --body out; mocap retarget puts the motion on another body";
+    Box::new(Diagnostic::new(Code::InvalidValue, message).help(help))
 }
 
 fn refused(message: &str, entries: &Entries<'_>) -> Diagnostic {

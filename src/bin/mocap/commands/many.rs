@@ -99,7 +99,17 @@ fn options(job: &Job) -> Result<String, Failure> {
         Ok::<_, Failure>(())
     };
     job.source.with.iter_mut().try_for_each(hash)?;
-    job.read.skeleton.iter_mut().try_for_each(hash)?;
+    let read = &mut job.read;
+    let files = [&mut read.skeleton, &mut read.static_trial, &mut read.body];
+    files.into_iter().flatten().try_for_each(hash)?;
+    for set in [&mut read.joints, &mut read.markers].into_iter().flatten() {
+        // Names of sets are no files.
+        let mut file = PathBuf::from(&*set);
+        if file.is_file() {
+            hash(&mut file)?;
+            *set = file.to_string_lossy().into_owned();
+        }
+    }
     let mut maps = vec![&mut job.source.map.map];
     if let Some(onto) = &mut job.onto {
         let body = onto.body_mut();

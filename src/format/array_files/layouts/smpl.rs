@@ -1,7 +1,7 @@
 //! Motions of SMPL, SMPL-H and SMPL-X, and of SOMA where it is written as they are: rotations as vectors along the
 //! axis, as long as the angle.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::Reader;
 use crate::error::{Code, Diagnostic};
@@ -43,14 +43,13 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     };
     let (frames, poses) = reader.numbers_of(name, array, None, &[joints.len(), 3])?;
     let mut motion = Motion {
-        rest: proportions::rest(&joints),
         rotations: tracks(&poses, joints.len()),
         joints,
         ..Motion::default()
     };
     let places = ["trans", "smpl_trans", "transl"];
     let places = places.into_iter().find(|name| entries.get(name).is_some());
-    set_root(reader, &mut motion, places, frames)?;
+    set_root(reader, &mut motion, places, frames, "")?;
     // AMASS states its rate, and has +Z up by its definition; others only use its names.
     let is_amass = entries.first(&["mocap_framerate", "mocap_frame_rate"]).is_some();
     if is_amass {
@@ -133,7 +132,6 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
         }
     }
     let mut motion = Motion {
-        rest: proportions::rest(&joints),
         rotations,
         joints,
         ..Motion::default()
@@ -142,12 +140,14 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
         .map(name)
         .into_iter()
         .find(|name| entries.get(name).is_some());
-    set_root(reader, &mut motion, place.as_deref(), frames)?;
+    let root = set_root(reader, &mut motion, place.as_deref(), frames, prefix)?;
     if is_soma {
         // SOMA's translation is where its root is moved from the rest pose, whose feet are on the ground.
         let rest = motion.rest.first().copied().unwrap_or_default();
-        let template = rest - SMPL_ROOT;
-        motion.root.iter_mut().for_each(|place| *place += template.as_dvec3());
+        let lowest = motion.rest.iter().map(|place| place.y).fold(rest.y, f32::min);
+        let ground = if reader.options.body.is_some() { lowest } else { 0.0 };
+        let moved = rest - Vec3::Y * ground - root;
+        motion.root.iter_mut().for_each(|place| *place += moved.as_dvec3());
     }
     guess_up(&mut motion);
     reader.frame_rate(USUAL_RATE, &mut motion)?;
@@ -197,15 +197,13 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     }
     let joints = skeletons::smpl(joints).unwrap_or_default();
     let mut motion = Motion {
-        rest: proportions::rest(&joints),
         joints,
         rotations,
         root: places(&part(place, 3)),
         ..Motion::default()
     };
-    for place in &mut motion.root {
-        *place += SMPL_ROOT.as_dvec3();
-    }
+    let root = set_rest(reader, &mut motion, "")?;
+    motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
     let reason = format!("{width} numbers a frame have no names");
     motion.assume(Topic::Layout, what, reason, Confidence::Likely);
     guess_up(&mut motion);
@@ -214,22 +212,46 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     Ok(Some(motion))
 }
 
-/// Where the root is: the translation, from the origin of the template, which is above it.
-fn set_root(reader: &Reader<'_, '_>, motion: &mut Motion, name: Option<&str>, frames: usize) -> Result<(), Failure> {
+/// The joints at rest, and where the root is: the translation, from the origin of the template. Returns where the root
+/// is from that origin at rest.
+fn set_root(
+    reader: &Reader<'_, '_>,
+    motion: &mut Motion,
+    name: Option<&str>,
+    frames: usize,
+    prefix: &str,
+) -> Result<Vec3, Failure> {
     motion.root = match name {
         Some(name) => places(&reader.numbers(name, Some(frames), &[3])?.1),
         None => vec![DVec3::ZERO; frames],
     };
-    let mut root = SMPL_ROOT;
-    // Files of this program say where the joints are at rest.
+    let root = set_rest(reader, motion, prefix)?;
+    motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
+    Ok(root)
+}
+
+/// The joints at rest: those of the body that is given, or else of the file, where this program wrote it, or else of
+/// generic proportions. Returns where the root is from the origin of the template.
+fn set_rest(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) -> Result<Vec3, Failure> {
     let count = motion.joints.len();
+    let first = |rest: &[Vec3]| rest.first().copied().unwrap_or_default();
+    if let Some(body) = &reader.options.body {
+        let betas = reader.entries.get(&format!("{prefix}betas"));
+        let betas = betas.map_or_else(Vec::new, NdArray::numbers);
+        motion.rest = body.rest(&motion.joints, &betas);
+        return Ok(if body.is_model() {
+            first(&motion.rest)
+        } else {
+            SMPL_ROOT
+        });
+    }
     if let Some(rest) = reader.entries.get(REST_JOINTS) {
         let (_, numbers) = reader.numbers_of(REST_JOINTS, rest, Some(count), &[3])?;
-        motion.rest = places(&numbers).into_iter().map(glam::DVec3::as_vec3).collect();
-        root = motion.rest.first().copied().unwrap_or_default();
+        motion.rest = places(&numbers).into_iter().map(DVec3::as_vec3).collect();
+        return Ok(first(&motion.rest));
     }
-    motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
-    Ok(())
+    motion.rest = proportions::rest(&motion.joints);
+    Ok(SMPL_ROOT)
 }
 
 /// The array of our own files with the joints of the body at rest, in metres.
@@ -249,12 +271,30 @@ fn guess_up(motion: &mut Motion) {
 /// What the lengths and the hands are.
 fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
     let entries = reader.entries;
-    if entries.get(REST_JOINTS).is_none() {
+    let betas = entries.get(&format!("{prefix}betas"));
+    if let Some(body) = &reader.options.body {
+        let used = body.coefficients().min(betas.map_or(0, NdArray::count));
+        let (choice, reason) = match used {
+            0 if body.is_model() => (
+                "the mean shape of the model",
+                "the file has no coefficients of shape".to_owned(),
+            ),
+            0 => (
+                "the bones of the body that was given",
+                "a figure has one shape".to_owned(),
+            ),
+            _ => (
+                "the model that was given",
+                format!("with {used} coefficients of the file"),
+            ),
+        };
+        motion.assume(Topic::Body, choice, reason, Confidence::Sure);
+    } else if entries.get(REST_JOINTS).is_none() {
         let choice = format!("generic proportions, {HEIGHT:.2} m tall");
-        let shaped = [format!("{prefix}betas"), format!("{prefix}identity_coeffs")];
-        let reason = match shaped.iter().any(|name| entries.get(name).is_some()) {
-            true => "the coefficients of the file need the model of the body",
-            false => "arrays of rotations have no lengths",
+        let is_shaped = betas.is_some() || entries.get(&format!("{prefix}identity_coeffs")).is_some();
+        let reason = match is_shaped {
+            true => "the coefficients of the file need the model of the body: --body names it",
+            false => "arrays of rotations have no lengths: --body names a body",
         };
         motion.assume(Topic::Body, choice, reason, Confidence::Unsure);
     }

@@ -1,0 +1,57 @@
+//! The body of arrays of rotations, from a file.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::Importer;
+use super::solved::is_array;
+use crate::convert::Conversion;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::vrm_humanoid::vrm_humanoid;
+use crate::format::{Body, ReadOptions, Source, body_model};
+use crate::pose::Pose;
+use crate::scene::{HumanoidBone, Scene};
+
+impl Importer {
+    /// The options of the reader, with the body where one was named.
+    pub(super) fn read_options(&self, source: &Source<'_>) -> Result<ReadOptions> {
+        let mut options = self.read.clone();
+        if let Some(path) = &self.body {
+            let bytes = (source.open)(path)?;
+            let body = self.body_of(&bytes, path).map_err(|error| error.with_path(path))?;
+            options.body = Some(Arc::new(body));
+        }
+        Ok(options)
+    }
+
+    /// A model of SMPL's family, or the bones of a figure in any format.
+    fn body_of(&self, bytes: &[u8], path: &Path) -> Result<Body> {
+        if let Some(model) = body_model(bytes, &self.read.limits)? {
+            return Ok(Body::Model(model));
+        }
+        let importer = Self::new().limits(self.read.limits.clone()).gltf_meshes(false);
+        bones(importer.read(bytes, path)?)
+    }
+
+    /// Refuses a body for a file that needs none.
+    pub(super) fn check_body(&self, scene: &Scene) -> Result<()> {
+        if self.body.is_none() || is_array(scene) {
+            return Ok(());
+        }
+        let message = "--body gives lengths to arrays of rotations, and this file has a skeleton";
+        let help = "leave --body out; mocap retarget puts the motion on another body";
+        Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+    }
+}
+
+/// Where the bones of a figure are in its T-pose.
+fn bones(mut scene: Scene) -> Result<Body> {
+    Conversion::new().apply(&mut scene)?;
+    let body = vrm_humanoid(&scene, None)?;
+    let rest = Pose::rest(&body);
+    let place =
+        |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));
+    let bones = body.nodes.iter().map(|node| node.humanoid_bone).enumerate();
+    Ok(Body::Bones(bones.filter_map(place).collect::<BTreeMap<_, _>>()))
+}
