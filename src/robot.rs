@@ -22,6 +22,9 @@
 mod band;
 mod capsule;
 mod collision;
+mod cones;
+mod dynamics;
+mod feasibility;
 mod following;
 mod kinematics;
 mod links;
@@ -34,15 +37,18 @@ mod solver;
 mod source_turns;
 mod speed;
 mod terms;
+mod torques;
 mod twin;
 mod verdict;
 mod window;
 
 pub use self::collision::LinkCollision;
+pub use self::feasibility::Feasibility;
 pub(crate) use self::links::{LinkMotion, LinkOrder};
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};
 pub use self::retargeter::{RobotOptions, RobotRetargeter};
+pub(crate) use self::torques::InverseDynamics;
 pub use self::verdict::Criterion;
 pub use crate::figure::robot_bones::{RobotBone, RobotMap};
 pub use crate::scene::robot::{

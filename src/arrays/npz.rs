@@ -88,7 +88,7 @@ impl DistanceMatrix {
     }
 }
 
-/// An archive of arrays; numbers with a point are float32.
+/// An archive of arrays, each of its type.
 pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
     Archive::made(|archive| {
         for Named { name, shape, values } in arrays {
@@ -98,6 +98,7 @@ pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
                     let bytes = values.iter().flat_map(|value| (*value as f32).to_le_bytes());
                     archive.array(name, "<f4", shape, &bytes.collect::<Vec<u8>>())?;
                 }
+                Values::Doubles(values) => archive.doubles(name, shape, values)?,
                 Values::Texts(texts) => {
                     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
                     archive.strings(name, shape, &texts)?;

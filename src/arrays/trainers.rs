@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::arrays::pickle::Pickle;
-use crate::robot::{LinkMotion, LinkOrder, Robot, RobotMotion};
+use crate::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
 use crate::scene::robot::Placement;
 
 /// An array with a name.
@@ -18,6 +18,7 @@ pub(crate) struct Named {
 pub(crate) enum Values {
     Int(i64),
     Floats(Vec<f64>),
+    Doubles(Vec<f64>),
     Texts(Vec<String>),
 }
 
@@ -27,6 +28,14 @@ impl Named {
             name,
             shape: shape.to_vec(),
             values: Values::Floats(values),
+        }
+    }
+
+    fn doubles(name: &'static str, shape: &[usize], values: Vec<f64>) -> Self {
+        Self {
+            name,
+            shape: shape.to_vec(),
+            values: Values::Doubles(values),
         }
     }
 
@@ -121,6 +130,22 @@ impl RobotMotion {
                 &[frames, count, 3],
                 flat(&links.angular_velocities),
             ),
+            Named::text("metadata", metadata),
+        ]
+    }
+
+    /// The inverse dynamics as MuJoCo has them: `qpos`, `qvel`, `qacc` and `qfrc_inverse`.
+    pub(crate) fn for_dynamics(&self, robot: &Robot, metadata: &str) -> Vec<Named> {
+        let found = InverseDynamics::new(robot, self);
+        let (frames, joints) = (self.frames(), self.dof_names.len());
+        let of_velocities = [found.velocities.len() / (6 + joints), 6 + joints];
+        vec![
+            Named::rate(self.fps, &[]),
+            Named::texts("dof_names", &self.dof_names),
+            Named::doubles("qpos", &[frames, 7 + joints], self.qpos()),
+            Named::doubles("qvel", &of_velocities, found.velocities),
+            Named::doubles("qacc", &of_velocities, found.accelerations),
+            Named::doubles("qfrc_inverse", &of_velocities, found.forces),
             Named::text("metadata", metadata),
         ]
     }

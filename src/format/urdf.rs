@@ -315,6 +315,7 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
         anchor: DVec3::ZERO,
         axis,
         limits: JointLimits::default(),
+        armature: 0.0,
         mimic: None,
     };
     if let Some(limit) = element.child("limit").filter(|_| moves) {

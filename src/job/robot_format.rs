@@ -38,11 +38,13 @@ pub enum RobotFormat {
     MimicKit,
     /// The pickle that TWIST loads: as GMR's, with the positions of links
     Twist,
+    /// NumPy arrays of the inverse dynamics, as MuJoCo has them: qpos, qvel, qacc and qfrc_inverse
+    Dynamics,
 }
 
 impl RobotFormat {
     /// Every one.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Npz,
         Self::Pkl,
         Self::Csv,
@@ -54,12 +56,13 @@ impl RobotFormat {
         Self::ProtoMotions,
         Self::MimicKit,
         Self::Twist,
+        Self::Dynamics,
     ];
 
     /// The extension of its files.
     pub const fn extension(self) -> &'static str {
         match self {
-            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions => "npz",
+            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => "npz",
             Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist => "pkl",
             Self::Csv | Self::UnitreeCsv => "csv",
         }
@@ -77,6 +80,7 @@ impl RobotFormat {
             Self::ProtoMotions => "protomotions",
             Self::MimicKit => "mimickit",
             Self::Twist => "twist",
+            Self::Dynamics => "dynamics",
         }
     }
 
@@ -127,7 +131,7 @@ impl RobotFormat {
             Self::Csv | Self::UnitreeCsv => Written::from(motion.to_csv(robot).into_bytes()),
             Self::MimicKit => Written::from(motion.for_mimic_kit(&metadata)),
             Self::Twist => Written::from(motion.for_twist(robot, &metadata)),
-            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions => {
+            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => {
                 Written::from(self.archive(motion, robot, &metadata)?)
             }
         })
@@ -142,6 +146,7 @@ impl RobotFormat {
             Self::Qpos => motion.to_qpos_npz(),
             Self::Mjlab => of_arrays(&motion.for_mjlab(robot, metadata)),
             Self::IsaacLab => of_arrays(&motion.for_isaac_lab(robot, metadata)),
+            Self::Dynamics => of_arrays(&motion.for_dynamics(robot, metadata)),
             Self::ProtoMotions => of_arrays(&motion.for_proto_motions(metadata)),
             _ => motion.to_npz(),
         })

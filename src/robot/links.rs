@@ -43,9 +43,7 @@ impl LinkMotion {
         let mut places = Vec::with_capacity(motion.frames() * named.len());
         let mut pose = kinematics.rest();
         for frame in 0..motion.frames() {
-            pose.root = motion.root[frame];
-            pose.positions.copy_from_slice(motion.dof_of(frame));
-            kinematics.update(&mut pose);
+            motion.set(frame, &kinematics, &mut pose);
             places.extend(named.iter().map(|body| pose.bodies[*body]));
         }
         let count = named.len();

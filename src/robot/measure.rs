@@ -149,8 +149,6 @@ impl Measured<'_> {
     }
 
     fn pose(&self, frame: usize, pose: &mut RobotPose) {
-        pose.root = self.motion.root[frame];
-        pose.positions.copy_from_slice(self.motion.dof_of(frame));
-        self.kinematics.update(pose);
+        self.motion.set(frame, self.kinematics, pose);
     }
 }

@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use super::kinematics::{Kinematics, RobotPose};
 use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Channel, Keys, NodeId};
 
@@ -36,6 +37,13 @@ impl RobotMotion {
     pub fn dof_of(&self, frame: usize) -> &[f64] {
         let count = self.dof_names.len();
         &self.dof_pos[frame * count..(frame + 1) * count]
+    }
+
+    /// Sets a pose to that of a frame.
+    pub(super) fn set(&self, frame: usize, kinematics: &Kinematics, pose: &mut RobotPose) {
+        pose.root = self.root[frame];
+        pose.positions.copy_from_slice(self.dof_of(frame));
+        kinematics.update(pose);
     }
 
     /// The positions of the base: x, y and z for each frame.

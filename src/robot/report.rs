@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::collision::{LinkCollision, SelfCollision};
+use super::feasibility::Feasibility;
 use super::motion::RobotMotion;
 use super::verdict::{Criterion, Measures};
 use crate::retarget::{LimbError, RetargetReport, Verdict};
@@ -91,6 +92,8 @@ pub struct RobotReport {
     pub passes: u8,
     /// Parts of the robot that its file does not show, and that were guessed.
     pub guessed: Vec<String>,
+    /// Whether the robot can do the motion; absent where its file states no masses, and of fewer than three frames.
+    pub dynamics: Option<Feasibility>,
     /// What the verdict depends on, each with its bounds: the worst decides.
     pub criteria: Vec<Criterion>,
     /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
@@ -126,6 +129,7 @@ pub(super) struct Seen {
     pub(super) jumps: f64,
     pub(super) unmeasured_limbs: usize,
     pub(super) guessed: Vec<String>,
+    pub(super) dynamics: Option<Feasibility>,
 }
 
 /// The report of a motion.
@@ -180,6 +184,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
         share_lying: seen.lying,
         passes: 1,
         guessed: seen.guessed,
+        dynamics: seen.dynamics,
         criteria,
         verdict,
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::collision::Collisions;
+use super::feasibility::feasibility;
 use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
@@ -201,6 +202,7 @@ impl RobotRetargeter {
             jumps: steps.share_of_jumps(&self.kinematics, &motion),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
             guessed: self.twin.guessed.clone(),
+            dynamics: feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),
         };
         let report = report::report(&self.robot, &motion, seen);
         (motion, report)

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::band::Band;
 use super::collision::Collisions;
-use super::kinematics::{Kinematics, RobotPose};
+use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
@@ -151,7 +151,7 @@ impl Windows {
         let size = self.terms.size();
         let mut pose = kinematics.rest();
         for (index, frame) in range.enumerate() {
-            set(kinematics, motion, frame, &mut pose);
+            motion.set(frame, kinematics, &mut pose);
             self.terms.assemble(kinematics, &bound.goals[frame], &pose);
             for (body, balls) in bound.soles {
                 for ball in balls {
@@ -298,7 +298,7 @@ impl Windows {
         if !kinematics.followers.is_empty() {
             let mut pose = kinematics.rest();
             for frame in range {
-                set(kinematics, motion, frame, &mut pose);
+                motion.set(frame, kinematics, &mut pose);
                 motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
             }
         }
@@ -311,11 +311,4 @@ fn root_step(motion: &RobotMotion, frame: usize) -> (DVec3, DVec3) {
     let (from, to) = (&motion.root[frame - 1], &motion.root[frame]);
     let turn = rotation_vector(to.rotation * from.rotation.inverse());
     (to.translation - from.translation, turn)
-}
-
-/// Sets a pose to a frame of a motion.
-fn set(kinematics: &Kinematics, motion: &RobotMotion, frame: usize, pose: &mut RobotPose) {
-    pose.root = motion.root[frame];
-    pose.positions.copy_from_slice(motion.dof_of(frame));
-    kinematics.update(pose);
 }

@@ -91,6 +91,9 @@ pub struct RobotJoint {
     pub axis: DVec3,
     /// The limits; of a joint that others follow, narrowed to what keeps theirs.
     pub limits: JointLimits,
+    /// What its motor adds to the inertia about its axis, in kilogram square metres, or along it, in kilograms; of the
+    /// base in all its directions. MJCF: armature.
+    pub armature: f64,
     /// The joint that it follows, where it is not free: URDF's mimic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mimic: Option<Mimic>,
@@ -252,6 +255,7 @@ impl Default for RobotJoint {
             anchor: DVec3::ZERO,
             axis: DVec3::Z,
             limits: JointLimits::default(),
+            armature: 0.0,
             mimic: None,
         }
     }
@@ -289,15 +293,16 @@ impl RobotJoint {
 }
 
 impl Inertial {
+    /// The inertia about the centre, in its axes.
+    pub(crate) fn matrix(&self) -> DMat3 {
+        let [xx, yy, zz, xy, xz, yz] = self.inertia;
+        DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
+    }
+
     /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the
     /// link.
     pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {
-        let [xx, yy, zz, xy, xz, yz] = self.inertia;
-        let (moments, axes) = principal(DMat3::from_cols(
-            DVec3::new(xx, xy, xz),
-            DVec3::new(xy, yy, yz),
-            DVec3::new(xz, yz, zz),
-        ));
+        let (moments, axes) = principal(self.matrix());
         let total = moments.element_sum();
         let squares = (DVec3::splat(total) - 2.0 * moments) * (1.5 / self.mass);
         let place = Placement {

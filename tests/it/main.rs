@@ -91,6 +91,7 @@ mod retarget_many;
 mod retargeting;
 #[cfg(feature = "cli")]
 mod robot_command;
+mod robot_dynamics;
 mod robot_elbows;
 mod robot_passes;
 mod robots;

@@ -7,7 +7,7 @@ use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field};
 
 use super::batch;
-use crate::robot::RobotReport;
+use crate::robot::{Feasibility, RobotReport};
 
 /// A motion that was to be put on a robot.
 ///
@@ -22,7 +22,8 @@ pub struct RobotClip<'a> {
     pub report: Result<&'a RobotReport, &'a str>,
 }
 
-/// The table with one row for each clip: the columns are the fields of [`RobotReport`], with its names.
+/// The table with one row for each clip: the columns are the fields of [`RobotReport`] and of its [`Feasibility`], with
+/// their names.
 ///
 /// ```
 /// use mocap::Importer;
@@ -50,6 +51,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         let number = |report: &Option<&RobotReport>| report.and_then(value);
         Arc::new(reports.iter().map(number).collect::<Float64Array>())
     };
+    let dynamics = |value: &dyn Fn(&Feasibility) -> Option<f64>| numbers(&|report| value(report.dynamics.as_ref()?));
     let limb_texts = ["bone"];
     let limb_numbers = ["mean_degrees", "max_degrees", "tick"];
     let limbs = structs(&reports, &limb_texts, &limb_numbers, &|report, add| {
@@ -111,6 +113,16 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("share_floating", numbers(&|report| report.share_floating)),
         ("share_lying", numbers(&|report| Some(report.share_lying))),
         ("passes", numbers(&|report| Some(f64::from(report.passes)))),
+        ("mass", dynamics(&|found| Some(found.mass))),
+        ("share_feasible", dynamics(&|found| Some(found.share_feasible))),
+        ("residual_force", dynamics(&|found| Some(found.residual_force))),
+        ("residual_lever", dynamics(&|found| Some(found.residual_lever))),
+        (
+            "share_pressure_outside",
+            dynamics(&|found| found.share_pressure_outside),
+        ),
+        ("share_over_effort", dynamics(&|found| found.share_over_effort)),
+        ("max_effort", dynamics(&|found| Some(found.max_effort))),
         ("guessed", texts(&|report| report.guessed.join("; "))),
         ("criteria", criteria),
     ];

@@ -20,8 +20,9 @@ const DEEPEST_CLASS: usize = 64;
 
 /// What the reader uses of a class: others are not kept.
 const KINDS: [&str; 2] = ["joint", "geom"];
-const USED: [&str; 16] = [
+const USED: [&str; 17] = [
     "actuatorfrcrange",
+    "armature",
     "axis",
     "axisangle",
     "conaffinity",

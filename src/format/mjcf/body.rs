@@ -173,6 +173,7 @@ impl<'a> Bodies<'a> {
             anchor: frame.point(attributes.vector("pos")?.unwrap_or_default()),
             axis: DVec3::Z,
             limits: JointLimits::default(),
+            armature: self.armature(attributes)?,
             mimic: None,
         };
         match kind {
@@ -226,6 +227,11 @@ impl<'a> Bodies<'a> {
             }
         }
         Ok(())
+    }
+
+    fn armature(&self, attributes: &Attributes<'_, '_>) -> Result<f64, Failure> {
+        let armature = attributes.numbers("armature", 1, 1)?;
+        Ok(armature.map_or(0.0, |armature| armature[0].max(0.0)))
     }
 
     fn limits_of(&self, attributes: &Attributes<'_, '_>, is_hinge: bool) -> Result<JointLimits, Failure> {

@@ -32,9 +32,9 @@ pub(crate) struct RobotArgs {
     /// have the links of the robot as an animated skeleton
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z; gmr, unitree-csv, mjlab, isaaclab,
-    /// protomotions, mimickit and twist are what these programs load [default: what the name of the output says, else
-    /// npz]
+    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
+    /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, isaaclab, protomotions, mimickit
+    /// and twist are what these programs load [default: what the name of the output says, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so

@@ -16,7 +16,7 @@ from ._retarget import Feet, _locks
 from ._scene import Scene
 
 RobotFormat = Literal[
-    "npz", "pkl", "csv", "qpos", "gmr", "unitree-csv", "mjlab", "isaaclab", "protomotions", "mimickit", "twist"
+    "npz", "pkl", "csv", "qpos", "gmr", "unitree-csv", "mjlab", "isaaclab", "protomotions", "mimickit", "twist", "dynamics"
 ]
 
 

@@ -1,0 +1,40 @@
+//! Inverse dynamics of motions on robots; `tools/robot/dynamics.py` judges the numbers by MuJoCo.
+
+use mocap::Importer;
+use mocap::robot::{Feasibility, RobotOptions, RobotRetargeter};
+
+fn feasibility(change: impl FnOnce(&mut mocap::robot::Robot)) -> Option<Feasibility> {
+    let mut robot = Importer::new()
+        .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+        .unwrap();
+    change(&mut robot);
+    let source = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    let mut retargeter = RobotRetargeter::new(&source, &robot, &RobotOptions::new().passes(1)).unwrap();
+    retargeter.clip(&source, 0).unwrap().1.dynamics
+}
+
+#[test]
+fn the_report_has_what_the_masses_of_the_file_say() {
+    let found = feasibility(|_| {}).unwrap();
+    // The sum of `mass value=` in the file, by grep.
+    let text = std::fs::read_to_string("fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
+    let masses = text.split("<mass value=\"").skip(1);
+    let mass: f64 = masses
+        .map(|rest| rest.split('"').next().unwrap().parse::<f64>().unwrap())
+        .sum();
+    assert!((found.mass - mass).abs() < 1e-9, "{} {mass}", found.mass);
+    assert!((0.0..=1.0).contains(&found.share_feasible));
+    assert!(found.most_loaded_joint.ends_with("_joint") && found.max_effort > 0.0);
+}
+
+#[test]
+fn a_robot_without_masses_or_efforts_has_no_such_figures() {
+    let without_masses = feasibility(|robot| robot.links.iter_mut().for_each(|link| link.inertial = None));
+    assert_eq!(without_masses, None);
+    let no_effort = |robot: &mut mocap::robot::Robot| {
+        let joints = robot.links.iter_mut().map(|link| &mut link.joint);
+        joints.for_each(|joint| joint.limits.effort = None);
+    };
+    let found = feasibility(no_effort).unwrap();
+    assert_eq!((found.share_over_effort, found.max_effort), (None, 0.0));
+}
