@@ -18,7 +18,7 @@ mod scene;
 use std::path::PathBuf;
 
 use mocap::figure::Unit;
-use mocap::{Format, Importer, RootOffset, SkeletonMesh};
+use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -84,6 +84,20 @@ pub(crate) struct ReadOptions {
     retime: Option<f64>,
     strict: bool,
     hash: bool,
+    clip: Option<Clip>,
+    skeleton: Option<PathBuf>,
+    joints: Option<PathBuf>,
+    markers: Option<PathBuf>,
+    #[pyo3(attribute("static"))]
+    static_trial: Option<PathBuf>,
+    body: Option<PathBuf>,
+}
+
+/// An animation by its number from 0, or by its name.
+#[derive(FromPyObject)]
+enum Clip {
+    Number(usize),
+    Name(String),
 }
 
 impl ReadOptions {
@@ -111,6 +125,26 @@ impl ReadOptions {
         }
         if let Some(rate) = self.retime {
             importer = importer.retime(rate);
+        }
+        importer = match &self.clip {
+            Some(Clip::Number(number)) => importer.clips(Clips::Index(*number)),
+            Some(Clip::Name(name)) => importer.clips(Clips::Name(name.clone())),
+            None => importer,
+        };
+        if let Some(skeleton) = &self.skeleton {
+            importer = importer.skeleton(skeleton);
+        }
+        if let Some(joints) = &self.joints {
+            importer = importer.joints(joints.to_string_lossy());
+        }
+        if let Some(markers) = &self.markers {
+            importer = importer.markers(markers.to_string_lossy());
+        }
+        if let Some(trial) = &self.static_trial {
+            importer = importer.static_trial(trial);
+        }
+        if let Some(body) = &self.body {
+            importer = importer.body(body);
         }
         Ok(importer)
     }

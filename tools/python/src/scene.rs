@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use mocap::arrays::{Arrays, Rotation, arrays};
+use mocap::arrays::{Arrays, BodyArrays, Rotation, arrays};
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::arrow::ArrowTable;
 use crate::errors::to_python;
@@ -152,6 +152,13 @@ impl Scene {
             .map(|values| PyArray1::from_vec(py, values).reshape([frames, joints]));
         result.set_item("contacts", contacts.transpose()?)?;
         Ok(result)
+    }
+
+    /// The file of a layout of bodies, `.npz` or `.npy`.
+    fn smpl<'py>(&self, py: Python<'py>, layout: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let made = py.detach(|| BodyArrays::new(&self.scene)?.write(layout.parse()?));
+        made.map(|bytes| PyBytes::new(py, &bytes))
+            .map_err(|error| to_python(py, &error))
     }
 
     fn arrow(&self, py: Python<'_>, options: &str, clip: &str) -> PyResult<ArrowTable> {

@@ -5,6 +5,8 @@ import pytest
 
 import mocap
 
+from conftest import REAL
+
 
 def motion():
     """A chain of three joints that bends about Z."""
@@ -34,3 +36,24 @@ def test_shapes_that_do_not_go_together_are_refused():
                   {"positions": positions, "rotations": rotations, "parents": [1, -1, 1]}):
         with pytest.raises(ValueError, match="must"):
             mocap.from_arrays(**wrong)
+
+
+def test_a_body_comes_back_from_smpl(tmp_path):
+    scene = mocap.read(REAL / "cmu_short.bvh")
+    arrays = scene.to_smpl()
+    assert arrays["body_pose"].shape == (75, 63) and arrays["transl"].shape == (75, 3)
+    np.savez(tmp_path / "take.npz", **arrays)
+    back = mocap.read(tmp_path / "take.npz")
+    assert [node.name for node in back.nodes][0] == "pelvis" and back.frames == 75
+    # The pelvis is where the translation and the joints at rest say.
+    assert np.abs(back.pose(0)[0, :3, 3] - (arrays["transl"][0] + arrays["rest_joints"][0])).max() < 1e-5
+    assert scene.to_smpl("humanml3d")["vectors"].shape[1] == 263
+    with pytest.raises(mocap.MocapError, match="amass, smplx, kimodo or humanml3d"):
+        scene.to_smpl("mocap")
+
+
+def test_a_body_is_named_in_reading():
+    folder = REAL.parent / "arrays"
+    tall = mocap.read(folder / "shaped_smplh.npz", body=folder / "body_smplh.npz")
+    generic = mocap.read(folder / "shaped_smplh.npz")
+    assert tall.nodes[1].offset != generic.nodes[1].offset

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeVar
@@ -25,6 +26,12 @@ class ReadOptions:
         retime: Frames per second in place of the file's own: the motion keeps its frames, and is slower or faster.
         strict: Take every warning for an error.
         hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
+        clip: The animation to use of a file that has several: its name, or its number from 0.
+        skeleton: The ``.asf`` of an ``.amc``; found beside it if ``None``.
+        joints: What the points of an array or a C3D are, for rotations: ``"smpl22"``, ``"coco17"``, ... or a JSON file.
+        markers: Solve a skeleton from markers: ``"auto"``, or a JSON file from labels to landmarks.
+        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        body: The body on which arrays of rotations are put: a model of SMPL, SMPL-H or SMPL-X, or a file with a figure.
     """
 
     format: str | None = None
@@ -33,6 +40,12 @@ class ReadOptions:
     retime: float | None = None
     strict: bool = False
     hash: bool = True
+    clip: str | int | None = None
+    skeleton: str | os.PathLike[str] | None = None
+    joints: str | os.PathLike[str] | None = None
+    markers: str | os.PathLike[str] | None = None
+    static: str | os.PathLike[str] | None = None
+    body: str | os.PathLike[str] | None = None
 
 
 @dataclass(frozen=True)

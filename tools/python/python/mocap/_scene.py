@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,25 @@ class Scene:
             TypeError: Where there is no such option.
         """
         return Motion(**self._native.arrays(changed(options, changes).to_json()))
+
+    def to_smpl(
+        self, layout: Literal["smplx", "amass", "kimodo", "humanml3d"] = "smplx"
+    ) -> dict[str, NDArray[Any]]:
+        """The motion of a humanoid in a layout of SMPL-X, as ``docs/arrays.md`` describes it.
+
+        Rotations are those from the T-pose, of 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
+        the body itself. ``humanml3d`` has one array, ``"vectors"``: 263 numbers a frame, at 20 frames a second.
+
+        >>> scene.to_smpl()["body_pose"].shape  # doctest: +SKIP
+        (300, 63)
+
+        Raises:
+            MocapError: Where no humanoid is found, or there is no motion; and for another layout.
+        """
+        loaded = np.load(io.BytesIO(self._native.smpl(layout)))
+        if isinstance(loaded, np.ndarray):
+            return {"vectors": loaded}
+        return {name: loaded[name] for name in loaded.files}
 
     def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
