@@ -165,6 +165,12 @@ impl Exporter {
         self
     }
 
+    /// The motion with other frames, which shows the T-pose of a VRM animation.
+    pub(crate) fn t_pose_shown_by(mut self, whole: Option<Box<Scene>>) -> Self {
+        self.options.whole = whole;
+        self
+    }
+
     /// Which files an output may replace. Default: [`ReplacePolicy::default`], which replaces no file that may be
     /// somebody's source.
     #[must_use]

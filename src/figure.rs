@@ -46,6 +46,7 @@ use self::ground::Ground;
 pub use self::humanoid::{
     Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid,
 };
+pub(crate) use self::poses::is_at_rest_alike;
 use self::rate::frame_rate;
 pub(crate) use self::rate::rate_before;
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};

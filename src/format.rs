@@ -254,6 +254,8 @@ pub(crate) struct WriteOptions {
     pub fbx: fbx::FbxOptions,
     /// Which joints are which bones. Default: they are found.
     pub humanoid: Option<Humanoid>,
+    /// The motion with other frames, which shows the T-pose. Default: that of the scene does.
+    pub whole: Option<Box<Scene>>,
 }
 
 impl WriteOptions {

@@ -34,6 +34,7 @@ pub use self::clip::{Report, Retargeted};
 pub(crate) use self::joined::second_motion;
 pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
+pub(crate) use self::source::whole;
 use self::source::{Mover, Moving};
 pub use self::target::Target;
 use crate::convert::{Conversion, FirstFrame, RootMotion};
@@ -44,7 +45,7 @@ use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::{self, SkeletonMesh};
 use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
-use crate::scene::{AppliedStep, Scene, SecondMotion};
+use crate::scene::{Animation, AppliedStep, Scene, SecondMotion};
 
 /// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
 ///
@@ -144,18 +145,22 @@ impl Retargeting {
     ///
     /// # Errors
     /// As [`Conversion::apply`].
-    pub fn prepare_figure(&self, mut scene: Scene, figure: &Figure) -> Result<SourceMotion> {
+    pub fn prepare_figure(&self, scene: Scene, figure: &Figure) -> Result<SourceMotion> {
+        self.prepare_shown(scene, figure, None)
+    }
+
+    /// The same where other motions of its skeleton, in the space of the scene, show the T-pose too.
+    pub(crate) fn prepare_shown(
+        &self,
+        mut scene: Scene,
+        figure: &Figure,
+        shown: Option<&[Animation]>,
+    ) -> Result<SourceMotion> {
         let conversion = self.options.conversion.clone();
         let mut conversion = conversion.bones(self.options.source_bones.clone());
-        let has_other_frames = conversion.takes_other_frames();
-        // All frames say where the T-pose is: a part of a motion is moved as it is in the whole.
-        let mut whole = None;
+        let whole = whole(&mut scene, figure, shown, &conversion)?;
+        let has_other_frames = whole.is_some() || conversion.takes_other_frames();
         let leaves_out_rest_pose = has_other_frames && figure.survey.first_frame_is_rest_pose;
-        if has_other_frames && !scene.animations.is_empty() {
-            let mut all_frames = scene.clone();
-            conversion.clone().all_frames().convert(&mut all_frames, figure)?;
-            whole = Some(Box::new(all_frames));
-        }
         // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
         if leaves_out_rest_pose {
             conversion = conversion.first_frame(FirstFrame::DropRestPose);

@@ -22,10 +22,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Mat4, Quat, Vec3};
 
-use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange, sample};
+use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange};
 use self::hinge::{Limb, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
+use super::poses::sample;
 use crate::math::directions::rotation_of;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 

@@ -8,7 +8,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::hierarchy::Hierarchy;
 use crate::figure::knuckles::Knuckles;
 use crate::figure::t_pose::{self, limb_end};
-use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, TPose, TPoseReason, TPoseSource, humanoid};
+use crate::figure::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseReason, TPoseSource};
 use crate::pose::Trs;
 use crate::scene::{NodeId, NodeKind, Scene, Side};
 
@@ -40,12 +40,6 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// The body of a scene, whose bones are `known` or else found. `role` says in errors which scene it is.
-    pub(crate) fn new(scene: &Scene, known: Option<Humanoid>, role: &str) -> Result<Self> {
-        let humanoid = known.unwrap_or_else(|| humanoid(scene));
-        Self::of_figure(scene, Figure::with_bones(scene, humanoid), role)
-    }
-
     /// The body of the figure of a scene.
     pub(crate) fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
         let refused = |reason: String| -> crate::error::Error {

@@ -1,10 +1,13 @@
 //! A few poses of a motion, to look at instead of all of it.
 
 use crate::pose::{Binding, Pose};
-use crate::scene::Scene;
+use crate::scene::{Animation, Node, Scene};
 
 /// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
+
+/// Frames of all animations that say how bones are turned, at most.
+const SAMPLED: usize = 400;
 
 /// Poses spread over the first animation, or the rest pose without one.
 pub(super) fn poses(scene: &Scene) -> Vec<Pose> {
@@ -19,4 +22,24 @@ pub(super) fn poses(scene: &Scene) -> Vec<Pose> {
         pose.clone()
     };
     (0..FRAMES).map(&mut posed).collect()
+}
+
+/// Calls `see` with some poses of all animations, evenly spaced.
+pub(super) fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
+    let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
+    let step = frames.div_ceil(SAMPLED).max(1);
+    let mut pose = Pose::rest(scene);
+    for animation in &scene.animations {
+        let binding = Binding::new(scene, animation);
+        for frame in (0..animation.frame_count()).step_by(step) {
+            pose.sample(&binding, animation, frame as f64);
+            see(&pose);
+        }
+    }
+}
+
+/// Whether the nodes of two scenes are at rest alike, so that the T-pose of one is that of the other.
+pub(crate) fn is_at_rest_alike(scene: &Scene, other: &Scene) -> bool {
+    let rest = |node: &Node| node.transform;
+    scene.nodes.iter().map(rest).eq(other.nodes.iter().map(rest))
 }

@@ -10,7 +10,7 @@ use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Confidence, Humanoid, HumanoidBone as Bone, HumanoidJoint, humanoid};
+use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, humanoid, is_at_rest_alike};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
@@ -47,6 +47,11 @@ const ENDS: [Bone; 5] = [
 /// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
 /// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
 pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
+    vrm_humanoid_shown(scene, None, known)
+}
+
+/// The same where `other`, with other frames of the motion, shows the T-pose, if no step has changed the skeleton.
+pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";
         return Err(Diagnostic::new(Code::UnknownUnit, message)
@@ -54,7 +59,11 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
             .into());
     }
     let known = with_feet(scene, known.unwrap_or_else(|| humanoid(scene)));
-    let body = Body::new(scene, Some(known), "source")?;
+    let shows = other.filter(|other| is_at_rest_alike(other, scene)).unwrap_or(scene);
+    let figure = Figure::with_bones(shows, known);
+    // It is that of the figure from here on.
+    figure.t_pose(shows);
+    let body = Body::of_figure(scene, figure, "source")?;
     let mut missing = body.figure.humanoid.missing();
     missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
     if !missing.is_empty() {

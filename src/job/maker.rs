@@ -1,10 +1,12 @@
 //! Makes the outputs of a job: one recipe for one motion and for many, for every command and every language.
 
 mod onto;
+mod skeletons;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
 use super::onto::import_onto;
@@ -19,7 +21,7 @@ use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
 use crate::process::{self, SkeletonMesh};
-use crate::retargeting::{Report, Retargeting, SourceMotion};
+use crate::retargeting::{Report, Retargeting, SourceMotion, whole};
 use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -53,6 +55,8 @@ pub struct Maker<'a> {
     /// The target without a motion, where there is one.
     target: Option<Retargeting>,
     threads: Option<usize>,
+    /// The skeletons of several motions that were looked at.
+    skeletons: Arc<[Skeleton]>,
 }
 
 /// What a job has made of motions, before it is written.
@@ -103,6 +107,7 @@ impl<'a> Maker<'a> {
             others: Arc::default(),
             target,
             threads: None,
+            skeletons: Arc::default(),
         };
         let with = job.source.with.iter();
         let others = with.map(|file| maker.import_second(file, hear));
@@ -115,6 +120,30 @@ impl<'a> Maker<'a> {
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = Some(threads);
         self
+    }
+
+    /// Looks at motions before their outputs are made, where those have a T-pose: motions of one skeleton then have one
+    /// unit, one map of bones and one T-pose, which all of them show together. What cannot be read here is told when its
+    /// output is made.
+    #[must_use]
+    pub fn look_at(mut self, motions: &[PathBuf]) -> Self {
+        if self.target.is_none() && !self.writes_t_pose() {
+            return self;
+        }
+        let scenes = motions.iter().map(|motion| self.import(motion, &mut |_| {}));
+        let found = skeletons::skeletons(&self, scenes);
+        self.skeletons = found.into();
+        self
+    }
+
+    /// Whether the format of the output has the T-pose as its rest pose.
+    fn writes_t_pose(&self) -> bool {
+        self.format().is_some_and(|row| row.states_bones)
+    }
+
+    /// What other motions of its skeleton say of a motion.
+    fn shared(&self, scene: &Scene) -> Option<Shared<'_>> {
+        self.skeletons.iter().find_map(|skeleton| skeleton.shared(scene))
     }
 
     /// The up axis of the inputs, where the job leaves it open and others know it.
@@ -181,10 +210,15 @@ impl<'a> Maker<'a> {
             self.add(source, motion, &mut target, hear)?;
             return self.made_onto(target, output);
         }
-        let SourceMotion { mut scene, bones, .. } = source;
+        let SourceMotion {
+            mut scene,
+            bones,
+            whole,
+            ..
+        } = source;
         let bones = bones.unwrap_or_else(|| humanoid(&scene));
         let humanoid = self.change(&mut scene, bones, motion, hear)?;
-        let written = self.write(&mut scene, &humanoid, output);
+        let written = self.write(&mut scene, &humanoid, whole, output);
         Ok(Made {
             written: written.map_err(|error| error.with_path(motion))?,
             scene: Some(scene),
@@ -236,16 +270,13 @@ impl<'a> Maker<'a> {
         let prepared = match &self.target {
             Some(target) => {
                 self.job.source.space.state(&mut scene);
-                target
-                    .prepare(scene)
-                    .inspect(|source| say_all(&source.assumptions, hear))
+                let prepared = match self.shared(&scene) {
+                    Some(Shared { figure, shown }) => target.prepare_shown(scene, &figure, Some(shown)),
+                    None => target.prepare(scene),
+                };
+                prepared.inspect(|source| say_all(&source.assumptions, hear))
             }
-            None => self.convert(&mut scene, hear).map(|bones| {
-                let assumptions = scene.metadata.assumptions.clone();
-                let mut source = SourceMotion::converted(scene);
-                (source.bones, source.assumptions) = (Some(bones), assumptions);
-                source
-            }),
+            None => self.convert(scene, hear),
         };
         prepared.map_err(|error| error.with_path(motion))
     }
@@ -266,14 +297,21 @@ impl<'a> Maker<'a> {
         Ok(humanoid)
     }
 
-    fn convert(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<Humanoid> {
+    fn convert(&self, mut scene: Scene, hear: Hear<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
         of_reader.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
         let conversion = self.conversion();
         conversion.check()?;
-        let figure = Figure::mapped(scene, &self.bones)?;
-        let (decided, inserted) = conversion.convert(scene, &figure)?;
+        let (figure, shown) = match self.shared(&scene) {
+            Some(Shared { figure, shown }) => (figure, Some(shown)),
+            None => (Figure::mapped(&scene, &self.bones)?, None),
+        };
+        let whole = match self.writes_t_pose() {
+            true => whole(&mut scene, &figure, shown, &conversion)?,
+            false => None,
+        };
+        let (decided, inserted) = conversion.convert(&mut scene, &figure)?;
         say_all(&decided, hear);
         let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
         if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
@@ -281,7 +319,11 @@ impl<'a> Maker<'a> {
                 "the first frame is kept; `--drop-first-frame auto` leaves it out",
             ));
         }
-        Ok(figure.humanoid.after(inserted))
+        let assumptions = scene.metadata.assumptions.clone();
+        let mut source = SourceMotion::converted(scene);
+        (source.bones, source.assumptions) = (Some(figure.humanoid.after(inserted)), assumptions);
+        source.whole = whole;
+        Ok(source)
     }
 
     /// From the space and the frames of an input to those of the output.
@@ -308,8 +350,14 @@ impl<'a> Maker<'a> {
         Ok(found)
     }
 
-    fn write(&self, scene: &mut Scene, humanoid: &Humanoid, output: &Path) -> Result<Written> {
-        let mut exporter = self.job.write.exporter();
+    fn write(
+        &self,
+        scene: &mut Scene,
+        humanoid: &Humanoid,
+        whole: Option<Box<Scene>>,
+        output: &Path,
+    ) -> Result<Written> {
+        let mut exporter = self.job.write.exporter().t_pose_shown_by(whole);
         let row = self.format();
         let mut naming = None;
         if self.names.is_some() || row.is_some_and(|row| row.states_bones) {

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use crate::convert::Conversion;
 use crate::error::Result;
-use crate::figure::{Figure, Humanoid};
+use crate::figure::{Figure, Humanoid, is_at_rest_alike};
 use crate::retarget::{CreatureRetargeter, Retargeter};
 use crate::robot::RobotRetargeter;
-use crate::scene::{Assumption, Node, Scene};
+use crate::scene::{Animation, Assumption, Scene};
 
 /// A scene in metres with +Y up whose motions go onto a target.
 ///
@@ -40,8 +40,9 @@ pub struct SourceMotion {
     pub is_rest_pose_left_out: bool,
     /// Whether the conversion has taken other frames, and so knows of a rest pose in the first.
     pub(super) has_other_frames: bool,
-    /// The motion with all its frames, where the conversion has taken others: it shows where the T-pose is.
-    pub(super) whole: Option<Box<Scene>>,
+    /// The motion with all its frames, where the conversion has taken others, or with those of other motions of its
+    /// skeleton: it shows where the T-pose is.
+    pub(crate) whole: Option<Box<Scene>>,
 }
 
 impl SourceMotion {
@@ -73,9 +74,10 @@ impl SourceMotion {
 
     /// The scene in which the T-pose is looked for. Where a step has changed the skeleton, it is the changed one.
     pub(super) fn shows_t_pose(&self) -> &Scene {
-        let rest = |node: &Node| node.transform;
-        let is_at_rest_alike = |whole: &&Scene| whole.nodes.iter().map(rest).eq(self.scene.nodes.iter().map(rest));
-        self.whole.as_deref().filter(is_at_rest_alike).unwrap_or(&self.scene)
+        let whole = self.whole.as_deref();
+        whole
+            .filter(|whole| is_at_rest_alike(whole, &self.scene))
+            .unwrap_or(&self.scene)
     }
 
     /// Leaves out a rest pose in the first frame, unless the conversion has done so. `figure` is that of
@@ -96,6 +98,31 @@ impl SourceMotion {
             (_, name) => name.to_owned(),
         }
     }
+}
+
+/// The scene after a conversion with all its frames, or with those of `shown`, which are in its space; `None` where
+/// nothing is shown and the conversion takes no others. All frames say where the T-pose is: a part of a motion is moved
+/// as it is in the whole.
+pub(crate) fn whole(
+    scene: &mut Scene,
+    figure: &Figure,
+    shown: Option<&[Animation]>,
+    conversion: &Conversion,
+) -> Result<Option<Box<Scene>>> {
+    if scene.animations.is_empty() || (shown.is_none() && !conversion.takes_other_frames()) {
+        return Ok(None);
+    }
+    let mut all_frames = match shown {
+        Some(shown) => {
+            let own = std::mem::replace(&mut scene.animations, shown.to_vec());
+            let all_frames = scene.clone();
+            scene.animations = own;
+            all_frames
+        }
+        None => scene.clone(),
+    };
+    conversion.clone().all_frames().convert(&mut all_frames, figure)?;
+    Ok(Some(Box::new(all_frames)))
 }
 
 /// A source, and what has moved its motions.

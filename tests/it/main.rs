@@ -66,6 +66,7 @@ mod motion_steps;
 mod names;
 mod numbers;
 mod one_answer;
+mod one_skeleton;
 #[cfg(feature = "cli")]
 mod options;
 #[cfg(feature = "cli")]

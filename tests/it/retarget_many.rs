@@ -6,12 +6,13 @@ use serde_json::Value;
 
 use crate::program::Folder;
 
-/// Two motions, a file that is none, and a character beside them.
+/// Two motions of two skeletons, since those of one say together where its T-pose is, and a character beside them.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
     let short = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
     folder.write("in/a.bvh", short.as_bytes());
-    folder.write("in/below/b.bvh", short.replace(".0083333", ".0166667").as_bytes());
+    let other = short.replace(".0083333", ".0166667").replace("LThumb", "LeftThumb");
+    folder.write("in/below/b.bvh", other.as_bytes());
     let hero = fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap();
     folder.write("in/hero.gltf", &hero);
     folder

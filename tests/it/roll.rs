@@ -129,6 +129,24 @@ fn frames_of_a_motion_retarget_as_they_do_in_the_whole() {
     }
 }
 
+/// The sole of a foot is that of the rest pose where it stands, whichever frames there are; those of CMU's are rolled
+/// with its legs, which stand apart.
+#[test]
+fn feet_of_any_frames_stand_as_in_the_whole() {
+    let mut sample = Sample::new();
+    let target = character("human_game_engine");
+    let feet = [Bone::LeftFoot, Bone::RightFoot];
+    for file in ["cmu_12_01_walk", "cmu_01_01", "cmu_salsa_poser_names", "z_up_dab"] {
+        let source = motion(&format!("real/{file}.bvh"));
+        let (cut, first) = some_frames(&source, &mut sample);
+        let ticks: Vec<f64> = (0..20).map(f64::from).collect();
+        let of_whole: Vec<f64> = ticks.iter().map(|tick| tick + first as f64).collect();
+        let whole = rotations(&source, &target, &feet, &of_whole);
+        let what = format!("{file} from frame {first} on");
+        assert_alike(&whole, &rotations(&cut, &target, &feet, &ticks), &feet, &what);
+    }
+}
+
 /// This one stands above the origin with its head down -Y, at rest it lies along +Z, and its hands move alone.
 #[test]
 fn any_frames_of_a_body_that_stands_have_one_up_axis() {

@@ -7,11 +7,8 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use super::FEWEST;
 use super::hinge::nearest_axis;
 use crate::math::directions::rotation_of;
-use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, HumanoidBone as Bone, NodeId, Scene};
-
-/// Frames of all animations that are examined at most.
-const FRAMES: usize = 400;
+use crate::pose::{Pose, Trs};
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
 
 /// How a joint usually is in its parent.
 pub(super) struct Usual {
@@ -198,19 +195,5 @@ impl Mean {
     pub(super) fn value(&self) -> Option<Quat> {
         let is_clear = self.count >= FEWEST && self.sum.length() > 0.5 * self.count as f32;
         is_clear.then(|| self.sum.normalize())
-    }
-}
-
-/// Calls `see` with some poses, evenly spaced.
-pub(super) fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
-    let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
-    let step = frames.div_ceil(FRAMES).max(1);
-    let mut pose = Pose::rest(scene);
-    for animation in &scene.animations {
-        let binding = Binding::new(scene, animation);
-        for frame in (0..animation.frame_count()).step_by(step) {
-            pose.sample(&binding, animation, frame as f64);
-            see(&pose);
-        }
     }
 }

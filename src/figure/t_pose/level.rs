@@ -5,10 +5,10 @@ use glam::{Quat, Vec3};
 use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
-use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene};
+use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.
-const LEVELLED: f32 = 0.5;
+const LEVELLED: f32 = 0.7;
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
 /// The cosine of the largest angle between a head and the chest, on the average of a motion, that a T-pose may leave.
@@ -18,13 +18,18 @@ const TIPPED_HEAD: f32 = 0.7;
 /// mean is at most 20 degrees.
 const TURNED_SHOULDER: f32 = 0.35;
 
-/// The smallest angle of a foot that counts, in radians.
-const SMALLEST_LEVELLED: f32 = 0.02;
+/// The smallest angle of a foot of a rest pose that stands, in radians, that counts: in fixtures whose rest pose stands
+/// on its soles, the feet of the motion seem to stand up to 13 degrees otherwise. And of any other.
+const SMALLEST_LEVELLED: f32 = 0.26;
+const SMALLEST_WITHOUT_REST: f32 = 0.02;
 
-/// The smallest angle by which both feet of a rest pose that stands may be rolled, in radians, and by how much they may
-/// differ. In motions whose rest pose has flat feet they are rolled by up to 0.09, and one by 0.25.
-const SMALLEST_ROLL: f32 = 0.1;
-const UNEQUAL_ROLL: f32 = 0.1;
+/// The smallest angle of both legs of a rest pose that stands apart, in radians. Those of CMU's database are 20 degrees
+/// off, and its feet are rolled with them.
+const SMALLEST_APART: f32 = 0.1;
+
+/// Feet are rolled with the legs where they stand in the motion rolled by this fraction of the angle by which those are
+/// apart: 0.7 to 1.6 in clips of CMU's database. Feet of a rest pose with flat soles stand as they are.
+const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {
     /// Levels feet, and where the rest pose does not stand, head and shoulders.
@@ -56,37 +61,54 @@ impl Builder {
         }
     }
 
+    /// A foot of the reference pose, which is looked for in the motion.
+    fn sees(&self, bone: Bone) -> Option<Foot> {
+        let joint = self.joint(bone)?;
+        let toes = self.joint(Bone::LeftToes.on(bone.side()?));
+        let toes = toes.filter(|toes| self.hierarchy.is_below(*toes, joint));
+        let ball = toes.or_else(|| self.hierarchy.only_child(joint));
+        Some(Foot {
+            joint,
+            ball,
+            tip: ball.and_then(|ball| self.hierarchy.only_child(ball)),
+            world_to_frame: self.axes.inverse(),
+            joint_to_frame: self.frame_to_joint(bone, joint).inverse(),
+        })
+    }
+
+    /// The angle by which each leg of the reference pose points aside, where both do alike, in radians.
+    fn legs_apart(&self) -> Option<f32> {
+        let aside = |side: Side| {
+            let at = |bone: Bone| Some(self.position(self.joint(bone.on(side))?));
+            let leg = self.axes.inverse() * (at(Bone::LeftFoot)? - at(Bone::LeftUpperLeg)?);
+            Some(leg.x.atan2(-leg.y))
+        };
+        let (left, right) = (aside(Side::Left)?, aside(Side::Right)?);
+        let is_mirrored = (left + right).abs() < SMALLEST_APART;
+        let apart = 0.5 * (left - right);
+        (is_mirrored && (SMALLEST_APART..=LEVELLED).contains(&apart)).then_some(apart)
+    }
+
     /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where the
     /// rest pose does not stand, the reference pose says nothing about how the feet roll. Where it stands with its legs
     /// apart, as that of CMU's database, its feet may be rolled outwards with them.
     fn level_feet(&mut self, scene: &Scene) {
         let stands = self.source == TPoseSource::RestPose;
-        let largest = if stands { LEVELLED } else { LEVELLED_WITHOUT_REST };
+        let levelled = match stands {
+            true => SMALLEST_LEVELLED..=LEVELLED,
+            false => SMALLEST_WITHOUT_REST..=LEVELLED_WITHOUT_REST,
+        };
         let bones = [Bone::LeftFoot, Bone::RightFoot];
-        let feet: Vec<Foot> = bones
-            .into_iter()
-            .filter_map(|bone| {
-                let joint = self.joint(bone)?;
-                Some(Foot {
-                    joint,
-                    world_to_frame: self.axes.inverse(),
-                    joint_to_frame: self.frame_to_joint(bone, joint).inverse(),
-                })
-            })
-            .collect();
-        let [Some(left), Some(right)] = stance::stances(scene, &feet)[..] else {
+        let feet: Vec<Foot> = bones.into_iter().filter_map(|bone| self.sees(bone)).collect();
+        let Some(stance) = stance::stance(scene, &feet).filter(|_| feet.len() == bones.len()) else {
             return;
         };
-        let counts = |pitch: &f32| (SMALLEST_LEVELLED..=largest).contains(&pitch.abs());
-        let is_pitched = [left.pitch, right.pitch].iter().all(counts);
-        let pitch = Some(0.5 * (left.pitch + right.pitch)).filter(|_| is_pitched);
-        let rolls = match (stands, left.roll, right.roll) {
-            (false, left, right) => [left, right],
-            (true, Some(left), Some(right)) if is_mirrored(left, right) => {
-                let roll = 0.5 * (left - right);
-                [Some(roll), Some(-roll)]
-            }
-            (true, ..) => [None, None],
+        let pitch = stance.pitch.filter(|pitch| levelled.contains(&pitch.abs()));
+        let [left, right] = [stance.rolls[0], stance.rolls[1]];
+        let rolls = match self.legs_apart().filter(|_| stands) {
+            Some(apart) if rolled_with_legs(apart, left.0, right.0) => [Some(-apart), Some(apart)],
+            _ if stands => [None, None],
+            _ => [left, right].map(|(roll, agrees)| agrees.then_some(roll)),
         };
         for (foot, roll) in bones.into_iter().zip(rolls) {
             let Some(&ankle) = self.bones.get(&foot) else { continue };
@@ -183,8 +205,7 @@ impl Builder {
     }
 }
 
-/// Whether two feet that stand are rolled by the same angle, inwards or outwards, more than feet are that stand on
-/// their soles.
-fn is_mirrored(left: f32, right: f32) -> bool {
-    (left + right).abs() <= UNEQUAL_ROLL && (SMALLEST_ROLL..=LEVELLED).contains(&(0.5 * (left - right)).abs())
+/// Whether feet that stand are rolled against the reference pose as its legs are, which stand apart by an angle.
+fn rolled_with_legs(apart: f32, left: f32, right: f32) -> bool {
+    ROLLED_WITH_LEGS.contains(&(0.5 * (right - left) / apart))
 }

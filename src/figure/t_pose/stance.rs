@@ -1,19 +1,20 @@
 //! How a foot is turned when it stands on its sole, and a head on its neck, seen in the motion.
 //!
-//! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot that
-//! is low and slow stands on its sole.
+//! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot
+//! whose ankle and ball are as low as they ever are stands on its sole.
 
 use glam::{Quat, Vec3};
 
+use crate::figure::poses::sample;
 use crate::math::directions::rotation_of;
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, Scene};
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
 
-/// Frames of all animations that are examined at most.
-const FRAMES: usize = 400;
+/// The fraction of the positions of both feet in which they are lowest.
+const SHARE: f32 = 0.2;
 
-/// The fraction of frames in which a foot is lowest and slowest.
-const SHARE: f32 = 0.4;
+/// The fraction of the positions of an ankle that are lower than the least height of it that counts, as noise is.
+const NOISE: f32 = 0.02;
 
 /// The fewest frames that show how a foot stands.
 const FEWEST: usize = 8;
@@ -21,52 +22,94 @@ const FEWEST: usize = 8;
 /// The largest difference of the middle half of these frames, in radians.
 const SPREAD: f32 = 0.15;
 
+/// How much higher than lowest an ankle or a ball of a foot may be that stands, as a fraction of the distance between
+/// them.
+const HIGHEST: f32 = 0.35;
+
+/// The least slope of the toes of a foot that stands, from its ball to its tip: 30 degrees down. With the heel lifted
+/// they point further down.
+const LEAST_SLOPE: f32 = -0.5;
+
 /// A foot of the reference pose.
 pub(super) struct Foot {
     pub(super) joint: NodeId,
+    /// The joint of the toes, and the node behind it.
+    pub(super) ball: Option<NodeId>,
+    pub(super) tip: Option<NodeId>,
     /// From the world to the axes of the figure.
     pub(super) world_to_frame: Quat,
     /// The inverse of the joint's rotation in the T-pose.
     pub(super) joint_to_frame: Quat,
 }
 
-/// How a foot of the reference pose is turned where it stands in the motion, in radians.
-#[derive(Clone, Copy, Debug)]
+/// How the feet of the reference pose are turned where they stand in the motion, in radians.
+#[derive(Clone, Debug)]
 pub(super) struct Stance {
-    /// Positive where the toes of the motion are higher than those of the reference pose.
-    pub(super) pitch: f32,
-    /// Positive where the left edge is higher; `None` where it differs.
-    pub(super) roll: Option<f32>,
+    /// Of both, where the motion shows it. Positive where the toes of the motion are higher than those of the reference
+    /// pose.
+    pub(super) pitch: Option<f32>,
+    /// Of each, in the median, and whether the frames agree. Positive where the left edge is higher.
+    pub(super) rolls: Vec<(f32, bool)>,
 }
 
-/// How each foot stands; `None` where the motion does not show it.
-pub(super) fn stances(scene: &Scene, feet: &[Foot]) -> Vec<Option<Stance>> {
-    samples(scene, feet).into_iter().map(stance).collect()
-}
-
-fn stance(mut samples: Vec<Sample>) -> Option<Stance> {
-    let limit = |mut values: Vec<f32>| {
-        values.sort_by(f32::total_cmp);
-        values.get((values.len() as f32 * SHARE) as usize).copied()
+/// How feet stand; `None` without a motion.
+///
+/// A foot stands where neither its ankle nor its ball can be lower: with the heel lifted the ankle is higher, with the
+/// toes lifted the ball. Both feet stand on one floor, and are made alike.
+pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
+    let seen = samples(scene, feet);
+    let least = |of: fn(&Sample) -> f32| {
+        let least = seen
+            .iter()
+            .filter_map(|samples| quantile(samples.iter().map(of), NOISE));
+        least.reduce(f32::min)
     };
-    let height = limit(samples.iter().map(|sample| sample.height).collect())?;
-    let speed = limit(samples.iter().map(|sample| sample.speed).collect())?;
-    samples.retain(|sample| sample.height <= height && sample.speed <= speed);
-    let median = |mut angles: Vec<f32>| {
-        angles.sort_by(f32::total_cmp);
-        let at = |share: f32| angles[((angles.len() - 1) as f32 * share) as usize];
-        // One who dances lifts a heel in some of these frames: the most frequent angle is not that of a flat foot.
-        (angles.len() >= FEWEST && at(0.75) - at(0.25) <= SPREAD).then(|| at(0.5))
+    let (ankle, ball) = (least(|sample| sample.ankle)?, least(|sample| sample.ball)?);
+    let above = |sample: &Sample| (sample.ankle - ankle).max(sample.ball - ball);
+    let lowest = |samples: &mut Vec<&Sample>| {
+        samples.sort_by(|a, b| above(a).total_cmp(&above(b)));
+        samples.truncate(FEWEST.max((samples.len() as f32 * SHARE) as usize));
+    };
+    let mut standing: Vec<&Sample> = seen.iter().flatten().collect();
+    lowest(&mut standing);
+    let slope = quantile(standing.iter().filter_map(|sample| sample.slope), 0.5);
+    let has_lifted_heels = slope.is_some_and(|slope| slope < LEAST_SLOPE);
+    let is_low = standing.iter().all(|sample| above(sample) <= HIGHEST * sample.length);
+    let is_clear = is_low && !has_lifted_heels;
+    let roll = |samples: &Vec<Sample>| {
+        let mut standing: Vec<&Sample> = samples.iter().collect();
+        lowest(&mut standing);
+        let rolls = || standing.iter().map(|sample| sample.roll);
+        Some((quantile(rolls(), 0.5)?, is_clear && agreed(rolls()).is_some()))
     };
     Some(Stance {
-        pitch: median(samples.iter().map(|sample| sample.pitch).collect())?,
-        roll: median(samples.iter().map(|sample| sample.roll).collect()),
+        pitch: agreed(standing.iter().map(|sample| sample.pitch)).filter(|_| is_clear),
+        rolls: seen.iter().map(roll).collect::<Option<_>>()?,
     })
 }
 
+/// The value below which this fraction of the values is.
+fn quantile(values: impl Iterator<Item = f32>, fraction: f32) -> Option<f32> {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_by(f32::total_cmp);
+    values
+        .get((values.len().saturating_sub(1) as f32 * fraction) as usize)
+        .copied()
+}
+
+/// The median of angles that agree.
+fn agreed(angles: impl Iterator<Item = f32>) -> Option<f32> {
+    let angles: Vec<f32> = angles.collect();
+    let at = |fraction: f32| quantile(angles.iter().copied(), fraction);
+    (angles.len() >= FEWEST && at(0.75)? - at(0.25)? <= SPREAD).then(|| at(0.5))?
+}
+
+/// A foot in a pose: heights, the distance between both, and how it is turned.
 struct Sample {
-    height: f32,
-    speed: f32,
+    ankle: f32,
+    ball: f32,
+    length: f32,
+    slope: Option<f32>,
     pitch: f32,
     roll: f32,
 }
@@ -75,7 +118,7 @@ struct Sample {
 /// `None` where the motion does not show it.
 pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Quat)) -> Option<Quat> {
     let (mut sum, mut count) = (Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), 0);
-    sample(scene, |pose, _, _| {
+    sample(scene, |pose| {
         let turned = |(joint, joint_to_frame): (NodeId, Quat)| {
             let matrix = pose.node_to_world.get(joint.index())?;
             Some(rotation_of(matrix) * joint_to_frame)
@@ -96,41 +139,31 @@ pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Qu
 /// Those of each foot.
 fn samples(scene: &Scene, feet: &[Foot]) -> Vec<Vec<Sample>> {
     let mut samples: Vec<Vec<Sample>> = feet.iter().map(|_| Vec::new()).collect();
-    sample(scene, |pose, next, animation| {
+    sample(scene, |pose| {
         for (samples, foot) in samples.iter_mut().zip(feet) {
-            let Some(matrix) = pose.node_to_world.get(foot.joint.index()) else {
-                continue;
-            };
-            let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
-            let way = next.position(foot.joint) - pose.position(foot.joint);
-            let sample = Sample {
-                height: (foot.world_to_frame * pose.position(foot.joint)).y,
-                speed: way.length() * animation.ticks_per_second as f32,
-                pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
-                roll: (turned * Vec3::X).y.atan2((turned * Vec3::Y).y),
-            };
-            if [sample.height, sample.speed, sample.pitch, sample.roll]
-                .iter()
-                .all(|value| value.is_finite())
-            {
-                samples.push(sample);
-            }
+            samples.extend(Sample::of(pose, foot));
         }
     });
     samples
 }
 
-/// Calls `see` with some poses, evenly spaced, each with the one a tick later.
-fn sample(scene: &Scene, mut see: impl FnMut(&Pose, &Pose, &Animation)) {
-    let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
-    let step = frames.div_ceil(FRAMES).max(1);
-    let (mut pose, mut next) = (Pose::rest(scene), Pose::rest(scene));
-    for animation in &scene.animations {
-        let binding = Binding::new(scene, animation);
-        for frame in (0..animation.frame_count().saturating_sub(1)).step_by(step) {
-            pose.sample(&binding, animation, frame as f64);
-            next.sample(&binding, animation, frame as f64 + 1.0);
-            see(&pose, &next, animation);
-        }
+impl Sample {
+    fn of(pose: &Pose, foot: &Foot) -> Option<Self> {
+        let matrix = pose.node_to_world.get(foot.joint.index())?;
+        let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
+        let at = |node: NodeId| foot.world_to_frame * pose.position(node);
+        let ankle = at(foot.joint);
+        let ball = foot.ball.map_or(ankle, at);
+        let toes = foot.tip.and_then(|tip| (at(tip) - ball).try_normalize());
+        let sample = Self {
+            ankle: ankle.y,
+            ball: ball.y,
+            length: ankle.distance(ball),
+            slope: toes.map(|toes| toes.y),
+            pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
+            roll: (turned * Vec3::X).y.atan2((turned * Vec3::Y).y),
+        };
+        let values = [sample.ankle, sample.ball, sample.pitch, sample.roll];
+        values.iter().all(|value| value.is_finite()).then_some(sample)
     }
 }

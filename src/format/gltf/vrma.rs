@@ -22,7 +22,7 @@ use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
-use crate::figure::vrm_humanoid::vrm_humanoid;
+use crate::figure::vrm_humanoid::vrm_humanoid_shown;
 use crate::format::{WriteOptions, Written};
 use crate::options::setters;
 use crate::scene::{HumanoidBone, NodeId, NodeKind, Scene};
@@ -64,9 +64,10 @@ setters! {
 /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
 ///
 /// # Errors
-/// As [`vrm_humanoid`] and [`write_glb`](super::write_glb); [`Code::NoMotion`] where there is no motion.
+/// As [`vrm_humanoid`](crate::retarget::vrm_humanoid()) and [`write_glb`](super::write_glb); [`Code::NoMotion`] where
+/// there is no motion.
 pub fn write(scene: &Scene, options: &VrmaOptions) -> Result<(Vec<u8>, GltfReport)> {
-    let (document, report, _) = document(scene, options)?;
+    let (document, report, _) = document(scene, None, options)?;
     let bytes = document.to_glb()?;
     let report = GltfReport {
         bytes: bytes.len(),
@@ -81,7 +82,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
-    let (document, report, note) = document(scene, &vrma)?;
+    let (document, report, note) = document(scene, options.whole.as_deref(), &vrma)?;
     let mut written = Written {
         files: vec![document.into_glb_file(&options.name)?],
         ..report.written()
@@ -127,15 +128,20 @@ fn off_without_chest(humanoid: &Scene) -> Option<String> {
     })
 }
 
-/// The document, what there is to say about it, and how far off it is on characters that lack bones.
-fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfReport, Option<String>)> {
+/// The document, what there is to say about it, and how far off it is on characters that lack bones. `whole` has other
+/// frames of the motion, which show the T-pose.
+fn document(
+    scene: &Scene,
+    whole: Option<&Scene>,
+    options: &VrmaOptions,
+) -> Result<(Document, GltfReport, Option<String>)> {
     if scene.animations.is_empty() {
         let message = "there is no motion in it, and a VRM animation is nothing else";
         return Err(Diagnostic::new(Code::NoMotion, message)
             .help("name a file with a motion")
             .into());
     }
-    let humanoid = vrm_humanoid(scene, options.humanoid.clone())?;
+    let humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
     let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
     let is_left = |name: &&String| humanoid.nodes.iter().all(|node| node.name != **name);
     let joints = scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint);

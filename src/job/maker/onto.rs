@@ -24,12 +24,13 @@ impl Maker<'_> {
         if motions.is_empty() {
             return Err(no_input());
         }
+        let several = (motions.len() > 1).then(|| self.clone().look_at(motions));
+        let maker = several.as_ref().unwrap_or(self);
         let mut left_out = Vec::new();
         for motion in motions {
-            let source = self
-                .import(motion, hear)
-                .and_then(|scene| self.prepare(scene, motion, hear));
-            let added = source.and_then(|source| self.add(source, motion, &mut target, hear));
+            let source = maker.import(motion, hear);
+            let source = source.and_then(|scene| maker.prepare(scene, motion, hear));
+            let added = source.and_then(|source| maker.add(source, motion, &mut target, hear));
             if let Err(error) = added {
                 let error = error.with_path(motion);
                 // One bad file of many is no reason to make nothing of the others.

@@ -32,6 +32,9 @@ pub(crate) trait Work: Sync {
         Ok(())
     }
 
+    /// Takes the names of all files, also of those that another shard makes.
+    fn inputs(&mut self, _: Vec<PathBuf>) {}
+
     /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
 
@@ -113,6 +116,7 @@ impl Many<'_> {
             .chain(self.target);
         let policy = ReplacePolicy::new(all).force(self.force);
         work.check(&policy)?;
+        work.inputs(inputs.iter().map(|input| input.path.clone()).collect());
         inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
         refuse_file(folder)?;
         let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{Job, JointNames, Made as MadeOne, Maker, Onto, Said};
@@ -71,6 +72,8 @@ impl Many<'_> {
             extension: extension(job),
             is_dry_run: self.given.is_dry_run(),
             maker,
+            files: Vec::new(),
+            looked: OnceLock::new(),
             axes: None,
             report: self.report,
             table: None,
@@ -135,6 +138,9 @@ struct OfJob<'a> {
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
+    /// All files, and the maker that has looked at them, once one is made: files of a skeleton share bones and T-pose.
+    files: Vec<PathBuf>,
+    looked: OnceLock<Maker<'static>>,
     /// The up axes of skeletons, once the clips that stand have told them.
     axes: Option<BTreeMap<String, UpAxis>>,
     report: Option<Table<'a>>,
@@ -145,6 +151,10 @@ struct OfJob<'a> {
 impl Work for OfJob<'_> {
     fn extension(&self) -> &str {
         &self.extension
+    }
+
+    fn inputs(&mut self, files: Vec<PathBuf>) {
+        self.files = files;
     }
 
     fn check(&mut self, policy: &ReplacePolicy) -> Result<(), Failure> {
@@ -228,11 +238,11 @@ impl OfJob<'_> {
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
         let told = of_others.filter(|_| is_open).map(|up| (up, told_by_others(up)));
-        let mut maker = &self.maker;
+        let mut maker = self.looked.get_or_init(|| self.maker.clone().look_at(&self.files));
         let with_up;
         if let Some((up, told)) = &told {
             scene.metadata.assumptions.push(told.clone());
-            with_up = self.maker.clone().up(*up);
+            with_up = maker.clone().up(*up);
             maker = &with_up;
         }
         let source = maker.prepare(scene, file, hear)?;

@@ -1,0 +1,104 @@
+//! Motions of one skeleton have one T-pose: those of a folder, those of one output, and a part and the whole.
+
+use std::fs;
+
+use mocap::figure::{HumanoidBone as Bone, humanoid};
+use mocap::glam::Quat;
+use mocap::{Pose, Scene};
+
+use crate::cut;
+use crate::program::Folder;
+
+/// A file whose rest pose says nothing, and frames of it that say little: with them alone, forearms are rolled by 90
+/// degrees and more against the whole.
+const FILE: &str = "fixtures/skeletons/animics_all_along_z.bvh";
+const PART: std::ops::Range<usize> = 36..56;
+
+/// The largest difference in the law of cuts, in degrees.
+const LAW: f32 = 2.0;
+
+/// A folder with the whole motion, the part, and a character beside them.
+fn folder() -> Folder {
+    let folder = Folder::with(&[]);
+    let whole = fs::read_to_string(FILE).unwrap();
+    folder.write("in/whole.bvh", whole.as_bytes());
+    folder.write("in/part.bvh", cut::frames(&whole, PART).as_bytes());
+    let hero = fs::read("fixtures/skeletons/human_game_engine.gltf").unwrap();
+    folder.write("hero.gltf", &hero);
+    folder
+}
+
+/// How far the bones of a clip of a part are from those of the whole in the world, at most, in degrees.
+fn off(whole: &Scene, part: (&Scene, usize)) -> f32 {
+    let bones = humanoid(whole);
+    let frames_per_second = mocap::import(FILE).unwrap().animations[0].ticks_per_second;
+    let rotation = |pose: &Pose, bone: Bone| -> Option<Quat> {
+        let matrix = pose.node_to_world[bones.joint(bone)?.index()];
+        Some(matrix.to_scale_rotation_translation().1)
+    };
+    let at = |scene: &Scene, clip: usize, frame: usize| {
+        let tick = frame as f64 * scene.animations[clip].ticks_per_second / frames_per_second;
+        Pose::at_tick(scene, clip, tick).unwrap()
+    };
+    let frames = (0..PART.len()).flat_map(|frame| {
+        let was = at(whole, 0, PART.start + frame);
+        let is = at(part.0, part.1, frame);
+        let angle = |bone: &Bone| Some(rotation(&was, *bone)?.angle_between(rotation(&is, *bone)?).to_degrees());
+        Bone::ALL.iter().filter_map(angle).collect::<Vec<f32>>()
+    });
+    frames.fold(0.0, f32::max)
+}
+
+fn import(folder: &Folder, file: &str) -> Scene {
+    mocap::import(folder.path(file)).unwrap()
+}
+
+#[test]
+fn files_of_a_folder_with_one_skeleton_have_one_t_pose() {
+    let folder = folder();
+    folder.succeeds("retarget in --character hero.gltf -o out/ --feet free");
+    let (whole, part) = (import(&folder, "out/whole.gltf"), import(&folder, "out/part.gltf"));
+    let together = off(&whole, (&part, 0));
+    assert!(together < LAW, "{together} degrees");
+    folder.succeeds("retarget in/part.bvh hero.gltf -o alone.gltf --feet free");
+    let alone = off(&whole, (&import(&folder, "alone.gltf"), 0));
+    assert!(alone > 45.0, "the part alone shows as much: {alone} degrees");
+}
+
+#[test]
+fn a_shard_looks_at_all_files_of_the_folder() {
+    let folder = folder();
+    let command = "retarget in --character hero.gltf --feet free";
+    folder.succeeds(&format!("{command} -o all/"));
+    for shard in ["1/2", "2/2"] {
+        folder.succeeds(&format!("{command} -o shards/ --shard {shard}"));
+    }
+    for file in ["whole.bin", "part.bin"] {
+        assert!(
+            folder.read(&format!("all/{file}")) == folder.read(&format!("shards/{file}")),
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn motions_of_one_output_with_one_skeleton_have_one_t_pose() {
+    let folder = folder();
+    folder.succeeds("retarget in/part.bvh in/whole.bvh --character hero.gltf -o both.gltf --feet free");
+    let both = import(&folder, "both.gltf");
+    assert_eq!(both.animations[0].name, "part");
+    let mut whole = both.clone();
+    whole.animations.remove(0);
+    let found = off(&whole, (&both, 0));
+    assert!(found < LAW, "{found} degrees");
+}
+
+#[test]
+fn a_part_of_a_vrm_animation_is_that_part_of_the_whole() {
+    let folder = folder();
+    let trim = format!("--trim {}f..{}f", PART.start, PART.end - 1);
+    folder.succeeds("convert in/whole.bvh whole.vrma");
+    folder.succeeds(&format!("convert in/whole.bvh part.vrma {trim}"));
+    let found = off(&import(&folder, "whole.vrma"), (&import(&folder, "part.vrma"), 0));
+    assert!(found < LAW, "{found} degrees");
+}
