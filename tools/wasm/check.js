@@ -10,6 +10,7 @@ import * as THREE from "three";
 import { BVHLoader } from "three/examples/jsm/loaders/BVHLoader.js";
 import { Sample } from "../interop/sample.js";
 import { browserChecks } from "./browser_checks.js";
+import { tryHosts } from "./bundlers/run.js";
 import { clipChecks } from "./clip_checks.js";
 import { MocapError, load } from "./package/index.js";
 import { MocapLoader } from "./package/three.js";
@@ -131,11 +132,16 @@ const kept = (scene) => (scenes.push(scene), scene);
 const checks = [];
 const check = (part, name, run) => checks.push({ part, name, run });
 
-check("types", "the types are those of TypeScript, and a program with them compiles", () => {
+check("types", "programs with the types compile, with `using` and without", () => {
   const tsc = join(import.meta.dirname, "node_modules/typescript/bin/tsc");
-  const args = [tsc, "--noEmit", "--strict", "--target", "esnext", "--module", "nodenext", "--lib", "esnext,dom,esnext.disposable"];
-  const { status, stdout } = spawnSync(process.execPath, [...args, join(import.meta.dirname, "types_check.ts")], { encoding: "utf8" });
-  assert.equal(status, 0, stdout);
+  const compiled = (file, lib) => {
+    const args = [tsc, "--noEmit", "--strict", "--target", "esnext", "--module", "nodenext", "--lib", lib];
+    const { status, stdout } = spawnSync(process.execPath, [...args, join(import.meta.dirname, file)], { encoding: "utf8" });
+    assert.equal(status, 0, `${file}: ${stdout}`);
+  };
+  compiled("types_check.ts", "esnext,dom,esnext.disposable");
+  // Most projects have no `using`, and their TypeScript does not know Symbol.dispose.
+  compiled("types_check_es2020.ts", "es2020,dom");
 });
 
 for (const path of sample.some(all, 8)) {
@@ -411,6 +417,11 @@ check("speed", "measures reading beside BVHLoader in Node", () => {
 });
 
 browserChecks(check, { fixtures, all, sample, filesOf, mocap, made });
+check("bundlers", "a walk plays in fresh projects of every host", async () => {
+  // Some minutes, and hundreds of packages.
+  if (!values.all && !positionals.includes("bundlers")) return;
+  assert.deepEqual(await tryHosts(), []);
+});
 pageChecks(check, { fixtures, folder, program, sample });
 
 let failed = 0;

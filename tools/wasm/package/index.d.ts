@@ -1,3 +1,10 @@
+declare global {
+  // Without `lib: ["esnext.disposable"]` TypeScript does not know it; with it, this says the same again.
+  interface SymbolConstructor {
+    readonly dispose: unique symbol;
+  }
+}
+
 /** A file and its name. The extension tells the format if the contents do not. */
 export interface File {
   name: string;
@@ -367,5 +374,8 @@ export interface Checked {
   assumptions: Assumption[];
 }
 
-/** Loads `mocap.wasm`, by default the one beside this module. */
+/**
+ * Loads `mocap.wasm`, by default the one beside this module: its address, its bytes, or a module that is compiled already.
+ * What is no WebAssembly, such as the page that a server sends in place of a file, is an error that says so.
+ */
 export function load(source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module): Promise<Mocap>;

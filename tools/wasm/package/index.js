@@ -1,33 +1,16 @@
 // Reads motion capture files with the library `mocap`, compiled to WebAssembly. The types are in index.d.ts.
 
+import { MocapError, bytesOf, flat } from "./error.js";
+import { compile } from "./load.js";
+
+export { MocapError };
+
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 const dispose = Symbol.dispose ?? Symbol.for("Symbol.dispose");
 
 /** Files that others refer to. */
 const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
-
-/** What is wrong with a file, an option, or the memory that is left. */
-export class MocapError extends Error {
-  constructor(finding, warnings = []) {
-    const { code, message, file, location, pointer, joint, expected, found, help } = finding;
-    const place = [file, location?.line, location?.column].filter((part) => part !== undefined).join(":");
-    super(place ? `${place}: ${message}` : message);
-    this.name = "MocapError";
-    Object.assign(this, { code, reason: message, file, pointer, joint: joint ?? undefined });
-    Object.assign(this, { expected: expected ?? undefined, found: found ?? undefined, help: help ?? undefined });
-    this.line = location?.line;
-    this.column = location?.column;
-    this.length = location?.length;
-    this.text = location?.text;
-    this.warnings = warnings.map(flat);
-  }
-}
-
-/** A diagnostic with its place beside its message. */
-function flat({ location, ...diagnostic }) {
-  return { ...diagnostic, line: location?.line, column: location?.column, length: location?.length, text: location?.text };
-}
 
 /** One instance of the module, and the memory of its scenes. */
 class Instance {
@@ -417,27 +400,6 @@ export class Mocap {
     const request = { call, files: files.map((file) => file.name), options };
     return this.#alive.call(request, files.map((file) => bytesOf(file.bytes)));
   }
-}
-
-function bytesOf(data) {
-  if (typeof data === "string") return encoder.encode(data);
-  if (data instanceof ArrayBuffer) return new Uint8Array(data);
-  if (ArrayBuffer.isView(data)) return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
-  throw new TypeError("the bytes of a file are a Uint8Array, an ArrayBuffer or a string");
-}
-
-async function compile(source = new URL("./mocap.wasm", import.meta.url)) {
-  if (source instanceof WebAssembly.Module) return source;
-  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return WebAssembly.compile(source);
-  if (String(source).startsWith("file:") && globalThis.process?.versions?.node) {
-    const { readFile } = await import("node:fs/promises");
-    return WebAssembly.compile(await readFile(new URL(source)));
-  }
-  const response = await fetch(source);
-  if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
-  // A host that does not know the type of `.wasm` cannot stream it.
-  if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
-  return WebAssembly.compile(await response.arrayBuffer());
 }
 
 export async function load(source) {

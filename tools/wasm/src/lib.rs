@@ -21,6 +21,7 @@ mod scenes;
 mod state;
 #[cfg(target_family = "wasm")]
 mod ufbx_libc;
+mod writing;
 
 use std::sync::{Mutex, Once};
 

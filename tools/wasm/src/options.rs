@@ -10,8 +10,12 @@ use mocap::job::JointNames;
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
-use mocap::{Conversion, Diagnostic, Exporter, FormatInfo, Importer, Limits, SkeletonMesh, WriteOption, bvh};
+use mocap::{
+    Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Limits, SkeletonMesh, WriteOption, bvh,
+};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use crate::failure::Failure;
 
@@ -37,7 +41,7 @@ pub(crate) struct ReadOptions {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a clip is a name, or a number from 0")]
 enum Clip {
     Index(usize),
     Name(String),
@@ -108,7 +112,7 @@ pub(crate) struct ConvertOptions {
 
 /// Metres in one unit of length, or its name.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a unit is m, dm, cm, mm, inch, cmu or a number of metres")]
 enum Length {
     Metres(f64),
     Name(String),
@@ -280,8 +284,15 @@ impl WriteOptions {
         let bound = self.max_error.map_or_else(ErrorBound::default, ErrorBound::new);
         let bound = bound.shell_distance(self.shell_distance.unwrap_or_default());
         GltfOptions::new()
+            .keep_constant(self.keep_constant)
             .compression(compression)
             .error_bound(has_bound.then_some(bound))
+    }
+
+    /// Whether the points of a shell are asked for where nothing is left out.
+    pub(crate) fn is_shell_without_bound(&self) -> bool {
+        let is_exact = matches!(self.compress, None | Some(Compress::None)) && self.max_error.is_none();
+        self.shell_distance.is_some() && is_exact
     }
 
     /// Why an option that was given has no effect on a format.
@@ -296,7 +307,10 @@ impl WriteOptions {
             (WriteOption::Channels, self.channels.is_some()),
         ];
         let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
-        given.find_map(|(option, _)| row.refusal(option, extension))
+        let (option, mut refusal) = given.find_map(|(option, _)| Some((option, row.refusal(option, extension)?)))?;
+        // The command line's name of an option stands first.
+        refusal.message = refusal.message.replacen(&format!("--{option}"), &camel_case(option.as_str()), 1);
+        Some(refusal)
     }
 
     fn bvh(&self) -> bvh::BvhOptions {
@@ -324,7 +338,7 @@ pub(crate) struct RetargetOptions {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "scale is auto, none or a factor")]
 enum ScaleOption {
     Factor(f64),
     Name(ScaleName),
@@ -364,4 +378,45 @@ impl RetargetOptions {
             ))),
         }
     }
+}
+
+/// The options of a function of the package, or an error in its words.
+pub(crate) fn options_of<T: DeserializeOwned + Default>(function: &str, given: Value) -> Result<T, Failure> {
+    match given {
+        // Left out.
+        Value::Null => Ok(T::default()),
+        given => serde_path_to_error::deserialize(given).map_err(|error| {
+            let path = error.path().to_string();
+            refused(function, &path, &error.into_inner().to_string())
+        }),
+    }
+}
+
+/// What serde says of an option, in the words of the package.
+fn refused(function: &str, path: &str, said: &str) -> Failure {
+    let listed = |names: &str| names.replace("one of ", "").replace('`', "");
+    let parts = |rest: &str| {
+        let (name, rest) = rest.split_once('`')?;
+        let (_, names) = rest.split_once("expected ")?;
+        Some((name.to_owned(), listed(names)))
+    };
+    if let Some((name, names)) = said.strip_prefix("unknown field `").and_then(parts) {
+        let unknown = Diagnostic::new(Code::UnknownOption, format!("{name} is not an option of {function}"));
+        return Failure::from(Error::from(unknown.help(format!("its options are {names}"))));
+    }
+    let message = match said.strip_prefix("unknown variant `").and_then(parts) {
+        Some((name, names)) => format!("{path} of {function} must be one of {names}, and is {name}"),
+        None => format!("{path} of {function}: {}", said.replace("f64", "a number").replace("usize", "a whole number")),
+    };
+    Failure::argument(message)
+}
+
+/// `max-error` as `maxError`.
+fn camel_case(name: &str) -> String {
+    let mut words = name.split('-');
+    let first = words.next().unwrap_or_default().to_owned();
+    words.fold(first, |name, word| {
+        let (initial, rest) = word.split_at(word.len().min(1));
+        name + &initial.to_uppercase() + rest
+    })
 }

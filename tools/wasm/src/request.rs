@@ -2,24 +2,23 @@
 
 use std::sync::Arc;
 
-use mocap::arrays::{self, ArrayOptions};
-use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, EditReport, EditStep, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
-use mocap::gltf::{self, BufferPlace};
 use mocap::job::Job;
 use mocap::process::name_joints;
-use mocap::render::{Clip, Drawing, PageClip, PlayerClip, SheetOptions};
+use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
-use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
-use mocap::{Code, Conversion, Error, Format, FormatInfo, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
+use mocap::scene::{Assumption, RootOffsetUsed};
+use mocap::{Code, Importer, MemoryFile, SkeletonMesh, WrittenFile};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::answer::SceneAt;
 use crate::clips::Clips;
 use crate::failure::{Failure, Finding};
-use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, WriteOptions};
+use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, options_of};
 use crate::scenes::{Entry, Scenes};
+use crate::writing::{in_metres, write};
 
 /// One call. `files` are the names of the inputs, the motion first.
 #[derive(Deserialize)]
@@ -29,45 +28,45 @@ enum Request {
     Read {
         files: Vec<String>,
         #[serde(default)]
-        options: ReadOptions,
+        options: Value,
     },
     /// A character for [`Request::Retarget`]: a glTF or VRM file keeps all that is in it.
     ReadCharacter {
         files: Vec<String>,
         #[serde(default)]
-        options: ReadOptions,
+        options: Value,
     },
     /// What is wrong with a file, and what it leaves open.
     Check {
         files: Vec<String>,
         #[serde(default)]
-        options: ReadOptions,
+        options: Value,
     },
     /// A changed copy of a scene.
     Convert {
         scene: u32,
         #[serde(default)]
-        options: ConvertOptions,
+        options: Value,
     },
     /// A changed copy of a scene: its first animation after steps, in their order. `others` are the second motions of
     /// those steps that take one.
     Edit {
         scene: u32,
         /// Each an object with its name and its options, or text.
-        steps: Vec<serde_json::Value>,
+        steps: Vec<Value>,
         #[serde(default)]
         others: Vec<u32>,
         #[serde(default)]
         bones: HumanoidMap,
     },
     /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
-    Run { job: serde_json::Value, files: Vec<String> },
+    Run { job: Value, files: Vec<String> },
     /// A motion on a character, as a scene.
     Retarget {
         scene: u32,
         character: u32,
         #[serde(default)]
-        options: RetargetOptions,
+        options: Value,
     },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
@@ -78,12 +77,12 @@ enum Request {
         scene: u32,
         format: String,
         #[serde(default)]
-        options: WriteOptions,
+        options: Value,
     },
 }
 
 /// The JSON and the bytes of an answer.
-type Answer = (Vec<u8>, Vec<u8>);
+pub(crate) type Answer = (Vec<u8>, Vec<u8>);
 
 pub(crate) fn answer(
     scenes: &mut Scenes,
@@ -95,18 +94,19 @@ pub(crate) fn answer(
     match request {
         Request::Read { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
+            let options: ReadOptions = options_of("read", options)?;
             let scene = options.importer().read_among(file, &others)?;
             keep(scenes, Entry::new(scene, None), &[])
         }
         Request::ReadCharacter { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
-            keep(scenes, read_character(&options, file, &others)?, &[])
+            keep(scenes, read_character(&options_of("readCharacter", options)?, file, &others)?, &[])
         }
         Request::Check { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
-            check(&options, file, &others)
+            check(&options_of("check", options)?, file, &others)
         }
-        Request::Convert { scene, options } => convert(scenes, scene, options),
+        Request::Convert { scene, options } => convert(scenes, scene, options_of("convert", options)?),
         Request::Edit {
             scene,
             steps,
@@ -118,17 +118,17 @@ pub(crate) fn answer(
             scene,
             character,
             options,
-        } => retarget(scenes, scene, character, &options),
+        } => retarget(scenes, scene, character, &options_of("retarget", options)?),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::OpenClip { files: names } => {
             let (file, _) = memory_files(&names, files)?;
             Ok((json(&clips.open(file.bytes)?)?, Vec::new()))
         }
-        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options),
+        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
     }
 }
 
-fn run(job: &serde_json::Value, names: &[String], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+fn run(job: &Value, names: &[String], files: &[Vec<u8>]) -> Result<Answer, Failure> {
     let job = Job::from_json(&job.to_string())?;
     let (first, mut all) = memory_files(names, files)?;
     all.insert(0, first);
@@ -153,7 +153,7 @@ fn memory_files<'a>(
     Ok((first, all.collect()))
 }
 
-fn json(answer: &impl Serialize) -> Result<Vec<u8>, Failure> {
+pub(crate) fn json(answer: &impl Serialize) -> Result<Vec<u8>, Failure> {
     serde_json::to_vec(answer).map_err(|error| Failure::argument(error.to_string()))
 }
 
@@ -230,7 +230,7 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
 fn edit(
     scenes: &mut Scenes,
     number: u32,
-    steps: &[serde_json::Value],
+    steps: &[Value],
     others: &[u32],
     bones: HumanoidMap,
 ) -> Result<Answer, Failure> {
@@ -260,106 +260,6 @@ fn edit(
         reports,
     })?;
     Ok((answer, Vec::new()))
-}
-
-/// The scene in metres with +Y up.
-fn in_metres(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
-    let mut scene = entry.scene.clone();
-    let is_in_metres = scene.metadata.metres_per_unit == Some(1.0) && scene.metadata.up == Some(UpAxis::Y);
-    if entry.is_converted && is_in_metres {
-        return Ok((scene, Vec::new()));
-    }
-    let assumptions = Conversion::new().apply(&mut scene)?;
-    Ok((scene, assumptions))
-}
-
-/// The scene in metres with +Y up, with a record of the motion that was put onto its skeleton.
-fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
-    let (mut scene, assumptions) = in_metres(entry)?;
-    if let Some(provenance) = entry.provenance.first() {
-        provenance.record(&mut scene);
-    }
-    Ok((scene, assumptions))
-}
-
-/// What is said about a file that was written.
-#[derive(Default, Serialize)]
-struct Said {
-    assumptions: Vec<Assumption>,
-    warnings: Vec<mocap::Diagnostic>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    report: Option<WriterReport>,
-}
-
-/// What the writer of a format says of its files.
-#[derive(Serialize)]
-struct WriterReport {
-    nodes: usize,
-    notes: Vec<String>,
-    renamed: Vec<gltf::Renamed>,
-    achieved: Option<gltf::Achieved>,
-}
-
-fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {
-    let scene = &entry.scene;
-    match format {
-        "csv" => {
-            let motion = arrays::arrays(scene, &ArrayOptions::default())?;
-            let said = Said {
-                assumptions: motion.header.provenance.assumptions.clone(),
-                ..Said::default()
-            };
-            Ok((json(&said)?, motion.to_csv().into_bytes()))
-        }
-        "json" => Ok((json(&Said::default())?, json(&SceneView::new(scene))?)),
-        "png" => {
-            let origin = scene.metadata.origin.as_ref().map_or("", |origin| origin.stem());
-            let name = options.name.as_deref().unwrap_or(origin);
-            let drawing = Drawing::sheet(&[Clip { name, scene }], &SheetOptions::default());
-            Ok((json(&Said::default())?, drawing.to_png()?))
-        }
-        extension => write_format(entry, extension, options),
-    }
-}
-
-/// A file of a written format.
-fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Result<Answer, Failure> {
-    let name = format!("scene.{extension}");
-    let Some(row) = FormatInfo::of_output(name.as_ref()) else {
-        let known = FormatInfo::written_extensions();
-        return Err(Failure::argument(format!(
-            "the format must be csv, json, png, or an extension of {known} without the dot, got {extension:?}"
-        )));
-    };
-    if let Some(refusal) = options.refusal(row, extension) {
-        return Err(mocap::Error::from(refusal).into());
-    }
-    if let (Format::Gltf, Some(character)) = (row.format, &entry.character) {
-        let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
-        let (bytes, _) = character.with_clips(added, false, &options.gltf())?;
-        return Ok((json(&Said::default())?, bytes));
-    }
-    let (scene, assumptions) = match row.keeps_units() {
-        true => (entry.scene.clone(), Vec::new()),
-        false => on_skeleton(entry)?,
-    };
-    // The page gets one file.
-    let mut exporter = options.exporter().buffer(BufferPlace::Embedded);
-    if let Some(humanoid) = &entry.humanoid {
-        exporter = exporter.humanoid(humanoid.clone());
-    }
-    let mut written = exporter.write_as(&scene, name)?;
-    let said = Said {
-        assumptions,
-        warnings: std::mem::take(&mut written.warnings),
-        report: Some(WriterReport {
-            nodes: written.nodes,
-            notes: std::mem::take(&mut written.notes),
-            renamed: std::mem::take(&mut written.renamed),
-            achieved: written.error.take(),
-        }),
-    };
-    Ok((json(&said)?, written.into_bytes()?))
 }
 
 /// As `mocap view` puts it in a page.

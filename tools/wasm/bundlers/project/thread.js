@@ -1,0 +1,6 @@
+// A thread of Node plays in place of the program.
+
+import process from "node:process";
+import { Worker } from "node:worker_threads";
+
+new Worker(new URL("command.js", import.meta.url), { argv: process.argv.slice(2) });

@@ -1,0 +1,7 @@
+// A worker: it plays in place of the page.
+
+import { play } from "./walk.js";
+
+onmessage = async ({ data: { bytes, joint, frame } }) => {
+  postMessage(await play(bytes, joint, frame).catch((error) => ({ error: `${error.message}: ${error.help ?? ""}` })));
+};

@@ -1,0 +1,129 @@
+//! Scenes as files.
+
+use mocap::arrays::{self, ArrayOptions};
+use mocap::dump::SceneView;
+use mocap::gltf::{self, BufferPlace};
+use mocap::render::{Clip, Drawing, SheetOptions};
+use mocap::scene::{Assumption, UpAxis};
+use mocap::{Conversion, Error, Format, FormatInfo, Scene};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::options::WriteOptions;
+use crate::request::{Answer, json};
+use crate::scenes::Entry;
+
+/// The scene in metres with +Y up.
+pub(crate) fn in_metres(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
+    let mut scene = entry.scene.clone();
+    let is_in_metres = scene.metadata.metres_per_unit == Some(1.0) && scene.metadata.up == Some(UpAxis::Y);
+    if entry.is_converted && is_in_metres {
+        return Ok((scene, Vec::new()));
+    }
+    let assumptions = Conversion::new().apply(&mut scene)?;
+    Ok((scene, assumptions))
+}
+
+/// The scene in metres with +Y up, with a record of the motion that was put onto its skeleton.
+fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
+    let (mut scene, assumptions) = in_metres(entry)?;
+    if let Some(provenance) = entry.provenance.first() {
+        provenance.record(&mut scene);
+    }
+    Ok((scene, assumptions))
+}
+
+/// What is said about a file that was written.
+#[derive(Default, Serialize)]
+struct Said {
+    assumptions: Vec<Assumption>,
+    warnings: Vec<mocap::Diagnostic>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<WriterReport>,
+}
+
+/// What the writer of a format says of its files.
+#[derive(Serialize)]
+struct WriterReport {
+    nodes: usize,
+    notes: Vec<String>,
+    renamed: Vec<gltf::Renamed>,
+    achieved: Option<gltf::Achieved>,
+}
+
+pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {
+    let scene = &entry.scene;
+    match format {
+        "csv" => {
+            let motion = arrays::arrays(scene, &ArrayOptions::default())?;
+            let said = Said {
+                assumptions: motion.header.provenance.assumptions.clone(),
+                ..Said::default()
+            };
+            Ok((json(&said)?, motion.to_csv().into_bytes()))
+        }
+        "json" => Ok((json(&Said::default())?, json(&SceneView::new(scene))?)),
+        "png" => {
+            let origin = scene.metadata.origin.as_ref().map_or("", |origin| origin.stem());
+            let name = options.name.as_deref().unwrap_or(origin);
+            let drawing = Drawing::sheet(&[Clip { name, scene }], &SheetOptions::default());
+            Ok((json(&Said::default())?, drawing.to_png()?))
+        }
+        extension => write_format(entry, extension, options),
+    }
+}
+
+/// A file of a written format.
+fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Result<Answer, Failure> {
+    let name = format!("scene.{extension}");
+    let Some(row) = FormatInfo::of_output(name.as_ref()) else {
+        let known = FormatInfo::written_extensions();
+        return Err(Failure::argument(format!(
+            "the format must be csv, json, png, or an extension of {known} without the dot, got {extension:?}"
+        )));
+    };
+    if let Some(refusal) = options.refusal(row, extension) {
+        return Err(Error::from(refusal).into());
+    }
+    if matches!(row.format, Format::Gltf | Format::Vrma) && options.is_shell_without_bound() {
+        return Err(Failure::argument(
+            "shellDistance would do nothing: give maxError too, or compress, or leave it out",
+        ));
+    }
+    if let (Format::Gltf, Some(character)) = (row.format, &entry.character) {
+        let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
+        let (bytes, report) = character.with_clips(added, false, &options.gltf())?;
+        let said = Said {
+            warnings: report.warnings,
+            report: Some(WriterReport {
+                nodes: entry.scene.nodes.len(),
+                notes: Vec::new(),
+                renamed: report.renamed,
+                achieved: report.achieved,
+            }),
+            ..Said::default()
+        };
+        return Ok((json(&said)?, bytes));
+    }
+    let (scene, assumptions) = match row.keeps_units() {
+        true => (entry.scene.clone(), Vec::new()),
+        false => on_skeleton(entry)?,
+    };
+    // The page gets one file.
+    let mut exporter = options.exporter().buffer(BufferPlace::Embedded);
+    if let Some(humanoid) = &entry.humanoid {
+        exporter = exporter.humanoid(humanoid.clone());
+    }
+    let mut written = exporter.write_as(&scene, name)?;
+    let said = Said {
+        assumptions,
+        warnings: std::mem::take(&mut written.warnings),
+        report: Some(WriterReport {
+            nodes: written.nodes,
+            notes: std::mem::take(&mut written.notes),
+            renamed: std::mem::take(&mut written.renamed),
+            achieved: written.error.take(),
+        }),
+    };
+    Ok((json(&said)?, written.into_bytes()?))
+}
