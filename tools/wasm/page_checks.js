@@ -7,6 +7,7 @@ import { basename, extname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
+import { openingChecks } from "./opening_checks.js";
 
 const PAGE = join(import.meta.dirname, "mocap.html");
 const LARGEST = 2.5e6;
@@ -15,7 +16,7 @@ const LARGEST = 2.5e6;
 
 /** The page with what a person does to it. `trouble` collects every message, every error and every request. */
 async function open(browser, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, acceptDownloads: true, ...options });
+  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, acceptDownloads: true, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
   const trouble = [];
   page.on("console", (message) => trouble.push(message.text()));
@@ -27,23 +28,26 @@ async function open(browser, options = {}) {
   const devtools = await context.newCDPSession(page);
   const idle = async () => {
     await page.waitForFunction(() => {
-      const { reader, items } = window.desk;
-      return !reader.working && !reader.waiting.length && items.length > 0 && items.every(({ state }) => state !== "waiting");
+      const { reader, items, opening } = window.desk;
+      return !opening && !reader.working && !reader.waiting.length && items.length > 0 && items.every(({ state }) => state !== "waiting");
     });
     await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  };
+  const drop = async (x, ...files) => {
+    const before = await page.evaluate(() => window.desk.openings);
+    const data = { items: [], files, dragOperationsMask: 1 };
+    for (const type of ["dragEnter", "dragOver", "drop"]) await devtools.send("Input.dispatchDragEvent", { type, x, y: 380, data });
+    await page.waitForFunction((before) => window.desk.openings > before, before);
+    await idle();
   };
   return {
     page,
     trouble,
     idle,
-    /** Drops files and folders on the page, as a desktop does. */
-    async drop(...files) {
-      const before = await page.evaluate(() => window.desk.last);
-      const data = { items: [], files, dragOperationsMask: 1 };
-      for (const type of ["dragEnter", "dragOver", "drop"]) await devtools.send("Input.dispatchDragEvent", { type, x: 200, y: 380, data });
-      await page.waitForFunction((before) => window.desk.last > before, before);
-      await idle();
-    },
+    /** Drops files and folders on the page, as a desktop does: beside the picture. */
+    drop: (...files) => drop(200, ...files),
+    /** The same on the picture. */
+    dropOnFigure: (...files) => drop(640, ...files),
     items: () => page.evaluate(() => window.desk.items.map(({ name, state, summary, error }) => ({ name, state, summary, code: error?.code, line: error?.line }))),
     async saved(format, folder) {
       const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#save-row [data-format=${format}]`)]);
@@ -73,6 +77,8 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     const { size } = statSync(PAGE);
     assert.ok(size <= LARGEST, `${size} bytes`);
   });
+
+  openingChecks(pageCheck, { open, fixture, folder, program });
 
   pageCheck("every format can be dropped and is drawn as the library says", async (browser) => {
     const { page, drop, items, trouble, picture } = await open(browser);
@@ -149,7 +155,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
       return asked.then(() => "answered", (error) => error.code);
     });
     assert.equal(ended, "stopped");
-    assert.match(await page.textContent("#notice"), /started again/);
+    assert.match(await page.textContent("#notice"), /^Stopped\. Press a file in the list/);
     await drop(fixture("real/cmu_short.bvh"));
     assert.deepEqual((await items()).map(({ state }) => state), ["ok", "ok"]);
     // The same where the module ends within a call.
@@ -186,7 +192,8 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     await picture("folder");
     // By the button for folders too.
     await page.setInputFiles("#folder-input", clips);
-    await page.waitForFunction(() => window.desk.items.length === 40);
+    await page.waitForFunction(() => window.desk.openings === 2 && !window.desk.opening);
+    assert.equal((await items()).length, 20, "no file is there twice");
     assert.deepEqual(trouble, []);
   });
 
@@ -244,6 +251,11 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     const { page, drop, idle, items, saved, trouble, picture } = await open(browser);
     const [walk, character] = ["real/cmu_12_01_walk.bvh", "characters/human_vrm0.vrm"].map(fixture);
     await drop(walk, character);
+    // Both were dropped, so one is on the other at once.
+    assert.deepEqual((await items()).map(({ name }) => name), ["human_vrm0.vrm", "cmu_12_01_walk.bvh", "cmu_12_01_walk on human_vrm0"].sort((a, b) => a.includes(" on ") - b.includes(" on ") || a.localeCompare(b)));
+    assert.deepEqual(await page.evaluate(() => window.mocap.state.clips.map(({ name }) => name)), ["cmu_12_01_walk on human_vrm0"]);
+    await page.click("#opened .item >> text=cmu_12_01_walk.bvh");
+    await idle();
     for (const [format, args] of [["glb", ["convert", "--quiet", walk]], ["bvh", ["convert", "--quiet", walk]], ["csv", ["fk", walk, "-o"]], ["png", ["sheet", walk, "-o"]]]) {
       const expected = join(folder, `expected.${format}`);
       assert.ok(program(...args, expected), `the program writes no ${format}`);
@@ -255,7 +267,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     await page.click("#put-on");
     await page.waitForFunction(() => window.mocap.state.clips.length === 2);
     await idle();
-    assert.equal((await items()).at(-1).name, "cmu_12_01_walk on human_vrm0");
+    assert.equal((await items()).length, 3, "it is there already");
     assert.equal(await page.evaluate(() => Boolean(window.mocap.state.clips[0].skin)), true);
     await picture("retarget");
     const glb = await saved("glb", folder);
@@ -355,7 +367,10 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     const times = [];
     for (let round = 0; round < 4; round++) {
       await page.evaluate(() => { window.drawnAt = undefined; });
-      await drop(clip);
+      // A file that is open already is not read again.
+      const fresh = join(folder, `clip ${round}.bvh`);
+      cpSync(clip, fresh);
+      await drop(fresh);
       times.push(await page.evaluate(() => window.drawnAt - window.droppedAt));
     }
     console.log(`cmu_01_01.bvh on the page: ${times.map((time) => time.toFixed(0)).join(", ")} ms from the drop to the picture`);

@@ -18,10 +18,11 @@
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
+//   firstTick            where it begins, after a rest pose; 0 where it is not stated
 //   load(frame)          makes the values of a frame ready, if they are not
 //   glb()                the bytes of a .glb, or a promise of them, or null
 
-import { add, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
+import { add, boxAround, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
 import { Curves } from "./curves.js";
 import { limbsOf, reach } from "./reach.js";
 
@@ -128,10 +129,8 @@ export class Clip {
 
   // The middle of the box around the figure as it is drawn.
   middle() {
-    const places = this.drawn.filter((_, id) => this.nodes[id].inBody);
-    const low = [0, 1, 2].map((axis) => places.reduce((least, place) => Math.min(least, place[axis]), Infinity));
-    const high = [0, 1, 2].map((axis) => places.reduce((most, place) => Math.max(most, place[axis]), -Infinity));
-    return places.length ? scale(add(low, high), 0.5) : [0, 0, 0];
+    const [low, high] = boxAround(this.drawn.filter((_, id) => this.nodes[id].inBody));
+    return scale(add(low, high), 0.5);
   }
 
   // The way of the anchors without the sway of the hips, for a camera to follow.

@@ -29,6 +29,16 @@ export function short(value) {
   return value.toFixed(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−");
 }
 
+// A time of a motion, with minutes and hours where the motion is so long: 4.20, 1:04.20, 1:02:04.20.
+export function clock(seconds, longest) {
+  const hundredths = Math.round(100 * seconds);
+  const [minutes, hours] = [Math.floor(hundredths / 6000), Math.floor(hundredths / 360000)];
+  const rest = ((hundredths % 6000) / 100).toFixed(2);
+  if (longest < 60) return (hundredths / 100).toFixed(2);
+  if (longest < 3600) return `${minutes}:${rest.padStart(5, "0")}`;
+  return `${hours}:${String(minutes % 60).padStart(2, "0")}:${rest.padStart(5, "0")}`;
+}
+
 // The unit of so many metres, to stand behind a number.
 export function lengthUnit(metres) {
   const known = { m: 1, dm: 0.1, cmu: 0.0254 / 0.45, inch: 0.0254, cm: 0.01, mm: 0.001 };

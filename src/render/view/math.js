@@ -7,6 +7,13 @@ export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
 export const normalize = (a) => scale(a, 1 / (length(a) || 1));
+// The lowest and the highest corner of a box around points; around nothing a point.
+export function boxAround(points) {
+  if (!points.length) return [[0, 0, 0], [0, 0, 0]];
+  const low = [0, 1, 2].map((axis) => points.reduce((least, point) => Math.min(least, point[axis]), Infinity));
+  const high = [0, 1, 2].map((axis) => points.reduce((most, point) => Math.max(most, point[axis]), -Infinity));
+  return [low, high];
+}
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
 // The shorter arc from a to b at even speed.

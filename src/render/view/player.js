@@ -1,7 +1,7 @@
 // The player: what can be done with the clips, by buttons and by keys alike.
 
 import { clamp, normalize } from "./math.js";
-import { byId, css, make, save } from "./dom.js";
+import { byId, clock, css, make, save } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
 import { PALETTE } from "./colors.js";
@@ -44,11 +44,11 @@ export class Player {
     const { state } = this;
     state.clips = clips.map((data, index) => new Clip(data, index));
     state.clips.forEach((clip) => { clip.color = PALETTE[clip.index % PALETTE.length]; });
-    // Several clips have colours of their own.
-    Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: 0, bones: clips.length === 1, errors: clips.some((clip) => clip.limbs) && clips.some((clip) => !clip.limbs) });
-    state.trails.clear();
     // One time for all clips, as long as the longest.
     this.longest = Math.max(0, ...state.clips.map((clip) => clip.seconds));
+    // Several clips have colours of their own.
+    Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: this.start, bones: clips.length === 1, errors: clips.some((clip) => clip.limbs) && clips.some((clip) => !clip.limbs) });
+    state.trails.clear();
     this.play(false);
     this.showLanes();
     this.arrange("side");
@@ -83,7 +83,8 @@ export class Player {
   frame(now) {
     this.waiting = false;
     if (this.state.playing) {
-      this.advance(Math.max(0, now - this.lastFrame) / 1000);
+      // The first picture is of the time where it starts, however long it took.
+      this.advance(Math.max(0, now - (this.lastFrame ?? now)) / 1000);
       this.countFrame(now);
     }
     this.lastFrame = now;
@@ -94,11 +95,14 @@ export class Player {
     if (this.state.playing) this.changed();
   }
 
+  // Where all clips have begun: a first frame that is a rest pose comes before.
+  get start() { return Math.min(this.longest, ...this.state.clips.map((clip) => (clip.firstTick ?? 0) / clip.ticksPerSecond)); }
+
   advance(seconds) {
-    const { state } = this;
+    const { state, start } = this;
     state.time += seconds * state.speed;
     if (state.time <= this.longest) return;
-    if (state.loop && this.longest > 0) state.time %= this.longest;
+    if (state.loop && this.longest > start) state.time = start + ((state.time - start) % (this.longest - start));
     else {
       state.time = this.longest;
       this.play(false);
@@ -123,8 +127,8 @@ export class Player {
     const over = this.state.time > clip.seconds + 1e-6;
     const tick = `tick ${Math.floor(clip.tick)} / ${clip.duration}${over ? ", over" : ""}`;
     scrub.value = this.tick;
-    scrub.setAttribute("aria-valuetext", `${tick}, ${this.state.time.toFixed(2)} of ${this.longest.toFixed(2)} seconds`);
-    byId("time").textContent = `${this.state.time.toFixed(2)} / ${this.longest.toFixed(2)} s`;
+    scrub.setAttribute("aria-valuetext", `${tick}, ${clock(this.state.time, this.longest)} of ${clock(this.longest, this.longest)}`);
+    byId("time").textContent = `${clock(this.state.time, this.longest)} / ${clock(this.longest, this.longest)}${this.longest < 60 ? " s" : ""}`;
     byId("tick").textContent = tick;
   }
 
@@ -164,8 +168,8 @@ export class Player {
   play(wanted) {
     const { state } = this;
     state.playing = wanted && this.longest > 0;
-    if (state.playing && state.time >= this.longest) state.time = 0;
-    this.lastFrame = performance.now();
+    if (state.playing && state.time >= this.longest) state.time = this.start;
+    this.lastFrame = null;
     this.counted.since = 0;
     byId("play").textContent = state.playing ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", state.playing ? "Pause" : "Play");
@@ -255,7 +259,7 @@ export class Player {
   arrange(arrangement) {
     this.state.arrangement = arrangement;
     byId("arrange").textContent = arrangement === "side" ? "Overlay" : "Side by side";
-    this.stage.arrange();
+    this.stage.arrange({ seconds: this.start });
   }
 
   turnArrangement() {

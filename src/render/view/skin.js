@@ -9,7 +9,7 @@
 //                        ("opaque", "mask", "blend"), cutoff, twoSided
 //   textures             mediaType, and bytes()
 
-import { multiply } from "./math.js";
+import { multiply, transformPoint } from "./math.js";
 
 // The arrays of a skin from its block of bytes.
 export function unpackSkin(skin, bytes) {
@@ -42,4 +42,26 @@ export function boneMatrices(skin, clip) {
     matrices.set(multiply(worlds.get(node), skin.offsets.subarray(16 * bone, 16 * bone + 16)), 16 * bone);
   });
   return matrices;
+}
+
+// As many vertices as show where a skin is.
+const MOST_VERTICES = 3000;
+
+// Places on the page of vertices of the skin, as the clip is posed now.
+export function verticesOnPage(skin, clip) {
+  const matrices = boneMatrices(skin, clip);
+  const step = Math.ceil(skin.vertices / MOST_VERTICES);
+  const places = [];
+  for (let vertex = 0; vertex < skin.vertices; vertex += step) {
+    const at = skin.positions.subarray(3 * vertex, 3 * vertex + 3);
+    const place = [0, 0, 0];
+    for (let i = 4 * vertex; i < 4 * vertex + 4; i++) {
+      const weight = skin.weights[i] / 65535;
+      if (weight === 0) continue;
+      const moved = transformPoint(matrices.subarray(16 * skin.joints[i], 16 * skin.joints[i] + 16), at);
+      for (let axis = 0; axis < 3; axis++) place[axis] += weight * moved[axis];
+    }
+    places.push(place);
+  }
+  return places;
 }

@@ -1,6 +1,6 @@
 // The picture: what is drawn of the clips, and where the camera stands.
 
-import { add, clamp, length, normalize, project, scale, sub } from "./math.js";
+import { add, boxAround, clamp, length, normalize, project, scale, sub } from "./math.js";
 import { byId, make, short } from "./dom.js";
 import { Batch } from "./batch.js";
 import { GlRenderer } from "./renderer_gl.js";
@@ -8,9 +8,13 @@ import { FlatRenderer } from "./renderer_2d.js";
 import { OrbitCamera } from "./camera.js";
 import { AT_REST, AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, errorColor, mix, sideColor } from "./colors.js";
 import { isAtRest, limbError } from "./marks.js";
+import { verticesOnPage } from "./skin.js";
 
 // Bones that have a label in the picture: not those of fingers, face and collar.
 const HAS_LABEL = /^(hips|spine|chest|upperChest|neck|head|(left|right)(UpperArm|LowerArm|Hand|UpperLeg|LowerLeg|Foot|Toes))$/;
+
+// How far a figure reaches from its middle: half its height, and somewhat more of its width, for a narrow picture.
+const [HALF_HEIGHT, HALF_WIDTH] = [0.5, 0.62];
 
 export class Stage {
   constructor(canvas, state, changed) {
@@ -95,19 +99,27 @@ export class Stage {
     const { camera, view } = this;
     const { clips } = this.state;
     for (const clip of clips) clip.pose(clip.tickAt(this.state.time));
-    const middles = clips.map((clip) => clip.middle());
+    const boxes = clips.map((clip) => this.boxOf(clip));
+    const middles = boxes.map(([low, high]) => scale(add(low, high), 0.5));
     const middle = scale(middles.reduce(add), 1 / clips.length);
     view.reach = Math.max(...clips.map((clip) => clip.size.reach));
+    const reach = Math.max(view.reach, ...boxes.map(([low, high]) => HALF_HEIGHT * (high[1] - low[1])), ...boxes.map(([low, high]) => HALF_WIDTH * (high[0] - low[0])));
     view.ground = Math.min(...clips.map((clip) => clip.size.floor + clip.shift[1]));
     const spread = Math.max(...middles.map((place) => length(sub(place, middle))));
     camera.target = middle;
-    camera.home.distance = 3.7 * view.reach + 2.2 * spread;
+    camera.home.distance = 3.7 * reach + 2.2 * spread;
     camera.reset();
-    this.before = null;
+    this.before = this.clip.smoothAnchor(this.clip.tick);
     view.gridStep = 10 ** Math.round(Math.log10(view.reach)) / 5;
     const unit = clips.length === 1 ? `, 1 unit = ${short(this.clip.metresPerUnit)} m` : "";
     byId("grid-scale").textContent = `bold lines ${short(5 * view.gridStep)} m apart${unit}`;
     this.changed();
+  }
+
+  // The box around a figure as it is drawn, its skin too.
+  boxOf(clip) {
+    const joints = clip.drawn.filter((_, id) => clip.nodes[id].inBody);
+    return boxAround(this.showsSkin(clip) ? [...joints, ...verticesOnPage(clip.skin, clip)] : joints);
   }
 
   fillBatches() {

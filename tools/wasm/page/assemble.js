@@ -2,11 +2,12 @@
 //
 //   node assemble.js OUT.html
 
+import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
-import { gzipSync } from "node:zlib";
 
 import { fromBase85, toBase85 } from "./base85.js";
+import { fromLzma } from "./lzma.js";
 
 const here = import.meta.dirname;
 const view = join(here, "../../../src/render/view");
@@ -54,9 +55,12 @@ const element = (id, type, content) => {
 
 /** A page from a file may start no worker that is a module. This one has its WebAssembly from the page. */
 const worker = bundled(join(here, "worker.js")).replaceAll("import.meta.url", "location.href");
-const wasm = gzipSync(readFileSync(join(here, "../package/mocap.wasm")), { level: 9 });
-const wasmText = toBase85(wasm);
-if (!wasm.equals(fromBase85(wasmText))) throw new Error("the WebAssembly in the page is not what it was made from");
+const wasm = readFileSync(join(here, "../package/mocap.wasm"));
+// A header with the size of the whole, which a pipe would not know.
+const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: wasm, maxBuffer: 2 * wasm.length });
+packed.writeBigUInt64LE(BigInt(wasm.length), 5);
+const wasmText = toBase85(packed);
+if (!wasm.equals(fromLzma(fromBase85(wasmText)))) throw new Error("the WebAssembly in the page is not what it was made from");
 const parts = {
   title: "mocap",
   policy: POLICY,

@@ -4,41 +4,53 @@ import { byId, make, save } from "../../../src/render/view/dom.js";
 import { Blocks, loadAll, unpacked } from "../../../src/render/view/unpack.js";
 import { chosenFiles, droppedFiles, itemsOf } from "./files.js";
 import { findingElement } from "./finding.js";
+import { Opened, isCharacter, pairOf, plural, summaryOf } from "./opened.js";
+import { Progress } from "./progress.js";
 
-const STAGES = {
-  starting: "starting", reading: "reading", parsing: "understanding", retargeting: "putting on the character", packing: "preparing the picture", writing: "writing",
-};
-const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/plain", csv: "text/csv", png: "image/png" };
+const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/plain", csv: "text/csv", png: "image/png", fbx: "application/octet-stream", mclip: "application/octet-stream" };
+/** Formats that may be written within an error. */
+const WITHIN = new Set(["glb", "vrma", "fbx", "mclip"]);
 
 const stem = (name) => name.replace(/\.\w+$/, "");
-const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
-const number = (value) => Number(value.toFixed(2));
 
-/** A summary of a clip in a list. */
-function summary({ frames, ticksPerSecond, joints }) {
-  if (!frames) return `no motion, ${plural(joints, "joint")}`;
-  return `${number((frames - 1) / ticksPerSecond)} s, ${plural(frames, "frame")}, ${plural(joints, "joint")}`;
-}
+/** Whether the system asks for pictures that stand still. */
+const wantsStillness = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 export class Desk {
   constructor(player, reader) {
     Object.assign(this, { player, reader });
-    this.items = [];
-    this.last = 0;
+    this.opened = new Opened({ show: (item) => this.show([item]), turnBeside: (item) => this.turnBeside(item), remove: (item) => this.remove(item) });
+    this.progress = new Progress();
+    // How many drops and choices there were, and how many are still at work.
+    this.openings = this.opening = 0;
     // The items in the player, and the one whose details are shown.
     this.shown = [];
     this.chosen = null;
     this.listen();
   }
 
-  // What was dropped or chosen, each file with its path. The first that can be read is shown.
-  async open(files) {
+  get items() { return this.opened.items; }
+
+  // What was dropped or chosen, each file with its path. The first that can be read is shown, a motion and a character
+  // together as one; `onFigure` is the item whose figure they were dropped on.
+  async open(files, onFigure = null) {
+    this.openings++;
+    this.opening++;
     const { items, passedOver } = itemsOf(files);
     this.tell(this.passedOver(items, passedOver));
-    const added = items.map((item) => this.add(item));
+    const added = items.map((item) => this.opened.add(item));
     this.showList();
-    for (const item of added) if (await this.show([item])) break;
-    for (const item of added) if (item.state === "waiting") this.inspect(item);
+    let wanted;
+    for (const item of added) {
+      const isShown = await this.show([item]);
+      wanted = this.wanted;
+      if (isShown) break;
+    }
+    await Promise.all(added.filter(({ state }) => state === "waiting").map((item) => this.inspect(item)));
+    const pair = pairOf(added, onFigure);
+    // Unless something else was chosen meanwhile.
+    if (pair && wanted === this.wanted) await this.putOn(pair.motion, pair.character, { isTried: true });
+    this.opening--;
   }
 
   passedOver(items, files) {
@@ -48,15 +60,9 @@ export class Desk {
     return `Passed over, not named as motion: ${names.join(", ")}${files.length > 3 ? ` and ${files.length - 3} more` : ""}.`;
   }
 
-  add(item) {
-    const added = { onto: null, read: {}, change: {}, retarget: { feet: "lock" }, state: "waiting", warnings: [], id: ++this.last, ...item };
-    this.items.push(added);
-    return added;
-  }
-
   /** What the reader has to know of an item. */
-  request({ id, files, names, read, change, onto, retarget }) {
-    return { id, files, names, read, change, onto: onto && { id: onto.id, files: onto.files, names: onto.names }, retarget };
+  request({ id, files, names, read, change, steps, onto, retarget }) {
+    return { id, files, names, read, change, steps, onto: onto && { id: onto.id, files: onto.files, names: onto.names }, retarget };
   }
 
   async inspect(item) {
@@ -71,16 +77,19 @@ export class Desk {
   }
 
   succeed(item, facts) {
+    const { joints, format, hasSkin } = facts;
+    // The clips of the file, where none of them was chosen; its frames, which a trim counts.
+    if (!("clip" in item.read)) item.clips = facts.clips;
+    if (!Object.keys(item.change).length && !item.steps.length) item.frames = facts.frames;
+    Object.assign(item, { state: "ok", error: null, summary: summaryOf({ ...facts, clips: item.clips }), joints, format, hasSkin });
     // A character needs no motion of its own.
-    const warnings = facts.warnings.filter(({ code }) => !item.onto || code !== "no-motion");
-    Object.assign(item, { state: "ok", error: null, warnings, summary: summary(facts), format: facts.format });
-    // The frames of the file, which a trim counts.
-    if (!Object.keys(item.change).length) item.frames = facts.frames;
+    item.warnings = facts.warnings.filter(({ code }) => code !== "no-motion" || !(item.onto || isCharacter(item)));
     this.showCharacters();
   }
 
   fail(item, error) {
-    Object.assign(item, { state: "error", error, warnings: error.warnings ?? [], summary: error.reason ?? error.message });
+    if (error.code === "stopped") return Object.assign(item, { state: "stopped", error: null, warnings: [] });
+    return Object.assign(item, { state: "error", error, warnings: error.warnings ?? [], summary: error.reason ?? error.message });
   }
 
   // Shows items in the player; whether all could be. The first is chosen.
@@ -89,7 +98,7 @@ export class Desk {
     this.wanted = wanted;
     const [first] = items;
     this.choose(first);
-    const { time } = this.player.state;
+    const { time, playing } = this.player.state;
     const clips = [];
     for (const item of items) {
       try {
@@ -107,7 +116,12 @@ export class Desk {
     this.shown = items;
     document.body.classList.add("showing");
     this.player.show(clips);
-    if (keepTime) this.player.seekTime(time);
+    if (keepTime) {
+      this.player.seekTime(time);
+      // The figure may be elsewhere, and of another size.
+      this.player.stage.frameAll();
+    }
+    this.player.play(keepTime ? playing : !wantsStillness());
     loadAll(clips);
     document.title = `${first.name} · mocap`;
     document.querySelector("h1").textContent = items.map(({ name }) => name).join(", ");
@@ -118,12 +132,13 @@ export class Desk {
 
   // The clip of an item in the form that the player reads. It is kept while it is shown.
   async clip(item) {
-    const key = JSON.stringify([item.read, item.change, item.retarget]);
+    const key = JSON.stringify([item.read, item.change, item.steps, item.retarget]);
     if (item.clip?.key !== key) {
       const answer = await this.reader.ask({ call: "show", item: this.request(item), name: item.name });
       const bytes = new Map(answer.blocks);
       const data = unpacked({ ...answer.description, assumptions: [], warnings: answer.leftOut }, new Blocks((id) => bytes.get(id)));
-      item.clip = { key, data: { ...data, glb: () => this.bytes(item, "glb") } };
+      const startsAtRest = answer.assumptions.some(({ topic, choice }) => topic === "first-frame" && choice === "rest-pose");
+      item.clip = { key, data: { ...data, firstTick: startsAtRest && !item.onto ? 1 : 0, glb: () => this.bytes(item, "glb") } };
       item.answer = answer;
       this.succeed(item, answer);
       this.showRow(item);
@@ -152,20 +167,55 @@ export class Desk {
     this.showDetails();
   }
 
-  // A new item: the motion of one on the skeleton of another.
-  async putOn(item, character) {
-    const { path, files, names, read, change } = item;
+  // A new item: the motion of one on the skeleton of another. Where it is only tried, one that cannot be is not kept.
+  async putOn(item, character, { isTried = false } = {}) {
+    const { path, files, names, read, change, steps } = item;
     const name = `${stem(item.name)} on ${stem(character.name)}`;
-    const known = this.items.find((other) => other.name === name && JSON.stringify(other.change) === JSON.stringify(change));
-    const moved = known ?? this.add({ path, files, names, read, change, name, onto: character });
+    const asBefore = (other) => other.onto === character && other.from === item && JSON.stringify([other.read, other.change, other.steps]) === JSON.stringify([read, change, steps]);
+    const moved = this.items.find(asBefore) ?? this.opened.add({ path, files, names, read, change, steps, name, onto: character, from: item });
     moved.retarget = { feet: byId("feet").value };
     this.showList();
-    if (await this.show([moved])) await this.show([moved, item]);
+    const isShown = await this.show([moved]);
+    if (isTried && moved.state === "error") {
+      const reason = moved.error.reason ?? moved.error.message;
+      await this.remove(moved, item);
+      this.tell(`${item.name} cannot be put on ${character.name}: ${reason}.`);
+    } else if (isShown && !isTried) {
+      await this.show([moved, item]);
+    }
+  }
+
+  // Takes an item from the list; another one is shown in place of it.
+  async remove(item, next = this.items[this.items.indexOf(item) + 1] ?? this.items.at(-2)) {
+    this.opened.remove(item);
+    this.forget([item]);
+    this.reader.forget(item.id);
+    const left = this.shown.filter((other) => other !== item);
+    if (item === this.chosen || left.length < this.shown.length) {
+      this.shown = left;
+      if (left.length || next) return this.show(left.length ? left : [next]);
+      this.clear();
+    }
+    return this.showList();
+  }
+
+  // Nothing is opened any more.
+  clear() {
+    for (const item of this.items) this.reader.forget(item.id);
+    this.opened.items = [];
+    Object.assign(this, { shown: [], chosen: null, wanted: null });
+    this.player.play(false);
+    document.body.classList.remove("showing");
+    document.title = document.querySelector("h1").textContent = "mocap";
+    this.tell("");
+    this.showList();
+    this.showDetails();
+    byId("start-open").focus();
   }
 
   async bytes(item, format) {
     const maxError = Number(byId("max-error").value);
-    const options = maxError && (format === "glb" || format === "vrma") ? { maxError } : {};
+    const options = maxError && WITHIN.has(format) ? { maxError } : {};
     const request = { call: "save", item: this.request(item), name: stem(item.name), format, options };
     const { bytes, warnings } = await this.reader.ask(request);
     const notes = warnings.map(({ message }) => message).join("; ");
@@ -189,54 +239,18 @@ export class Desk {
 
   tellRestart({ code, message }) {
     if (this.reader?.broken) return this.tell(`The reader did not start: ${message}.`);
-    const why = code === "stopped" ? "The reader was stopped and started again." : `The reader ended and was started again: ${message}.`;
-    this.tell(`${why} Other files can be read as before.`);
+    if (code === "stopped") return this.tell("Stopped. Press a file in the list to read it again.");
+    this.tell(`The reader ended and was started again: ${message}. Other files can be read as before.`);
   }
 
-  // The running request and its progress.
-  showProgress(request, stage, share) {
-    clearTimeout(this.soon);
-    if (!request) {
-      byId("work").hidden = true;
-      return;
-    }
-    const item = this.items.find(({ id }) => id === request.item.id);
-    const left = this.items.filter(({ state }) => state === "waiting").length;
-    const place = left > 1 ? `${this.items.length - left + 1} of ${this.items.length}: ` : "";
-    byId("work-text").textContent = `${place}${item?.name ?? ""}, ${STAGES[stage]}`;
-    if (left > 1) byId("work-bar").value = 1 - left / this.items.length;
-    else if (share === undefined) byId("work-bar").removeAttribute("value");
-    else byId("work-bar").value = share;
-    // What is done at once needs no bar.
-    if (byId("work").hidden) this.soon = setTimeout(() => { byId("work").hidden = false; }, 120);
-  }
+  showProgress(request, stage, share) { this.progress.show(request, stage, share, this.items); }
 
   showList() {
-    byId("opened").replaceChildren(...this.items.map((item) => this.row(item)));
+    this.opened.show(this.chosen, this.shown);
     this.showCharacters();
   }
 
-  showRow(item) {
-    const row = byId("opened").children[this.items.indexOf(item)];
-    const hadFocus = row?.contains(document.activeElement);
-    const fresh = this.row(item);
-    row?.replaceWith(fresh);
-    if (hadFocus) fresh.querySelector(".item").focus();
-  }
-
-  row(item) {
-    const { name, path, state, warnings, onto } = item;
-    const said = { waiting: "waiting", ok: item.summary, error: `error: ${item.summary}` }[state];
-    const warned = state === "ok" && warnings.length ? `, ${plural(warnings.length, "warning")}` : "";
-    const row = make("li", { class: [state, warned && "has-warnings", item === this.chosen && "chosen"].filter(Boolean).join(" ") });
-    row.append(make("button", { class: "item", "aria-current": item === this.chosen, title: onto ? name : path, onclick: () => this.show([item]) },
-      make("span", {}, name), make("small", {}, `${said ?? ""}${warned}`)));
-    const isBeside = this.shown.includes(item);
-    if (state !== "error" && this.shown.length && !(isBeside && this.shown.length === 1)) {
-      row.append(make("button", { class: "beside", "aria-pressed": isBeside, "aria-label": `${name} beside the others`, title: "Show beside the others", onclick: () => this.turnBeside(item) }, isBeside ? "✓" : "+"));
-    }
-    return row;
-  }
+  showRow(item) { this.opened.showRow(item, this.chosen, this.shown); }
 
   turnBeside(item) {
     const others = this.shown.filter((other) => other !== item);
@@ -258,10 +272,15 @@ export class Desk {
   showDetails() {
     const item = this.chosen;
     byId("details").hidden = !item || item.state === "waiting";
+    byId("not-shown").hidden = true;
     if (byId("details").hidden) return;
     const { name, state, error, warnings, answer } = item;
     byId("chosen-name").textContent = name;
-    byId("chosen-facts").textContent = state === "error" ? "It could not be read." : this.facts(item);
+    byId("chosen-facts").textContent = { error: "It could not be read.", stopped: "It was stopped." }[state] ?? this.facts(item);
+    byId("again").hidden = state !== "error" && state !== "stopped";
+    // The picture is of another file.
+    byId("not-shown").hidden = this.shown.includes(item) || !this.shown.length;
+    byId("not-shown").textContent = `The picture shows ${this.shown.map((other) => other.name).join(", ")}.`;
     const findings = [...(error ? [[error, true]] : []), ...warnings.map((warning) => [warning, false])];
     byId("findings").hidden = !findings.length;
     byId("findings-title").textContent = [error && "1 error", warnings.length && plural(warnings.length, "warning")].filter(Boolean).join(", ");
@@ -272,6 +291,7 @@ export class Desk {
 
   facts({ summary, answer }) {
     const report = answer?.retargeted;
+    if (isCharacter(this.chosen)) return `${summary}. Drop a motion on the figure, and it moves.`;
     return report ? `${summary}; limbs ${report.mean_degrees.toFixed(1)}° off in the mean` : summary;
   }
 
@@ -281,6 +301,11 @@ export class Desk {
       const found = answer.assumptions.find((assumption) => assumption.topic === topic);
       return found ? `${found.choice}: ${found.reason}${found.confidence ? ` (${found.confidence})` : ""}` : "";
     };
+    const clips = item.clips ?? [];
+    byId("clip-choice").hidden = clips.length < 2;
+    byId("clip").replaceChildren(make("option", { value: "" }, `all, ${clips[0]?.name ?? "the first"} is shown`),
+      ...clips.map(({ name, seconds }, index) => make("option", { value: index }, `${name || `clip ${index + 1}`}, ${Number(seconds.toFixed(2))} s`)));
+    byId("clip").value = read.clip ?? "";
     const isNumber = typeof change.unit === "number";
     byId("unit").value = isNumber ? "other" : change.unit ?? "";
     byId("other-unit").hidden = !isNumber;
@@ -342,6 +367,7 @@ export class Desk {
     onChange("metres", (metres) => Number(metres) > 0 && change({ unit: Number(metres) }));
     onChange("up", (up) => change({ up: up || undefined }));
     onChange("first-frame", (policy) => change({ firstFrame: policy === "keep" ? undefined : policy }));
+    onChange("clip", (clip) => this.change(this.chosen, "read", { clip: clip === "" ? undefined : Number(clip) }));
     onChange("root-offset", (policy) => this.change(this.chosen, "read", { rootOffset: policy === "auto" ? undefined : policy }));
     const bounds = () => [byId("trim-first").value, byId("trim-last").value];
     onChange("trim-first", () => this.trim(...bounds()));
@@ -357,6 +383,8 @@ export class Desk {
     });
     for (const button of byId("save-row").children) button.addEventListener("click", () => this.save(button.dataset.format));
     onClick("stop", () => this.reader.stop());
+    onClick("again", () => this.show([this.chosen]));
+    onClick("remove-all", () => this.clear());
     onClick("desk-button", () => this.showDesk(!byId("desk").classList.contains("open")));
     this.listenToFiles();
     document.addEventListener("keydown", (event) => {
@@ -382,7 +410,7 @@ export class Desk {
     const input = make("input", { type: "file" });
     input.addEventListener("change", () => {
       const [item] = itemsOf(chosenFiles(input)).items;
-      if (item) this.putOn(motion, this.add(item));
+      if (item) this.putOn(motion, this.opened.add(item));
     });
     input.click();
   }
@@ -402,8 +430,9 @@ export class Desk {
     document.addEventListener("dragleave", (event) => event.relatedTarget || document.body.classList.remove("dragging"));
     onto("drop", async (event) => {
       document.body.classList.remove("dragging");
+      const onFigure = event.target.closest?.("#view") && this.shown.length === 1 ? this.shown[0] : null;
       try {
-        this.open(await droppedFiles(event.dataTransfer));
+        this.open(await droppedFiles(event.dataTransfer), onFigure);
       } catch (error) {
         this.tell(`What was dropped could not be read: ${error.message}; try the buttons instead.`);
       }

@@ -7,15 +7,10 @@ import { fromBase85 } from "./base85.js";
 import { Desk } from "./desk.js";
 import { Reader } from "./reader.js";
 
-async function unzipped(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 const player = new Player();
 const reader = new Reader({
   script: byId("worker").textContent,
-  wasm: unzipped(fromBase85(takeText("wasm"))),
+  wasm: Promise.resolve(fromBase85(takeText("wasm"))),
   progress: (...stage) => desk.showProgress(...stage),
   restarted: (error) => desk.tellRestart(error),
 });

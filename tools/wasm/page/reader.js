@@ -87,6 +87,9 @@ export class Reader {
     this.fail(error);
   }
 
+  // The worker need not keep the scenes of a file any longer.
+  forget(id) { if (this.isReady) this.worker.postMessage({ forget: id }); }
+
   stop() {
     if (this.working) this.end({ code: "stopped", message: "stopped" });
   }

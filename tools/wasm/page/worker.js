@@ -7,10 +7,12 @@
 //   names       their names, as the motion refers to them
 //   read        options of Mocap.read()
 //   change      options of Scene.convert(), without those that change the unit of the output
+//   steps       steps of Scene.edit(), as text
 //   onto        null, or { id, files, names }: the character that the motion is put on
 //   retarget    options of Scene.retarget()
 
 import { load } from "../package/index.js";
+import { fromLzma } from "./lzma.js";
 import { warmUp } from "./warm_up.js";
 
 let mocap;
@@ -58,22 +60,24 @@ async function inputs({ files, names }, report) {
 }
 
 async function sceneOf(item, report) {
-  const { id, read, change, onto, retarget } = item;
+  const { id, read, change, steps, onto, retarget } = item;
   const base = await kept(JSON.stringify([id, read]), async () => {
     const files = await inputs(item, (share) => report("reading", share));
     report("parsing");
     return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, ...read });
   });
-  const changed = Object.keys(change).length
+  const converted = Object.keys(change).length
     ? await kept(JSON.stringify([id, read, change]), () => base.convert({ ...change, keepUnits: true }))
     : base;
+  if (steps.length) report("editing");
+  const changed = steps.length ? await kept(JSON.stringify([id, read, change, steps]), () => converted.edit(steps)) : converted;
   if (!onto) return changed;
   const character = await kept(JSON.stringify([onto.id, "character"]), async () => {
     const files = await inputs(onto, (share) => report("reading", share));
     return mocap.readCharacter(files, { gltfMeshes: true });
   });
   report("retargeting");
-  return kept(JSON.stringify([id, read, change, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));
+  return kept(JSON.stringify([id, read, change, steps, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));
 }
 
 /** What a list says of a scene. */
@@ -85,6 +89,8 @@ function facts(scene) {
     frames: animation?.frameCount ?? 0,
     ticksPerSecond: animation?.ticksPerSecond ?? 0,
     format: scene.metadata.format,
+    hasSkin: scene.meshCount > 0 && scene.metadata.format !== "bvh",
+    clips: scene.animations.map(({ name, duration, ticksPerSecond }) => ({ name, seconds: duration / ticksPerSecond })),
   };
 }
 
@@ -120,10 +126,18 @@ const calls = {
 
 onmessage = async ({ data }) => {
   if (data.wasm) {
-    mocap = await load(data.wasm);
+    mocap = await load(fromLzma(data.wasm));
     postMessage({ ready: true });
     await warmUp(mocap, () => !isAsked);
     postMessage({ warm: true });
+    return;
+  }
+  if (data.forget !== undefined) {
+    for (const [key, scene] of scenes) {
+      if (JSON.parse(key)[0] !== data.forget) continue;
+      scenes.delete(key);
+      scene.free();
+    }
     return;
   }
   isAsked = true;

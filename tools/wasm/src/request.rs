@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mocap::edit::{ContactOptions, EditReport, EditStep, contacts};
+use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::job::Job;
 use mocap::process::name_joints;
@@ -59,6 +59,8 @@ enum Request {
         #[serde(default)]
         bones: HumanoidMap,
     },
+    /// The steps of [`Request::Edit`] and what each takes.
+    Steps {},
     /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
     Run { job: Value, files: Vec<String> },
     /// A motion on a character, as a scene.
@@ -113,6 +115,7 @@ pub(crate) fn answer(
             others,
             bones,
         } => edit(scenes, scene, &steps, &others, bones),
+        Request::Steps {} => Ok((json(&steps())?, Vec::new())),
         Request::Run { job, files: names } => run(&job, &names, files),
         Request::Retarget {
             scene,
@@ -126,6 +129,18 @@ pub(crate) fn answer(
         }
         Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
     }
+}
+
+fn steps() -> Value {
+    let of = |step: &StepInfo| {
+        let keys = step.keys.iter().map(|key| match key.takes {
+            Takes::OneOf(words) => serde_json::json!({"name": key.name(), "takes": key.takes.symbol(), "words": words}),
+            takes => serde_json::json!({"name": key.name(), "takes": takes.symbol()}),
+        });
+        let keys: Vec<Value> = keys.collect();
+        serde_json::json!({"name": step.name, "help": step.help, "takesOther": step.takes_other, "keys": keys})
+    };
+    serde_json::json!({"steps": EditStep::ALL.iter().map(of).collect::<Vec<_>>()})
 }
 
 fn run(job: &Value, names: &[String], files: &[Vec<u8>]) -> Result<Answer, Failure> {
