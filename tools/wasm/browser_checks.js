@@ -72,6 +72,24 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
     assert.deepEqual(trouble, []);
   }));
 
+  check("browser", "<mocap-player> plays what its attributes say, and tells what is wrong", inBrowser(async (browser) => {
+    const { page, trouble } = await open(browser, "example/player.html?file=/fixtures/real/cmu_12_01_walk.bvh&character=/fixtures/characters/human_vrm0.vrm", fixtures);
+    await page.waitForFunction(() => document.title === "cmu_12_01_walk on human_vrm0", undefined, { timeout: 60_000 });
+    const player = (act) => page.evaluate(`(() => { const player = document.querySelector("mocap-player"); return ${act}; })()`);
+    await page.waitForFunction(() => document.querySelector("mocap-player").currentTime > 0);
+    assert.ok(Math.abs(await player("player.duration") - 522 / 120) < 0.01);
+    await player("(player.pause(), player.currentTime = 2)");
+    await page.waitForFunction(() => Math.abs(document.querySelector("mocap-player").currentTime - 2) < 1e-6 && document.querySelector("mocap-player").paused);
+    if (process.env.MOCAP_PICTURES) await page.screenshot({ path: join(process.env.MOCAP_PICTURES, "element.png") });
+    await player("(player.removeAttribute('character'), player.setAttribute('src', '/fixtures/real/cmu_short.bvh'))");
+    await page.waitForFunction(() => document.title === "cmu_short.bvh");
+    await player("player.setAttribute('src', '/fixtures/broken/unknown_channel.bvh')");
+    await page.waitForFunction(() => /is not a channel/.test(document.title));
+    assert.deepEqual(trouble, []);
+    await player("player.setAttribute('src', '/fixtures/absent.bvh')");
+    await page.waitForFunction(() => /absent\.bvh: 404/.test(document.title));
+  }));
+
   check("speed", "measures MocapLoader beside BVHLoader in Chromium", inBrowser(async (browser) => {
     const { page } = await open(browser, "browser_check.html", fixtures);
     await page.waitForFunction(() => window.mocap);

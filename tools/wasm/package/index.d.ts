@@ -346,11 +346,22 @@ export class Mocap {
    * Nothing is written: the files of the output are in the answer.
    */
   run(job: object, files: File[]): JobReport;
+  /** The steps of `Scene.edit`, with what each does and takes. */
+  readonly steps: StepInfo[];
   /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
   check(bytes: Bytes, name: string, options?: ReadOptions): Checked;
   check(files: File[], options?: ReadOptions): Checked;
   /** Bytes of memory that the module has taken. */
   readonly memory: number;
+}
+
+export interface StepInfo {
+  name: string;
+  help: string;
+  /** Whether it takes a second motion, of `EditOptions.others`. */
+  takesOther: boolean;
+  /** Its options: `takes` is as the help of the command line has it, such as `HZ` or `true|false`; `words` are those of a `WORD`. */
+  keys: { name: string; takes: string; words?: string[] }[];
 }
 
 /** What a job has done. */

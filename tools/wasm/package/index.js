@@ -370,6 +370,11 @@ export class Mocap {
     return { ...answer, files: written, warnings: answer.warnings.map(flat) };
   }
 
+  /** The steps of `Scene.edit`. */
+  get steps() {
+    return this.#alive.call({ call: "steps" }).answer.steps;
+  }
+
   check(...args) {
     const { answer } = this.#call("check", args);
     return { ...answer, diagnostics: answer.diagnostics.map(flat) };

@@ -210,7 +210,6 @@ export class Desk {
     this.tell("");
     this.showList();
     this.showDetails();
-    byId("start-open").focus();
   }
 
   async bytes(item, format) {
@@ -384,7 +383,10 @@ export class Desk {
     for (const button of byId("save-row").children) button.addEventListener("click", () => this.save(button.dataset.format));
     onClick("stop", () => this.reader.stop());
     onClick("again", () => this.show([this.chosen]));
-    onClick("remove-all", () => this.clear());
+    onClick("remove-all", () => {
+      this.clear();
+      byId("start-open").focus();
+    });
     onClick("desk-button", () => this.showDesk(!byId("desk").classList.contains("open")));
     this.listenToFiles();
     document.addEventListener("keydown", (event) => {

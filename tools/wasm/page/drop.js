@@ -5,6 +5,7 @@ import { Player } from "../../../src/render/view/player.js";
 import { takeText } from "../../../src/render/view/unpack.js";
 import { fromBase85 } from "./base85.js";
 import { Desk } from "./desk.js";
+import { listenToParent } from "./embed.js";
 import { Reader } from "./reader.js";
 
 const player = new Player();
@@ -19,3 +20,4 @@ const desk = new Desk(player, reader);
 // For tests, and for a console.
 Object.defineProperty(window, "mocap", { get: () => player.handle });
 window.desk = desk;
+listenToParent(desk);

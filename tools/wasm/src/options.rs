@@ -309,7 +309,9 @@ impl WriteOptions {
         let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
         let (option, mut refusal) = given.find_map(|(option, _)| Some((option, row.refusal(option, extension)?)))?;
         // The command line's name of an option stands first.
-        refusal.message = refusal.message.replacen(&format!("--{option}"), &camel_case(option.as_str()), 1);
+        refusal.message = refusal
+            .message
+            .replacen(&format!("--{option}"), &camel_case(option.as_str()), 1);
         Some(refusal)
     }
 
@@ -406,7 +408,10 @@ fn refused(function: &str, path: &str, said: &str) -> Failure {
     }
     let message = match said.strip_prefix("unknown variant `").and_then(parts) {
         Some((name, names)) => format!("{path} of {function} must be one of {names}, and is {name}"),
-        None => format!("{path} of {function}: {}", said.replace("f64", "a number").replace("usize", "a whole number")),
+        None => format!(
+            "{path} of {function}: {}",
+            said.replace("f64", "a number").replace("usize", "a whole number")
+        ),
     };
     Failure::argument(message)
 }

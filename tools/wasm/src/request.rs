@@ -102,7 +102,11 @@ pub(crate) fn answer(
         }
         Request::ReadCharacter { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
-            keep(scenes, read_character(&options_of("readCharacter", options)?, file, &others)?, &[])
+            keep(
+                scenes,
+                read_character(&options_of("readCharacter", options)?, file, &others)?,
+                &[],
+            )
         }
         Request::Check { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
