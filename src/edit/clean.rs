@@ -6,6 +6,7 @@
 mod contacts;
 mod exchange;
 mod floor;
+mod gaps;
 mod least_squares;
 mod lengths;
 mod live;
@@ -102,7 +103,7 @@ impl Step for Clean {
     }
 }
 
-/// What is wrong with the time, the rotations and the noise of a motion.
+/// What is wrong with a motion: with its time, its rotations, its sides, its noise and its floor.
 pub(crate) struct MotionErrors {
     /// Frames that are held or doubled.
     pub(crate) doubled: Vec<usize>,
@@ -112,6 +113,12 @@ pub(crate) struct MotionErrors {
     pub(crate) flipped: Vec<(NodeId, Vec<bool>)>,
     /// The noise of each joint, as how far the farthest joint below it moves by it, in metres.
     pub(crate) noise: Vec<(NodeId, f64)>,
+    /// For each frame whether left and right limbs are exchanged; empty where they never are.
+    pub(crate) exchanged: Vec<bool>,
+    /// The slope of the floor in degrees.
+    pub(crate) slope: Option<f64>,
+    /// How far the body drifts, in metres.
+    pub(crate) drift: Option<f64>,
 }
 
 impl MotionErrors {
@@ -123,6 +130,16 @@ impl MotionErrors {
         let reach = Work::reaches(scene, figure);
         let work = Work::new(scene, figure, &reach, animation)?;
         let [doubled, dropped] = time::errors(&work);
+        let [slope, drift] = if work.is_humanoid() {
+            floor::errors(&work)
+        } else {
+            [None; 2]
+        };
+        let exchanged = if work.is_humanoid() {
+            exchange::frames(&work)
+        } else {
+            Vec::new()
+        };
         let nodes = work.frames.nodes().iter().enumerate();
         let flipped = nodes.map(|(column, node)| {
             let mut track: Vec<_> = work.frames.track(column).iter().map(|trs| trs.rotation).collect();
@@ -133,6 +150,9 @@ impl MotionErrors {
             dropped,
             flipped: flipped.filter(|(_, frames)| !frames.is_empty()).collect(),
             noise: noise::levels(&work),
+            exchanged,
+            slope,
+            drift,
         })
     }
 }

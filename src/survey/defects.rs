@@ -3,6 +3,7 @@
 mod collision;
 mod errors;
 mod feet;
+mod range;
 mod skeleton;
 mod still;
 mod support;
@@ -42,6 +43,7 @@ impl<'a> Findings<'a> {
                 feet::find(motion, body, &mut findings);
                 support::find(motion, body, &mut findings);
                 collision::find(motion, body, &mut findings);
+                range::find(motion, body, &mut findings);
             }
         }
         findings

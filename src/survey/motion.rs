@@ -17,6 +17,9 @@ use crate::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 const SLOW: f32 = 0.2;
 const ANOTHER_FLOOR: f32 = 0.03;
 
+/// Half the time of the shortest step of a run, in seconds.
+const A_STEP: f64 = 0.1;
+
 /// The motion of one clip.
 pub(crate) struct Motion {
     /// Frames per second.
@@ -174,23 +177,33 @@ impl Body {
     fn stand_on_usual_floor(&mut self, motion: &Motion) {
         const BIN: f32 = 0.02;
         let half = motion.frames_in(0.05);
-        let mut heights: Vec<f32> = Vec::new();
-        for frame in motion.first..motion.frames {
+        let lowest = |frame: usize| {
             let points = self.contacts.points.iter();
-            let lowest = points.filter_map(|point| Some((*point.above_rest.get(frame)?, point.node.index())));
-            if let Some((height, node)) = lowest.min_by(|a, b| a.0.total_cmp(&b.0))
-                && motion.velocity(frame, node, half).length() < SLOW
-            {
-                heights.push(height);
-            }
+            let heights = points.filter_map(|point| Some((*point.above_rest.get(frame)?, point.node.index())));
+            heights.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let all: Vec<Option<(f32, usize)>> = (0..motion.frames).map(lowest).collect();
+        let stands =
+            |frame: &usize| all[*frame].is_some_and(|(_, node)| motion.velocity(*frame, node, half).length() < SLOW);
+        let mut standing: Vec<usize> = (motion.first..motion.frames).filter(stands).collect();
+        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest.
+        if 8 * standing.len() < motion.frames - motion.first {
+            let near = motion.frames_in(A_STEP);
+            let height = |frame: usize| all[frame].map_or(f32::INFINITY, |(height, _)| height);
+            let is_lowest = |frame: &usize| {
+                let around = frame.saturating_sub(near)..(frame + near + 1).min(motion.frames);
+                around.into_iter().all(|other| height(other) >= height(*frame))
+            };
+            standing = (motion.first..motion.frames).filter(is_lowest).collect();
         }
+        let heights: Vec<f32> = standing.iter().filter_map(|frame| Some(all[*frame]?.0)).collect();
         let near = |level: f32| heights.iter().filter(move |height| (*height - level).abs() <= BIN);
         let levels = heights.iter().map(|height| (height / BIN).round() as i32);
         let levels: BTreeSet<i32> = levels.collect();
         let count = |level: &i32| near(*level as f32 * BIN).count();
         let most = levels.iter().map(count).max().unwrap_or(0);
         // A body that is lifted for long has a higher level; the floor is the lowest on which it often stands.
-        let Some(level) = levels.into_iter().find(|level| 2 * count(level) >= most.max(1)) else {
+        let Some(level) = levels.into_iter().find(|level| 3 * count(level) >= 2 * most.max(1)) else {
             return;
         };
         let level = level as f32 * BIN;

@@ -113,6 +113,33 @@ fn frames_that_are_held_are_filled() {
 }
 
 #[test]
+fn a_frame_that_was_dropped_is_put_in() {
+    let truth = walk();
+    for dropped in [47, 133] {
+        let mut scene = truth.clone();
+        for channel in &mut scene.animations[0].channels {
+            let keys = [channel.rotation_keys.len(), channel.position_keys.len()];
+            if keys[0] > dropped {
+                channel.rotation_keys.values.remove(dropped);
+            }
+            if keys[1] > dropped {
+                channel.position_keys.values.remove(dropped);
+            }
+        }
+        scene.animations[0].duration -= 1.0;
+        let report = only(CleanPart::Time, &mut scene);
+        assert!(report.to_string().contains("1 dropped frames put in"), "{report}");
+        assert_eq!(scene.animations[0].frame_count(), truth.animations[0].frame_count());
+        // Another frame would be off by a step of the walk, which is a centimetre and more.
+        assert!(
+            distance(&truth, &scene) < 1e-3,
+            "{report}: {}",
+            distance(&truth, &scene)
+        );
+    }
+}
+
+#[test]
 fn a_bone_turned_about_itself_is_turned_back() {
     let truth = walk();
     let mut scene = truth.clone();

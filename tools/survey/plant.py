@@ -411,6 +411,92 @@ def flip(rng, bvh, metres):
     return [start, end - 1], end - start
 
 
+def exchanged(rng, bvh, metres):
+    """The rotations of both legs are exchanged, where they differ by 20 degrees and more all along."""
+    body = Body(bvh, metres)
+    start, end = span(rng, bvh, 0.1, 0.6)
+    left, right = (legs(bvh, body, side) for side in ("left", "right"))
+    pairs = list(zip(left, right))
+    if any(bvh.channels[a] != bvh.channels[b] for a, b in pairs):
+        raise Planted
+    apart = np.zeros(end - start)
+    for a, b in pairs:
+        columns = bvh.columns(a, "rotation"), bvh.columns(b, "rotation")
+        apart = np.maximum(apart, np.abs(bvh.rows[start:end, columns[0]] - bvh.rows[start:end, columns[1]]).max(axis=1))
+    if apart[[0, -1]].min() < 30:
+        raise Planted
+    for a, b in pairs:
+        one, two = bvh.columns(a, "rotation"), bvh.columns(b, "rotation")
+        swapped = bvh.rows[start:end, one].copy()
+        bvh.rows[start:end, one] = bvh.rows[start:end, two]
+        bvh.rows[start:end, two] = swapped
+    return [start, end - 1], end - start
+
+
+def legs(bvh, body, side):
+    """The joints of a leg, from the hip to the foot."""
+    foot, chain = body.sides[side]["foot"], []
+    while foot != body.hips and foot >= 0 and len(chain) < 3:
+        chain.append(foot)
+        foot = bvh.parents[foot]
+    return chain[::-1]
+
+
+def beyond_range(rng, bvh, metres):
+    """A knee that bends forwards by 25 to 60 degrees, about the axis about which it bends elsewhere in the clip."""
+    body = Body(bvh, metres)
+    side = body.sides[rng.choice(["left", "right"])]
+    knee, foot, hip = side["knee"], side["foot"], bvh.parents[side["knee"]]
+    start, end = span(rng, bvh, 0.2, 1.0)
+    thigh, shin = (body.places[:, knee] - body.places[:, hip]), (body.places[:, foot] - body.places[:, knee])
+    cross = np.cross(thigh, shin) / (np.linalg.norm(thigh, axis=1) * np.linalg.norm(shin, axis=1))[:, None]
+    most = int(np.linalg.norm(cross, axis=1).argmax())
+    if np.linalg.norm(cross[most]) < 0.5:
+        raise Planted
+    axis = body.turns[most, hip].T @ cross[most] / np.linalg.norm(cross[most])
+    amount = rng.uniform(25, 60)
+    for frame in range(start, end):
+        bent = math.degrees(math.asin(min(1.0, np.linalg.norm(cross[frame]))))
+        turn = rotation_about(axis, -math.radians(bent + amount))
+        local = body.turns[frame, hip].T @ body.turns[frame, knee]
+        bvh.set_local(knee, frame, turn @ local)
+    return [start, end - 1], amount
+
+
+def rotation_about(axis, angle):
+    k = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
+
+
+def tilted(rng, bvh, metres):
+    """The world tilted by 4 to 8 degrees, across the path of a clip that goes on for two metres and more."""
+    x, y, z = root_columns(bvh)
+    path = bvh.rows[:, [x, z]] * metres
+    along = path[-1] - path[0]
+    if np.linalg.norm(along) < 2:
+        raise Planted
+    amount, angle = rng.uniform(4, 8), rng.uniform(-0.5, 0.5)
+    along = along / np.linalg.norm(along)
+    axis = rotation_about(np.array([0.0, 1.0, 0.0]), angle) @ np.array([along[1], 0.0, -along[0]])
+    turn = rotation_about(axis, math.radians(amount))
+    _, turns = bvh.world()
+    bvh.rows[:, [x, y, z]] = bvh.rows[:, [x, y, z]] @ turn.T
+    for frame in range(len(bvh.rows)):
+        bvh.set_local(0, frame, turn @ turns[frame, 0])
+    return [0, len(bvh.rows) - 1], amount
+
+
+def drift(rng, bvh, metres):
+    """A drift in height by 8 to 20 cm over the clip, in clips that stay in one spot."""
+    x, y, z = root_columns(bvh)
+    if np.ptp(bvh.rows[:, [x, z]], axis=0).max() * metres > 0.7:
+        raise Planted  # along a path it is a slope
+    amount = rng.choice([-1, 1]) * rng.uniform(0.08, 0.2)
+    at = np.linspace(0, 1, len(bvh.rows))
+    bvh.rows[:, y] += amount / metres * at
+    return [0, len(bvh.rows) - 1], 100 * abs(amount)
+
+
 def noise(rng, bvh, metres):
     degrees = rng.uniform(1.5, 3)
     columns = [c for joint in range(1, len(bvh.names)) for c in bvh.columns(joint, "rotation")]
@@ -423,6 +509,7 @@ KINDS = {
     "doubled": doubled,
     "dropped": dropped,
     "flip": flip,
+    "exchanged": exchanged,
     "noise": noise,
     "not-finite": not_finite,
     "frozen": frozen,
@@ -434,13 +521,16 @@ KINDS = {
     "under-floor": under_floor,
     "no-support": no_support,
     "treadmill": treadmill,
+    "tilted": tilted,
+    "drift": drift,
+    "beyond-range": beyond_range,
     "self-collision": self_collision,
     "clipped-end": clipped_end,
     "odd-unit": odd_unit,
     "odd-axis": odd_axis,
 }
 # Kinds of which a place within two frames is asked: those that begin and end by a step, not by a ramp or a window.
-HAS_PLACE = ["doubled", "dropped", "flip", "frozen", "gap", "t-pose", "self-collision", "clipped-end"]
+HAS_PLACE = ["doubled", "dropped", "flip", "exchanged", "frozen", "gap", "t-pose", "self-collision", "clipped-end"]
 # Kinds whose ramps and contacts blur the place: the planted span must be covered by half of it.
 OVERLAPS = ["breathing", "skate", "floating", "under-floor", "no-support", "treadmill"]
 

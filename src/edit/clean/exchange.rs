@@ -26,6 +26,34 @@ const ALIKE: f32 = 20.0;
 /// Exchanges limbs back, and says in how many runs.
 pub(super) fn mend(work: &mut Work<'_>) -> usize {
     let mut runs = 0;
+    for (pairs, is_exchanged, found) in find(work) {
+        runs += found;
+        for [left, right] in pairs {
+            let mut tracks = [left, right].map(|column| rotations(work, column));
+            let [lefts, rights] = &mut tracks;
+            for frame in (0..is_exchanged.len()).filter(|frame| is_exchanged[*frame]) {
+                std::mem::swap(&mut lefts[frame], &mut rights[frame]);
+            }
+            work.set_rotations(left, &tracks[0]);
+            work.set_rotations(right, &tracks[1]);
+        }
+    }
+    runs
+}
+
+/// The frames in which any limbs are exchanged; empty where none are.
+pub(super) fn frames(work: &Work<'_>) -> Vec<bool> {
+    let either = |mut all: Vec<bool>, (_, limb, _): (_, Vec<bool>, _)| {
+        all.resize(limb.len(), false);
+        all.iter_mut().zip(limb).for_each(|(all, limb)| *all |= limb);
+        all
+    };
+    find(work).into_iter().fold(Vec::new(), either)
+}
+
+/// The pairs of joints of limbs that are exchanged, in which frames, and in how many runs.
+fn find(work: &Work<'_>) -> Vec<(Vec<[usize; 2]>, Vec<bool>, usize)> {
+    let mut found = Vec::new();
     for limb in LIMBS {
         let joint = |bone: &Bone, side: Side| {
             let node = work.figure.humanoid.joint(bone.on(side))?;
@@ -36,10 +64,18 @@ pub(super) fn mend(work: &mut Work<'_>) -> usize {
             .filter_map(|bone| Some([joint(bone, Side::Left)?, joint(bone, Side::Right)?]));
         let pairs: Vec<[usize; 2]> = pairs.collect();
         if pairs.len() > 1 && pairs.iter().all(|pair| are_alike(work, *pair)) {
-            runs += mend_limb(work, &pairs);
+            let mut is_exchanged = of_limb(work, &pairs);
+            let runs = without_long(&mut is_exchanged, work.frames.frames_in(LONGEST));
+            if runs > 0 {
+                found.push((pairs, is_exchanged, runs));
+            }
         }
     }
-    runs
+    found
+}
+
+fn rotations(work: &Work<'_>, column: usize) -> Vec<Quat> {
+    work.frames.track(column).iter().map(|trs| trs.rotation).collect()
 }
 
 /// Whether the frames of two joints are alike at rest, so that a rotation of one means the same of the other.
@@ -51,11 +87,10 @@ fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
     squared_angle(left.to_array(), right.to_array()) < ALIKE.to_radians().powi(2)
 }
 
-fn mend_limb(work: &mut Work<'_>, pairs: &[[usize; 2]]) -> usize {
-    let mut tracks: Vec<[Vec<Quat>; 2]> = pairs
-        .iter()
-        .map(|pair| pair.map(|column| work.frames.track(column).iter().map(|trs| trs.rotation).collect()))
-        .collect();
+/// The frames in which the limbs of these joints are exchanged.
+fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
+    let both = |pair: &[usize; 2]| pair.map(|column| rotations(work, column));
+    let tracks: Vec<[Vec<Quat>; 2]> = pairs.iter().map(both).collect();
     let frames = work.frames.len();
     let distance = |from: usize, to: usize, crossed: bool| -> f32 {
         let square = |[left, right]: &[Vec<Quat>; 2]| {
@@ -70,7 +105,7 @@ fn mend_limb(work: &mut Work<'_>, pairs: &[[usize; 2]]) -> usize {
         .collect();
     let mut usual: Vec<f32> = steps.iter().map(|step| step[0]).collect();
     let Some(middle) = usual.len().checked_sub(1).map(|last| last / 2) else {
-        return 0;
+        return vec![false; frames];
     };
     let median = *usual.select_nth_unstable_by(middle, f32::total_cmp).1;
     let cost = COST.to_radians() + COST_OF_STEPS * median;
@@ -91,16 +126,7 @@ fn mend_limb(work: &mut Work<'_>, pairs: &[[usize; 2]]) -> usize {
             state ^= from[frame - 1][usize::from(state)];
         }
     }
-    let runs = without_long(&mut is_exchanged, work.frames.frames_in(LONGEST));
-    for (pair, [left, right]) in pairs.iter().zip(&mut tracks) {
-        for frame in (0..frames).filter(|frame| is_exchanged[*frame]) {
-            std::mem::swap(&mut left[frame], &mut right[frame]);
-        }
-        for (column, rotations) in pair.iter().zip([left, right]) {
-            work.set_rotations(*column, rotations);
-        }
-    }
-    runs
+    is_exchanged
 }
 
 /// Drops runs that are longer than so many frames, and says how many are left.

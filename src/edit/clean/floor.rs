@@ -12,6 +12,7 @@ use super::work::Work;
 use crate::edit::frames::tracks;
 use crate::figure::contacts::points_of_feet;
 use crate::figure::ground::level as level_of;
+use crate::scene::{HumanoidBone, Side};
 
 /// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
 const SLOW: f64 = 0.35;
@@ -25,11 +26,13 @@ const ROUNDS: usize = 16;
 const KNOT: f64 = 2.5;
 const KNOTS: usize = 100;
 /// What is expected before anything is seen, as standard deviations: the height of a foot that stands, in metres, where
-/// a tenth of a second counts as one observation; the rise per metre; the drift in height, and how much it bends at a
+/// a tenth of a second counts as one observation; the rise per metre; how much higher the right foot stands than the
+/// left, as markers are off; the drift in height, and how much it bends at a
 /// knot; the speed of a foot that stands and of the drift over the ground, in m/s, and how much that bends.
 const OF_FOOT: f64 = 0.01;
 const ONE_OBSERVATION: f64 = 0.1;
 const OF_RISE: f64 = 0.06;
+const OF_SIDES: f64 = 0.008;
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
 const OF_STANDING: f64 = 0.01;
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
@@ -59,8 +62,8 @@ pub(super) struct Floor {
     pub(super) height: f64,
     /// The rise per metre along the two axes of the ground.
     rise: [f64; 2],
-    /// How uncertain they are.
-    uncertain: f64,
+    /// How many times its own uncertainty the slope is, in its own direction.
+    certain: f64,
     /// How many times as many points are near the sloped plane as near a level one.
     explains: f64,
     /// Where the points are, on the average.
@@ -73,6 +76,34 @@ impl Floor {
     pub(super) fn slope(&self) -> f64 {
         self.rise[0].hypot(self.rise[1]).atan().to_degrees()
     }
+
+    /// How much higher slope and drift have a point than its level.
+    fn above(&self, point: &Slow) -> f64 {
+        let from = point.at - self.centre;
+        self.rise[0] * from.x + self.rise[1] * from.y + self.drift[point.frame]
+    }
+
+    /// Whether it has a slope that is none of a hill, and that is certain.
+    pub(super) fn is_sloped(&self) -> bool {
+        (LEAST_SLOPE..LARGEST_SLOPE).contains(&self.slope()) && self.certain > CERTAIN && self.explains > EXPLAINS
+    }
+}
+
+/// The slope of the floor in degrees, and how far the body drifts in metres, as [`level`] takes them out.
+pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 2] {
+    let Some(floor) = find(work) else { return [None; 2] };
+    let slope = floor.is_sloped().then(|| floor.slope());
+    // The slope is taken out before the drift, but what a drift is in height does not depend on it.
+    [slope, drift(work, &floor.drift).map(|drift| extent(&drift))]
+}
+
+/// How far the body is moved by a drift at most, in metres.
+fn extent(drift: &[DVec3]) -> f64 {
+    let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (first, last) = drift
+        .iter()
+        .fold(ends, |(least, most), at| (least.min(*at), most.max(*at)));
+    (last - first).length()
 }
 
 /// What was done.
@@ -87,6 +118,8 @@ pub(super) struct Levelled {
 struct Feet {
     /// For each kind of point (ankles, balls) its tracks.
     points: Vec<(usize, Vec<DVec3>)>,
+    /// For each point half of -1 on the left, of 1 on the right.
+    sides: Vec<f64>,
     rate: f64,
     frames: usize,
 }
@@ -107,7 +140,9 @@ impl Feet {
         let local = |point: &Vec3| (Vec3::new(point.dot(x), point.dot(y), point.dot(up)) * metres).as_dvec3();
         let tracks = tracks(&work.frames, work.scene, &nodes);
         let points = tracks.iter().enumerate();
+        let half = |bone: &HumanoidBone| if bone.side() == Some(Side::Left) { -0.5 } else { 0.5 };
         Self {
+            sides: kinds.iter().flatten().map(|(bone, _)| half(bone)).collect(),
             points: points
                 .map(|(index, track)| (kind(index), track.iter().map(local).collect()))
                 .collect(),
@@ -172,32 +207,53 @@ impl Feet {
         found
     }
 
-    /// Calls `add` with each point that is slow: its kind, its frame, where it is and its velocity.
-    fn slow(&self, mut add: impl FnMut(usize, usize, DVec3, DVec3)) {
+    /// Each point while it is slow.
+    fn slow(&self) -> Vec<Slow> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
-        for (kind, track) in &self.points {
+        let seconds = 2.0 * half as f64 / self.rate;
+        let mut found = Vec::new();
+        for ((kind, track), side) in self.points.iter().zip(&self.sides) {
             for frame in half..self.frames.saturating_sub(half) {
-                let seconds = 2.0 * half as f64 / self.rate;
-                let velocity = (track[frame + half] - track[frame - half]) / seconds;
-                if velocity.length() < SLOW {
-                    add(*kind, frame, track[frame], velocity);
+                if (track[frame + half] - track[frame - half]).length() < SLOW * seconds {
+                    let (kind, side, at) = (*kind, *side, track[frame]);
+                    found.push(Slow { kind, side, frame, at });
                 }
             }
         }
+        found
     }
 }
+
+/// A point of a foot while it is slow.
+struct Slow {
+    kind: usize,
+    side: f64,
+    frame: usize,
+    at: DVec3,
+}
+
+/// What is fitted: two levels, two rises, how much higher the right foot is than the left, and the knots of the drift.
+const RISES: [usize; 2] = [2, 3];
+const RIGHT_OVER_LEFT: usize = 4;
+const DRIFT: usize = 5;
 
 /// The floor of a motion; `None` where no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     let feet = Feet::new(work);
-    let mut points = Vec::new();
-    feet.slow(|kind, frame, at, _| points.push((kind, frame, at)));
+    let points = feet.slow();
     if points.len() < 8 {
         return None;
     }
-    let centre = points.iter().map(|(_, _, at)| *at).sum::<DVec3>() / points.len() as f64;
+    let centre = points.iter().map(|point| point.at).sum::<DVec3>() / points.len() as f64;
     let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);
-    let mut levels = [0, 1].map(|kind| low(points.iter().filter(|point| point.0 == kind).map(|point| point.2.z)));
+    let of_kind = |kind: usize| {
+        points
+            .iter()
+            .filter(move |point| point.kind == kind)
+            .map(|point| point.at.z)
+    };
+    let mut levels = [0, 1].map(|kind| low(of_kind(kind)));
+    let mut right_over_left = 0.0;
     let mut floor = Floor {
         centre,
         drift: vec![0.0; feet.frames],
@@ -205,55 +261,63 @@ pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     };
     // Frames next to one another tell the same.
     let one = 1.0 / (OF_FOOT.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
-    // Two levels, two slopes, and the knots of the drift.
     for round in 0..ROUNDS {
         let part = round as f64 / (ROUNDS - 1) as f64;
         let scale = SCALES[0] * (SCALES[1] / SCALES[0]).powf((1.3 * part).min(1.0));
-        let mut equations = LeastSquares::new(4 + knots.count);
-        for &(kind, frame, at) in &points {
-            let from = at - centre;
-            let expected = levels[kind] + floor.rise[0] * from.x + floor.rise[1] * from.y + floor.drift[frame];
-            let residual = at.z - expected;
+        let mut equations = LeastSquares::new(DRIFT + knots.count);
+        for point in &points {
+            let from = point.at - centre;
+            let residual = point.at.z - levels[point.kind] - floor.above(point) - right_over_left * point.side;
             let weight = if residual > 0.0 {
                 biweight(residual / scale)
             } else {
                 biweight(residual / (4.0 * scale))
             };
             if weight > 0.0 {
-                let [knot, next] = knots.terms(frame, 4);
-                let terms = [(kind, 1.0), (2, from.x), (3, from.y), knot, next];
-                equations.add(&terms, at.z, one * weight);
+                let [knot, next] = knots.terms(point.frame, DRIFT);
+                let rises = [(RISES[0], from.x), (RISES[1], from.y)];
+                let terms = [
+                    (point.kind, 1.0),
+                    rises[0],
+                    rises[1],
+                    (RIGHT_OVER_LEFT, point.side),
+                    knot,
+                    next,
+                ];
+                equations.add(&terms, point.at.z, one * weight);
             }
         }
         for (kind, level) in levels.iter().enumerate() {
             equations.add(&[(kind, 1.0)], *level, 1e-6 * one);
         }
-        for rise in [2, 3] {
+        for rise in RISES {
             equations.add(&[(rise, 1.0)], 0.0, OF_RISE.powi(-2));
         }
-        knots.add_priors(&mut equations, 4, OF_DRIFT[1].powi(-2), OF_DRIFT[0].powi(-2));
-        let (found, variances) = equations.solve()?;
+        equations.add(&[(RIGHT_OVER_LEFT, 1.0)], 0.0, OF_SIDES.powi(-2));
+        knots.add_priors(&mut equations, DRIFT, OF_DRIFT[1].powi(-2), OF_DRIFT[0].powi(-2));
+        let solution = equations.solve()?;
+        let found = &solution.values;
         levels = [found[0], found[1]];
-        floor.rise = [found[2], found[3]];
-        floor.drift = knots.curve(&found[4..]);
-        floor.uncertain = variances[2].max(variances[3]).sqrt();
+        floor.rise = RISES.map(|rise| found[rise]);
+        right_over_left = found[RIGHT_OVER_LEFT];
+        floor.drift = knots.curve(&found[DRIFT..]);
+        if round + 1 == ROUNDS {
+            let of_rises = |one: usize, other: usize| solution.covariance(RISES[one], RISES[other]);
+            let [a, b, c] = [of_rises(0, 0), of_rises(0, 1), of_rises(1, 1)];
+            let [x, y] = floor.rise;
+            floor.certain = ((c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b))
+                .max(0.0)
+                .sqrt();
+        }
     }
-    let near = |height: &dyn Fn(&(usize, usize, DVec3)) -> f64| {
-        points
-            .iter()
-            .filter(|point| (point.2.z - height(point)).abs() < NEAR)
-            .count() as f64
-    };
-    let sloped = |point: &(usize, usize, DVec3)| {
-        let from = point.2 - centre;
-        levels[point.0] + floor.rise[0] * from.x + floor.rise[1] * from.y + floor.drift[point.1]
+    let near = |height: &dyn Fn(&Slow) -> f64| {
+        let is_near = |point: &&Slow| (point.at.z - levels[point.kind] - height(point)).abs() < NEAR;
+        points.iter().filter(is_near).count() as f64
     };
     // The level plane with the most points near it.
-    let heights = (0..=40).map(|step| {
-        let by = f64::from(step - 20) * 0.02;
-        near(&|point: &(usize, usize, DVec3)| levels[point.0] + by)
-    });
-    floor.explains = near(&sloped) / heights.fold(1.0, f64::max);
+    let heights = (0..=40).map(|step| near(&|_: &Slow| f64::from(step - 20) * 0.02));
+    let level = heights.fold(1.0, f64::max);
+    floor.explains = near(&|point: &Slow| floor.above(point)) / level;
     floor.height = feet.level();
     Some(floor)
 }
@@ -272,10 +336,7 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
     let floor = find(work)?;
     let [x, y, up] = axes(work.up);
     let slope = floor.slope();
-    if (LEAST_SLOPE..LARGEST_SLOPE).contains(&slope)
-        && floor.rise[0].hypot(floor.rise[1]) > CERTAIN * floor.uncertain
-        && floor.explains > EXPLAINS
-    {
+    if floor.is_sloped() {
         let normal = up - x * floor.rise[0] as f32 - y * floor.rise[1] as f32;
         let turn = Quat::from_rotation_arc(normal.normalize(), up);
         let metres = work.metres;
@@ -287,16 +348,11 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
     let drift = drift(work, &floor.drift);
     if let Some(drift) = &drift {
         let metres = work.metres;
-        let (first, last) = drift
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(least, most), at| {
-                (least.min(*at), most.max(*at))
-            });
         work.carry(carrier, |frame| {
             let by = drift[frame.min(drift.len() - 1)].as_vec3();
             Mat4::from_translation(-(x * by.x + y * by.y + up * by.z) / metres)
         });
-        done.drift = Some((last - first).length());
+        done.drift = Some(extent(drift));
     }
     let height = find(work)?.height;
     if height.abs() > least_height || done.slope.is_some() || done.drift.is_some() {
@@ -332,7 +388,7 @@ fn drift(work: &Work<'_>, height: &[f64]) -> Option<Vec<DVec3>> {
                 OF_DRIFT_SPEED[1].powi(-2),
                 OF_DRIFT_SPEED[0].powi(-2),
             );
-            *velocity = knots.curve(&equations.solve()?.0);
+            *velocity = knots.curve(&equations.solve()?.values);
         }
     }
     let fastest = |velocity: &[f64]| velocity.iter().fold(0.0, |most: f64, value| most.max(value.abs()));

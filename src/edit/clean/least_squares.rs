@@ -28,9 +28,8 @@ impl LeastSquares {
         }
     }
 
-    /// The unknowns, and the diagonal of the inverse matrix, which times the variance of an equation of weight 1 is the
-    /// variance of each. `None` where the equations do not say enough.
-    pub(super) fn solve(self) -> Option<(Vec<f64>, Vec<f64>)> {
+    /// The unknowns; `None` where the equations do not say enough.
+    pub(super) fn solve(self) -> Option<Solution> {
         let n = self.unknowns;
         let mut factor = self.matrix;
         for row in 0..n {
@@ -44,26 +43,46 @@ impl LeastSquares {
                 };
             }
         }
-        let forward = |right: &[f64]| {
-            let mut x = right.to_vec();
-            for row in 0..n {
-                let dot: f64 = (0..row).map(|k| factor[row * n + k] * x[k]).sum();
-                x[row] = (x[row] - dot) / factor[row * n + row];
-            }
-            x
+        let mut solution = Solution {
+            values: Vec::new(),
+            factor,
         };
-        let mut solution = forward(&self.right);
+        let mut values = solution.forward(self.right);
         for row in (0..n).rev() {
-            let dot: f64 = (row + 1..n).map(|k| factor[k * n + row] * solution[k]).sum();
-            solution[row] = (solution[row] - dot) / factor[row * n + row];
+            let dot: f64 = (row + 1..n).map(|k| solution.factor[k * n + row] * values[k]).sum();
+            values[row] = (values[row] - dot) / solution.factor[row * n + row];
         }
-        let variance = |unknown: usize| {
-            let mut unit = vec![0.0; n];
-            unit[unknown] = 1.0;
-            forward(&unit).iter().map(|value| value * value).sum()
+        solution.values = values;
+        Some(solution)
+    }
+}
+
+/// The solution of normal equations.
+pub(super) struct Solution {
+    pub(super) values: Vec<f64>,
+    /// Cholesky's factor of the matrix.
+    factor: Vec<f64>,
+}
+
+impl Solution {
+    fn forward(&self, mut x: Vec<f64>) -> Vec<f64> {
+        let n = x.len();
+        for row in 0..n {
+            let dot: f64 = (0..row).map(|k| self.factor[row * n + k] * x[k]).sum();
+            x[row] = (x[row] - dot) / self.factor[row * n + row];
+        }
+        x
+    }
+
+    /// An element of the inverse matrix, which times the variance of an equation of weight 1 is the covariance of two
+    /// unknowns.
+    pub(super) fn covariance(&self, one: usize, other: usize) -> f64 {
+        let unit = |at: usize| {
+            let mut unit = vec![0.0; self.values.len()];
+            unit[at] = 1.0;
+            self.forward(unit)
         };
-        let variances = (0..n).map(variance).collect();
-        Some((solution, variances))
+        unit(one).iter().zip(unit(other)).map(|(a, b)| a * b).sum()
     }
 }
 

@@ -1,11 +1,13 @@
 //! Time: frames that are held, doubled or dropped.
 //!
-//! The step of the whole body from one frame to the next is compared with the steps around it, along their direction:
-//! it is about once as long where nothing is wrong, not there where a frame is held, and twice as long where one is
-//! missing.
+//! A frame that has all that the frame before it has is held: it stands for one that was lost, or is there in excess.
+//! Which of them, and where a frame was dropped, the frames on either side tell ([`super::gaps`]).
+
+use std::ops::Range;
 
 use glam::Vec3;
 
+use super::gaps::{Gaps, SURE};
 use super::work::Work;
 use crate::edit::fill::bridge;
 use crate::math::quaternion::log;
@@ -13,13 +15,10 @@ use crate::pose::Trs;
 
 /// The longest run of held frames that is filled, in seconds. A longer one is frozen, and may be meant.
 const LONGEST_HELD: f64 = 0.5;
-/// Steps on either side that say what a step should be.
-const AROUND: usize = 4;
-/// How sure the ratio of a step to those around it must be: its standard deviation.
-const SURE: f32 = 0.12;
-/// The ratio of a step over a missing frame, at least and at most, and of the steps beside it at most.
-const DROPPED: [f32; 2] = [1.7, 2.5];
-const BESIDE: f32 = 1.4;
+/// The longest run of held frames that may be there in excess.
+const LONGEST_DOUBLED: usize = 4;
+/// How much must speak for that, as a logarithm: less than for a dropped frame, since the frame itself is seen.
+const DOUBLED: f32 = 0.02;
 /// A step in which nothing moves by more than this, in radians and in fractions of the body, is none.
 const STILL: f32 = 2e-6;
 
@@ -53,43 +52,57 @@ pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
 /// What each frame is, and what mending that comes to.
 fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
     let mut done = Mended::default();
-    let steps = Steps::new(work);
-    if steps.steps.len() < 2 * AROUND || work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {
+    if work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {
         return (Vec::new(), done);
     }
+    let steps = Steps::new(work);
     let held = steps.held();
-    let mut frames: Vec<Row> = vec![Row::Seen; work.frames.len()];
+    let seen: Vec<usize> = (0..held.len()).filter(|frame| !held[*frame]).collect();
+    let leading = seen.iter().skip(1).map(|frame| steps.steps[*frame - 1].as_slice());
+    let gaps = Gaps::new(leading.collect(), seen.iter().map(|frame| *frame as f64).collect());
+    let mut frames = vec![Row::Seen; held.len()];
     let longest = work.frames.frames_in(LONGEST_HELD);
-    let mut frame = 1;
-    while frame < frames.len() {
-        let end = (frame..frames.len()).find(|f| !held[*f]).unwrap_or(frames.len());
-        let count = end - frame;
-        if count > 0 && frame > 1 && end < frames.len() {
-            // The step out of the run covers the frames that were held, unless these are there in excess.
-            let is_excess = steps
-                .ratio(end, &held)
-                .is_some_and(|ratio| ratio < 0.5 * (count + 2) as f32);
-            match is_excess {
-                _ if count > longest => done.frozen += count,
-                true => {
-                    frames[frame..end].fill(Row::Doubled);
-                    done.removed += count;
-                }
-                false => {
-                    frames[frame..end].fill(Row::Held);
-                    done.filled += count;
-                }
-            }
+    let mut excess = Vec::new();
+    for (index, pair) in seen.windows(2).enumerate() {
+        let run = pair[0] + 1..pair[1];
+        if run.len() > longest {
+            done.frozen += run.len();
+        } else if !run.is_empty() && pair[0] > 0 {
+            let is_short = run.len() <= LONGEST_DOUBLED;
+            let by = -(run.len() as f64);
+            let sure = if is_short { gaps.is_longer(index + 1, by) } else { None };
+            excess.extend(sure.filter(|sure| *sure > DOUBLED).map(|sure| (run.clone(), sure)));
+            done.filled += run.len();
+            frames[run].fill(Row::Held);
         }
-        frame = end.max(frame) + 1;
     }
-    for frame in 2..frames.len().saturating_sub(1) {
-        if (frame - 1..=frame + 1).all(|f| !held[f]) && steps.is_dropped(frame, &held) {
-            frames[frame] = Row::AfterDropped;
-            done.inserted += 1;
-        }
+    let mut dropped = gaps.dropped();
+    dropped.retain(|(index, _)| seen[*index] == seen[*index - 1] + 1);
+    balance(&mut excess, &mut dropped);
+    for (run, _) in excess {
+        done.filled -= run.len();
+        done.removed += run.len();
+        frames[run].fill(Row::Doubled);
+    }
+    for (index, _) in dropped {
+        frames[seen[index]] = Row::AfterDropped;
+        done.inserted += 1;
     }
     (frames, done)
+}
+
+/// Keeps of the frames in excess, and of those before which one was dropped, what is sure. What is less sure is kept in
+/// pairs of both, the surest first: a program that is late drops a frame, and doubles one to catch up.
+fn balance(excess: &mut Vec<(Range<usize>, f32)>, dropped: &mut Vec<(usize, f32)>) {
+    excess.sort_by(|a, b| b.1.total_cmp(&a.1));
+    dropped.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let sure = [
+        excess.iter().filter(|found| found.1 > SURE).count(),
+        dropped.iter().filter(|found| found.1 > SURE).count(),
+    ];
+    let pairs = excess.len().min(dropped.len());
+    excess.truncate(pairs.max(sure[0]));
+    dropped.truncate(pairs.max(sure[1]));
 }
 
 /// The number of frames that hold what the frame before them has, while the body moves before and after.
@@ -182,39 +195,5 @@ impl Steps {
     fn held(&self) -> Vec<bool> {
         let is_still = |step: &Vec<Vec3>| step.iter().all(|part| part.abs().max_element() <= STILL);
         std::iter::once(false).chain(self.steps.iter().map(is_still)).collect()
-    }
-
-    /// The length of the step to a frame along the mean of the steps around it, and how sure it is: nothing where that
-    /// is not known well.
-    fn ratio(&self, frame: usize, held: &[bool]) -> Option<f32> {
-        let step = frame - 1;
-        let is_good = |other: &usize| *other < self.steps.len() && !held[*other + 1] && !held[*other];
-        let before = (0..step.saturating_sub(1)).rev().filter(is_good).take(AROUND);
-        let after = (step + 2..self.steps.len()).filter(is_good).take(AROUND);
-        let near: Vec<usize> = before
-            .chain(after)
-            .filter(|other| other.abs_diff(step) <= 3 * AROUND)
-            .collect();
-        if near.len() < AROUND {
-            return None;
-        }
-        let parts = self.steps[step].len();
-        let mean = |part: usize| near.iter().map(|other| self.steps[*other][part]).sum::<Vec3>() / near.len() as f32;
-        let mean: Vec<Vec3> = (0..parts).map(mean).collect();
-        let along = |step: &[Vec3]| step.iter().zip(&mean).map(|(a, b)| a.dot(*b)).sum::<f32>();
-        let square = along(&mean);
-        if square <= 0.0 {
-            return None;
-        }
-        let ratio = along(&self.steps[step]) / square;
-        let off = |other: &usize| (along(&self.steps[*other]) / square - 1.0).powi(2);
-        let deviation = (near.iter().map(off).sum::<f32>() / near.len() as f32).sqrt();
-        (deviation < SURE).then_some(ratio)
-    }
-
-    fn is_dropped(&self, frame: usize, held: &[bool]) -> bool {
-        let is_long = |ratio: f32| (DROPPED[0]..DROPPED[1]).contains(&ratio);
-        let is_usual = |frame: usize| self.ratio(frame, held).is_some_and(|ratio| ratio < BESIDE);
-        self.ratio(frame, held).is_some_and(is_long) && is_usual(frame - 1) && is_usual(frame + 1)
     }
 }

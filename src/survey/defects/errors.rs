@@ -1,10 +1,10 @@
-//! Doubled and dropped frames, flips and noise, as `clean` finds them.
+//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift, as `clean` finds them.
 
 use super::{Findings, confidence};
 use crate::edit::MotionErrors;
 use crate::survey::motion::Motion;
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Doubled, Dropped, Flip, Noise};
+use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, Noise, Tilted};
 
 pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
     findings.look_for(&[Doubled, Dropped, Flip, Noise]);
@@ -21,10 +21,29 @@ pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findin
             findings.add(Flip, [from, to], Some(joint), (to + 1 - from) as f32, 0.8);
         }
     }
+    if motion.body.is_some() {
+        of_body(motion, errors, findings);
+    }
     for (node, metres) in &errors.noise {
         let millimetres = 1000.0 * *metres as f32;
         let joint = &motion.names[node.index()];
         let whole = [motion.first, motion.frames - 1];
         findings.add(Noise, whole, Some(joint), millimetres, confidence(millimetres, 8.0));
+    }
+}
+
+fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
+    findings.look_for(&[Exchanged, Tilted, Drift]);
+    let exchanged = &errors.exchanged;
+    for [from, to] in spans(exchanged.len(), |frame| frame >= motion.first && exchanged[frame]) {
+        findings.add(Exchanged, [from, to], None, (to + 1 - from) as f32, 0.8);
+    }
+    let whole = [motion.first, motion.frames - 1];
+    if let Some(degrees) = errors.slope {
+        findings.add(Tilted, whole, None, degrees as f32, confidence(degrees as f32, 1.0));
+    }
+    if let Some(metres) = errors.drift {
+        let centimetres = 100.0 * metres as f32;
+        findings.add(Drift, whole, None, centimetres, confidence(centimetres, 6.0));
     }
 }

@@ -16,6 +16,8 @@ const GLIDES: f32 = 0.3;
 const GLIDES_FOR: f64 = 0.2;
 /// How deep below the floor a span begins, in metres.
 const BELOW: f32 = 0.02;
+/// Times between two in which a foot is below the floor, in which it may be lifted for a step, in seconds.
+const A_STEP: f64 = 0.4;
 /// The window in which steps of a treadmill are looked for, in seconds.
 const WINDOW: f64 = 2.0;
 /// The least length of such a step, in legs, and the longest path of the hips in the window.
@@ -32,7 +34,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     glides(motion, body, findings);
     for point in points {
         let depth = |frame: usize| point.above_rest.get(frame).map_or(0.0, |height| -height);
-        for [from, to] in spans(motion.frames, |frame| frame >= motion.first && depth(frame) > BELOW) {
+        let sunk = spans(motion.frames, |frame| frame >= motion.first && depth(frame) > BELOW);
+        for [from, to] in joined(sunk, motion.frames_in(A_STEP)) {
             let deepest = 100.0 * (from..=to).map(depth).fold(0.0, f32::max);
             findings.add(
                 UnderFloor,
@@ -44,6 +47,18 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         }
     }
     treadmill(motion, body, findings);
+}
+
+/// Spans of which those are one that are at most so many frames apart.
+fn joined(spans: Vec<[usize; 2]>, apart: usize) -> Vec<[usize; 2]> {
+    let mut joined: Vec<[usize; 2]> = Vec::new();
+    for [from, to] in spans {
+        match joined.last_mut() {
+            Some(last) if from - last[1] <= apart => last[1] = to,
+            _ => joined.push([from, to]),
+        }
+    }
+    joined
 }
 
 fn is_ball(point: &ContactPoint) -> bool {
