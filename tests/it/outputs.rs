@@ -261,6 +261,28 @@ fn merging_manifests_removes_no_other_file() {
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
 
+/// As other commands have it, and no folder of the name of a file is made.
+#[test]
+fn the_output_of_one_file_may_follow_o() {
+    let folder = Folder::with(&["in/a.bvh", "in/b.bvh"]);
+    folder.succeeds("convert in/a.bvh -o one.glb");
+    assert!(folder.read("one.glb").starts_with(b"glTF"));
+    let piped = folder.run("convert in/a.bvh -o - --to bvh");
+    assert!(piped.stdout.starts_with(b"HIERARCHY"));
+    for several in [
+        "convert in -o all.glb",
+        "convert in/a.bvh in/b.bvh -o all.glb",
+        "convert in/*.bvh -o all.glb",
+    ] {
+        folder.refuses(several, 2, "all.glb: the outputs of several inputs need a folder");
+    }
+    folder.refuses("convert in/a.bvh -o two.glb --resume", 2, "--resume");
+    folder.refuses("convert in/none.bvh -o two.glb", 1, "none.bvh");
+    folder.refuses("convert in/a.bvh -o in/a.bvh", 1, "input");
+    folder.succeeds("convert in/a.bvh in/b.bvh -o all.glb/");
+    assert!(folder.path("all.glb/b.glb").is_file());
+}
+
 /// A process that is killed between the two files of an output leaves the first, and the second under a temporary name.
 #[test]
 fn the_buffer_of_a_killed_run_is_known() {

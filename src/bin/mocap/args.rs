@@ -20,11 +20,14 @@ mod search;
 mod survey;
 mod write;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use mocap::FormatInfo;
 use mocap::job::{Length, Reading, SourceMap, SourceSpace};
+
+use crate::batch::inputs::names_several;
+use crate::{Failure, streams};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
@@ -170,8 +173,7 @@ pub(crate) struct SolveArgs {
 }
 
 impl SolveArgs {
-    /// Tells the reader the joints, or to find them from markers, and takes `-o take.bvh` for the output of one input;
-    /// `-o takes/` is the folder of many.
+    /// Tells the reader the joints, or to find them from markers.
     pub(crate) fn settle(&mut self) {
         let Self { joints, convert } = self;
         if joints.is_some() {
@@ -180,13 +182,37 @@ impl SolveArgs {
         if convert.read.joints.is_none() {
             convert.read.markers.get_or_insert_with(|| "auto".to_owned());
         }
-        let is_file = |output: &PathBuf| FormatInfo::of_output(output).is_some() && !output.is_dir();
-        if convert.paths.len() == 1
-            && let Some(output) = convert.batch.out_dir.take_if(|output| is_file(output))
-        {
-            convert.paths.push(output);
+        convert.settle();
+    }
+}
+
+impl ConvertArgs {
+    /// Takes `-o take.glb` for the output of one file, as other commands have it; `-o takes/` is a folder.
+    pub(crate) fn settle(&mut self) {
+        let is_one = matches!(self.paths.as_slice(), [path] if !names_several(path));
+        if is_one && let Some(output) = self.batch.out_dir.take_if(|output| names_file(output)) {
+            self.paths.push(output);
         }
     }
+
+    /// The folder of the outputs.
+    ///
+    /// # Errors
+    /// The name of a file.
+    pub(crate) fn folder(&self) -> Result<Option<&Path>, Failure> {
+        match self.batch.out_dir.as_deref() {
+            Some(output) if names_file(output) => Err(Failure::Usage(format!(
+                "{}: the outputs of several inputs need a folder; a folder with such a name ends in /",
+                output.display()
+            ))),
+            folder => Ok(folder),
+        }
+    }
+}
+
+/// Whether an output is a file by its name, and no folder of that name is there.
+fn names_file(output: &Path) -> bool {
+    streams::is_standard(output) || !batch::is_folder(output) && FormatInfo::of_output(output).is_some()
 }
 
 /// The tolerance of `verify`.

@@ -77,8 +77,10 @@ fn take_no_signal_for_a_large_file() {}
 fn main() -> ExitCode {
     take_no_signal_for_a_large_file();
     let (mut args, given) = Args::parse_with_given();
-    if let Command::Solve(solve) = &mut args.command {
-        solve.settle();
+    match &mut args.command {
+        Command::Convert(convert) => convert.settle(),
+        Command::Solve(solve) => solve.settle(),
+        _ => {}
     }
     report::set_quiet(args.quiet);
     let result = match &args.command {

@@ -12,8 +12,9 @@ use crate::{report, streams};
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct BatchArgs {
-    /// Folder for the outputs, which keep their paths below the input folders, and for a manifest
-    #[arg(short, long, value_name = "FOLDER")]
+    /// The output of one file; or a folder for the outputs, which keep their paths below the input folders, and for a
+    /// manifest
+    #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) out_dir: Option<PathBuf>,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "glb")]

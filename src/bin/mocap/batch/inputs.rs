@@ -82,7 +82,7 @@ pub(crate) fn find_except(
         let found = inputs.len();
         if path.is_dir() {
             add_folder(path, path, &is_excluded, &mut inputs);
-        } else if !path.exists() && has_wildcard(path) {
+        } else if is_pattern(path) {
             add_matches(path, &is_excluded, &mut inputs)?;
         } else {
             inputs.push(Input::named(path));
@@ -162,6 +162,16 @@ fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mu
 /// Whether a program that is confined to a folder may know of an entry.
 fn is_allowed(path: &Path) -> bool {
     check_confined(path).is_ok()
+}
+
+/// Whether a path is no file, and its wildcards may match some.
+fn is_pattern(path: &Path) -> bool {
+    !path.exists() && has_wildcard(path)
+}
+
+/// Whether a path may name several files.
+pub(crate) fn names_several(path: &Path) -> bool {
+    path.is_dir() || is_pattern(path)
 }
 
 fn has_wildcard(path: &Path) -> bool {

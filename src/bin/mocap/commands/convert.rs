@@ -33,7 +33,7 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(Job, OutputForma
     let frames = args.change.frames.conversion();
     let options_are_sound = frames.check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
-    if let Some(folder) = &args.batch.out_dir {
+    if let Some(folder) = args.folder()? {
         let job = wanted(args, given, &args.paths, &folder.join(""), args.batch.to)?;
         return Ok((job, args.batch.to));
     }
@@ -45,7 +45,7 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(Job, OutputForma
 /// The input, the output and its format, of a command that makes one.
 fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
     let why = "it is for many files, which need an output folder: -o FOLDER";
-    given.refuse(&["shard", "progress", "allow-empty"], why)?;
+    given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
     if args.paths.len() == 2 && !streams::is_standard(&args.paths[1]) {
         given.refuse(&["to"], TO_OF_FILE)?;
     }
