@@ -238,6 +238,52 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     assert.deepEqual(trouble, []);
   });
 
+  pageCheck("steps are those of the program, and are taken back; job and command line make the file that is saved", async (browser) => {
+    const { page, drop, idle, saved, trouble, picture } = await open(browser);
+    const walk = fixture("real/cmu_12_01_walk.bvh");
+    await drop(walk);
+    const frames = () => page.evaluate(() => window.mocap.state.clips[0].frames);
+    const commanded = async (name) => {
+      const output = join(folder, (await page.textContent("#command-text")).split(" ").at(-1));
+      const line = (await page.textContent("#command-text")).replaceAll("'", "").split(" ");
+      const words = line.map((word) => (word === basename(walk) ? walk : word)).slice(1, -1);
+      assert.ok(program(...words, output), `the program does not take ${words.join(" ")}`);
+      const job = JSON.parse(await page.textContent("#job-text"));
+      const file = join(folder, `${name}.json`);
+      const made = join(folder, `${name}.glb`);
+      writeFileSync(file, JSON.stringify({ ...job, source: { ...job.source, inputs: [walk] }, write: { output: made } }));
+      assert.ok(program("run", file), "the program does not take the job");
+      const found = readFileSync(await saved("glb", folder));
+      // The numbers of the motion, behind the JSON with what was assumed of it.
+      const numbers = (glb) => glb.subarray(20 + glb.readUInt32LE(12));
+      return [readFileSync(output).equals(found), numbers(readFileSync(made)).equals(numbers(found))];
+    };
+    const whole = await frames();
+    await page.click("#steps summary");
+    await page.waitForSelector("#step-name option", { state: "attached" });
+    await page.selectOption("#step-name", "trim");
+    await page.fill("#step-key-range", "1..2");
+    await page.click("#step-add");
+    await idle();
+    assert.ok(await frames() < whole / 2, `${await frames()} of ${whole} frames`);
+    assert.equal(await page.locator("#step-list li").count(), 1);
+    await picture("steps");
+    // No sine is needed for it, so the bytes are those of the program.
+    assert.deepEqual(await commanded("trimmed"), [true, true]);
+    await page.selectOption("#step-name", "smooth");
+    await page.fill("#step-key-cut-off", "no number");
+    await page.click("#step-add");
+    await idle();
+    assert.match(await page.textContent("#notice"), /^Not changed: /);
+    await page.click("#step-undo");
+    await idle();
+    assert.equal(await frames(), whole);
+    await page.selectOption("#up", "z");
+    await idle();
+    assert.deepEqual(await commanded("turned"), [true, true]);
+    assert.deepEqual(trouble, []);
+  });
+
   pageCheck("the chain of a joint names the lines of the file", async (browser) => {
     const { page, drop, trouble } = await open(browser);
     await drop(fixture("real/lecture_Test.bvh"));

@@ -13,7 +13,8 @@ const Y_UP = {
 };
 
 const metres = (value) => Number(value.toFixed(4));
-const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
+// A word of a command line.
+export const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
 
 // The command and the JSON that bring the dragged limbs of a clip to where they are, in this frame.
 export function stepsOf(clip) {
@@ -30,7 +31,7 @@ export function stepsOf(clip) {
   return { command: ["mocap edit", quoted(clip.name), "-o", quoted(output), ...texts].join(" "), json: JSON.stringify(steps) };
 }
 
-async function copy(text, shown) {
+export async function copy(text, shown) {
   try {
     await navigator.clipboard.writeText(text);
     byId("said").textContent = "Copied";

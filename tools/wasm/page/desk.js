@@ -1,17 +1,13 @@
 // The desk beside the player: what is opened, what is wrong with it, what was assumed, and what is made of it.
 
-import { byId, make, save } from "../../../src/render/view/dom.js";
+import { byId, make } from "../../../src/render/view/dom.js";
 import { Blocks, loadAll, unpacked } from "../../../src/render/view/unpack.js";
 import { chosenFiles, droppedFiles, itemsOf } from "./files.js";
 import { findingElement } from "./finding.js";
 import { Opened, isCharacter, pairOf, plural, summaryOf } from "./opened.js";
 import { Progress } from "./progress.js";
-
-const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/plain", csv: "text/csv", png: "image/png", fbx: "application/octet-stream", mclip: "application/octet-stream" };
-/** Formats that may be written within an error. */
-const WITHIN = new Set(["glb", "vrma", "fbx", "mclip"]);
-
-const stem = (name) => name.replace(/\.\w+$/, "");
+import { Saving, stem } from "./saving.js";
+import { Steps } from "./steps.js";
 
 /** Whether the system asks for pictures that stand still. */
 const wantsStillness = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -21,6 +17,8 @@ export class Desk {
     Object.assign(this, { player, reader });
     this.opened = new Opened({ show: (item) => this.show([item]), turnBeside: (item) => this.turnBeside(item), remove: (item) => this.remove(item) });
     this.progress = new Progress();
+    this.steps = new Steps({ known: () => this.reader.ask({ call: "steps" }), change: (steps) => this.change(this.chosen, "steps", steps) });
+    this.saving = new Saving({ chosen: () => this.chosen, ask: (item, request) => this.reader.ask({ ...request, item: this.request(item) }) });
     // How many drops and choices there were, and how many are still at work.
     this.openings = this.opening = 0;
     // The items in the player, and the one whose details are shown.
@@ -137,8 +135,11 @@ export class Desk {
       const answer = await this.reader.ask({ call: "show", item: this.request(item), name: item.name });
       const bytes = new Map(answer.blocks);
       const data = unpacked({ ...answer.description, assumptions: [], warnings: answer.leftOut }, new Blocks((id) => bytes.get(id)));
-      const startsAtRest = answer.assumptions.some(({ topic, choice }) => topic === "first-frame" && choice === "rest-pose");
-      item.clip = { key, data: { ...data, firstTick: startsAtRest && !item.onto ? 1 : 0, glb: () => this.bytes(item, "glb") } };
+      const { onto, steps, change } = item;
+      // A motion on a character, and one with steps, has left it out.
+      const hasRest = !onto && !steps.length && !change.first && (change.firstFrame ?? "keep") === "keep";
+      const startsAtRest = hasRest && answer.assumptions.some(({ topic, choice }) => topic === "first-frame" && choice === "rest-pose");
+      item.clip = { key, data: { ...data, firstTick: startsAtRest ? 1 : 0, glb: () => this.saving.bytes(item, "glb") } };
       item.answer = answer;
       this.succeed(item, answer);
       this.showRow(item);
@@ -152,8 +153,8 @@ export class Desk {
 
   // A change of how an item is read or cut; without effect where it cannot be.
   async change(item, part, values) {
-    const before = { read: item.read, change: item.change };
-    item[part] = Object.fromEntries(Object.entries({ ...item[part], ...values }).filter(([, value]) => value !== undefined));
+    const before = { read: item.read, change: item.change, steps: item.steps };
+    item[part] = Array.isArray(values) ? values : Object.fromEntries(Object.entries({ ...item[part], ...values }).filter(([, value]) => value !== undefined));
     this.tell("");
     const items = this.shown.includes(item) ? this.shown : [item];
     if (await this.show([item, ...items.filter((other) => other !== item)], { keepTime: true })) return;
@@ -210,25 +211,6 @@ export class Desk {
     this.tell("");
     this.showList();
     this.showDetails();
-  }
-
-  async bytes(item, format) {
-    const maxError = Number(byId("max-error").value);
-    const options = maxError && WITHIN.has(format) ? { maxError } : {};
-    const request = { call: "save", item: this.request(item), name: stem(item.name), format, options };
-    const { bytes, warnings } = await this.reader.ask(request);
-    const notes = warnings.map(({ message }) => message).join("; ");
-    byId("saved").textContent = `${format.toUpperCase()}: ${bytes.length.toLocaleString("en")} bytes${notes ? `; ${notes}` : ""}`;
-    return bytes;
-  }
-
-  async save(format) {
-    const item = this.chosen;
-    try {
-      save(await this.bytes(item, format), `${stem(item.name)}.${format}`, TYPES[format]);
-    } catch (error) {
-      byId("saved").textContent = `${format.toUpperCase()} was not written: ${error.reason ?? error.message}${error.help ? ` (${error.help})` : ""}`;
-    }
   }
 
   tell(text) {
@@ -326,7 +308,9 @@ export class Desk {
     byId("trim-last").value = change.last?.frame ?? Math.max(0, item.frames - 1);
     byId("trim-first").max = byId("trim-last").max = Math.max(0, item.frames - 1);
     byId("onto").hidden = Boolean(onto) || !answer.frames;
-    byId("saved").textContent = "";
+    byId("steps").hidden = Boolean(onto) || !answer.frames;
+    this.steps.show(item);
+    this.saving.show(item);
     this.showCharacters();
   }
 
@@ -380,7 +364,6 @@ export class Desk {
       if (character) this.putOn(this.chosen, character);
       else this.openCharacter();
     });
-    for (const button of byId("save-row").children) button.addEventListener("click", () => this.save(button.dataset.format));
     onClick("stop", () => this.reader.stop());
     onClick("again", () => this.show([this.chosen]));
     onClick("remove-all", () => {

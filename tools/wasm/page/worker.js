@@ -66,8 +66,10 @@ async function sceneOf(item, report) {
     report("parsing");
     return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, ...read });
   });
-  const converted = Object.keys(change).length
-    ? await kept(JSON.stringify([id, read, change]), () => base.convert({ ...change, keepUnits: true }))
+  // Steps are for the motion without a rest pose before it, as `mocap edit` does it.
+  const wanted = steps.length && !change.firstFrame ? { ...change, firstFrame: "auto" } : change;
+  const converted = Object.keys(wanted).length
+    ? await kept(JSON.stringify([id, read, wanted]), () => base.convert({ ...wanted, keepUnits: true }))
     : base;
   if (steps.length) report("editing");
   const changed = steps.length ? await kept(JSON.stringify([id, read, change, steps]), () => converted.edit(steps)) : converted;
@@ -110,8 +112,15 @@ const calls = {
     const scene = await sceneOf(item, report);
     report("packing");
     const shown = scene.toPlayer(name);
-    const [retargeted] = scene.reports ?? [];
-    return [{ ...facts(scene), ...shown, retargeted }, shown.blocks.map(([, bytes]) => bytes.buffer)];
+    // The reports of a motion on a character are of that, others of its steps.
+    const [retargeted] = item.onto ? scene.reports : [];
+    const edits = item.onto ? [] : scene.reports;
+    return [{ ...facts(scene), ...shown, retargeted, edits }, shown.blocks.map(([, bytes]) => bytes.buffer)];
+  },
+
+  /** The steps that there are. */
+  async steps() {
+    return [mocap.steps];
   },
 
   /** The bytes of a file to save. */
