@@ -15,6 +15,7 @@ mod movie;
 mod plot;
 mod raster;
 mod sheet;
+mod surface;
 mod svg;
 mod t_pose;
 mod terminal;

@@ -90,6 +90,23 @@ pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
     }
 }
 
+impl Scene {
+    /// Leaves out the meshes of the file, and the file itself, which glTF would otherwise be written into: the skeleton
+    /// and its motion stay. It is `--skeleton-only` of a scene that is read already.
+    ///
+    /// ```
+    /// let mut hero = mocap::Importer::new().gltf_meshes(true).import("fixtures/characters/human_default.glb")?;
+    /// hero.leave_out_meshes();
+    /// assert!(hero.meshes.is_empty() && hero.nodes.iter().all(|node| node.meshes.is_empty()));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn leave_out_meshes(&mut self) {
+        self.original = None;
+        self.meshes.clear();
+        self.nodes.iter_mut().for_each(|node| node.meshes.clear());
+    }
+}
+
 /// The corners of every node that has a piece, three per face, in the node's space.
 fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
     let mut corners: Vec<Vec<Vec3>> = vec![Vec::new(); nodes.len()];

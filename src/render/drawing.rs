@@ -45,6 +45,16 @@ pub(super) enum Anchor {
     End,
 }
 
+/// Pixels of a part of a drawing, red, green, blue and opacity, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Pixels {
+    pub(super) left: usize,
+    pub(super) top: usize,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) rgba: Vec<u8>,
+}
+
 /// A shape, painted over the shapes before it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
@@ -73,6 +83,8 @@ pub(super) enum Shape {
         /// The fill colour.
         color: Color,
     },
+    /// Pixels as they are.
+    Pixels(Pixels),
     /// One line of text.
     Text {
         /// The position of its anchor, on the baseline.
@@ -134,6 +146,10 @@ impl Drawing {
         self.shapes.push(Shape::Circle { center, radius, color });
     }
 
+    pub(super) fn pixels(&mut self, pixels: Pixels) {
+        self.shapes.push(Shape::Pixels(pixels));
+    }
+
     pub(super) fn text(&mut self, at: Point, text: impl Into<String>, size: f32, anchor: Anchor, color: Color) {
         self.shapes.push(Shape::Text {
             at,
@@ -164,6 +180,7 @@ impl Shape {
             Self::Polygon { points, .. } | Self::Line { points, .. } => points.clone(),
             Self::Circle { center, .. } => vec![*center],
             Self::Text { at, .. } => vec![*at],
+            Self::Pixels(pixels) => vec![[pixels.left as f32, pixels.top as f32]],
         }
     }
 }

@@ -188,6 +188,16 @@ impl<'a> DrawnClip<'a> {
             .collect()
     }
 
+    /// The pose of the last positions, in the axes of the file.
+    pub(super) fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// A point of the file with +Y up.
+    pub(super) fn on_stage(&self, point: Vec3) -> Vec3 {
+        self.to_stage * point
+    }
+
     /// The position of the root joint.
     pub(super) fn root(&self, positions: &[Vec3]) -> Vec3 {
         positions.get(self.root).copied().unwrap_or_default()

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::camera::{Camera, Extent, paint_figure, paint_shadow};
+use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing};
 use super::figure::{Clip, DrawnClip, short};
+use super::surface::{has_skin, paint_body, shades};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
 use crate::options::setters;
@@ -146,7 +147,7 @@ impl<'a> Movie<'a> {
         camera.target = self.targets[index];
         paint_ground(&mut drawing, &camera, &self.figure);
         paint_shadow(&mut drawing, &camera, &self.figure, &positions);
-        paint_figure(&mut drawing, &camera, &self.figure, &positions);
+        paint_body(&mut drawing, &camera, &self.figure, &positions);
         let per_second = self
             .figure
             .clip
@@ -171,7 +172,7 @@ impl<'a> Movie<'a> {
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
     pub fn to_gif(&mut self) -> Result<Vec<u8>> {
-        let mut palette = Palette::new();
+        let mut palette = Palette::new(has_skin(self.figure.clip.scene));
         let (width, height) = (self.options.width as u16, self.options.height as u16);
         let mut bytes = Vec::new();
         // Drawing the first picture checks the size.
@@ -289,7 +290,8 @@ struct Palette {
 }
 
 impl Palette {
-    fn new() -> Self {
+    /// Of a film of a skin, or of a skeleton.
+    fn new(has_skin: bool) -> Self {
         const STEPS: usize = 12;
         let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
         let bones = sides.map(|color| {
@@ -308,6 +310,12 @@ impl Palette {
             let step = |step: usize| 1.0 - step as f32 / STEPS as f32;
             colors.extend((0..STEPS).map(|index| theme::PAPER.mix(color, step(index)).rgb));
             colors.extend((1..STEPS / 2).map(|index| theme::SHADOW.mix(color, step(2 * index)).rgb));
+        }
+        if has_skin {
+            for shade in shades() {
+                colors.push(shade.rgb);
+                colors.push(theme::PAPER.mix(shade, 0.5).rgb);
+            }
         }
         colors.truncate(256);
         Self {
@@ -349,7 +357,7 @@ mod tests {
 
     #[test]
     fn the_palette_fits_and_holds_what_is_painted() {
-        let mut palette = Palette::new();
+        let mut palette = Palette::new(false);
         assert!(palette.colors.len() <= 256);
         for Color { rgb, .. } in [
             theme::PAPER,

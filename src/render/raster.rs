@@ -3,11 +3,12 @@
 use std::sync::LazyLock;
 
 use tiny_skia::{
-    FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PremultipliedColorU8, Stroke, Transform,
+    ColorU8, FillRule, IntSize, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8,
+    Stroke, Transform,
 };
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::drawing::{Anchor, Color, Drawing, Point, Shape};
+use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
 use crate::error::{Code, Diagnostic, Result};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
@@ -22,19 +23,7 @@ impl Drawing {
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or more than 16,384 pixels.
     pub fn to_png(&self) -> Result<Vec<u8>> {
-        let pixels = self.to_rgb()?;
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder
-            .write_header()
-            .expect("a header of two lengths above 0 is valid");
-        writer
-            .write_image_data(&pixels)
-            .expect("there are width x height pixels, and memory takes all");
-        writer.finish().expect("memory takes all");
-        Ok(bytes)
+        Ok(png_of(self.width, self.height, png::ColorType::Rgb, &self.to_rgb()?))
     }
 
     /// Red, green and blue of every pixel, row by row from the top.
@@ -58,6 +47,22 @@ impl Drawing {
         }
         Ok(pixmap)
     }
+}
+
+/// A PNG file of pixels with 8 bits for each part of a colour.
+pub(super) fn png_of(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder
+        .write_header()
+        .expect("a header of two lengths above 0 is valid");
+    writer
+        .write_image_data(pixels)
+        .expect("there are width x height pixels, and memory takes all");
+    writer.finish().expect("memory takes all");
+    bytes
 }
 
 /// Refuses pictures that are empty or too large, with an error of this code.
@@ -100,6 +105,7 @@ fn paint_shape(pixmap: &mut Pixmap, shape: &Shape) {
         } => {
             fill(pixmap, PathBuilder::from_circle(*x, *y, *radius), *color);
         }
+        Shape::Pixels(pixels) => blend(pixmap, pixels),
         Shape::Text {
             at,
             text,
@@ -119,6 +125,27 @@ fn paint_shape(pixmap: &mut Pixmap, shape: &Shape) {
                 *color,
             );
         }
+    }
+}
+
+/// Puts pixels over those of the picture.
+fn blend(pixmap: &mut Pixmap, pixels: &Pixels) {
+    let paint = PixmapPaint::default();
+    let Some(size) = IntSize::from_wh(pixels.width as u32, pixels.height as u32) else {
+        return;
+    };
+    let premultiplied = pixels
+        .rgba
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .flat_map(|[red, green, blue, alpha]| {
+            let color = ColorU8::from_rgba(*red, *green, *blue, *alpha).premultiply();
+            [color.red(), color.green(), color.blue(), color.alpha()]
+        });
+    if let Some(over) = Pixmap::from_vec(premultiplied.collect(), size) {
+        let (left, top) = (pixels.left as i32, pixels.top as i32);
+        pixmap.draw_pixmap(left, top, over.as_ref(), &paint, Transform::identity(), None);
     }
 }
 

@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 
-use super::camera::{Camera, Extent, paint_figure, paint_shadow};
+use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing, Point};
 use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
+use super::surface::paint_body;
 use super::theme;
 use crate::options::setters;
 
@@ -192,6 +193,8 @@ fn paint_poses(
     for (index, (tick, positions)) in poses.iter().enumerate() {
         let left = left + cell * index as f32;
         let bottom = top + row - CAPTION;
+        // The skin is drawn in the pose in which the figure is.
+        figure.positions(*tick);
         camera.target = figure.ground_below(figure.root(positions));
         camera.middle = [
             left + 0.5 * cell - extent.middle() * camera.scale,
@@ -206,7 +209,7 @@ fn paint_poses(
         ) {
             drawing.line(piece, 1.2, theme::PATH);
         }
-        paint_figure(drawing, &camera, figure, positions);
+        paint_body(drawing, &camera, figure, positions);
         let time = format!("{} s", short(tick / per_second));
         drawing.text(
             [left + 0.5 * cell, top + row - 8.0],

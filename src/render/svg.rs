@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::drawing::{Anchor, Color, Drawing, Point, Shape};
+use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
+use super::raster::png_of;
 
 impl Drawing {
     /// The drawing as an SVG document. Equal drawings give equal bytes.
@@ -62,6 +63,23 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
             number(*radius),
             paint("fill", *color)
         ),
+        Shape::Pixels(pixels) => {
+            use base64::Engine;
+            let Pixels {
+                left,
+                top,
+                width,
+                height,
+                rgba,
+            } = pixels;
+            let png = png_of(*width as u32, *height as u32, png::ColorType::Rgba, rgba);
+            let data = base64::engine::general_purpose::STANDARD.encode(png);
+            writeln!(
+                svg,
+                "<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
+                 href=\"data:image/png;base64,{data}\"/>"
+            )
+        }
         Shape::Text {
             at,
             text,

@@ -38,7 +38,7 @@ SYSTEMS = {
     "Kinect": ["real/kinect_openni.bvh"],
     "MakeHuman": ["real/makehuman_zombie_walk.bvh", "real/makehuman_fly_one_frame.bvh"],
     "mocopi": ["real/mocopi_jump_six_channels.bvh"],
-    "MotionBuilder": ["real/motionbuilder_vicon_walk.bvh", "real/repeated_offset_lines.bvh"],
+    "MotionBuilder": ["real/motionbuilder_vicon_walk.bvh"],
     "Perception Neuron": ["real/perception_neuron_moving_positions.bvh"],
     "Poser": ["real/cmu_salsa_poser_names.bvh"],
     "Rokoko": ["real/rokoko_dance.bvh", "skeletons/rosemotion_robin.bvh"],
@@ -47,7 +47,7 @@ SYSTEMS = {
     "Vicon": ["skeletons/vicon_sword_attack.bvh"],
     "Xsens": ["skeletons/xsens_names_tpose.bvh"],
     "Z up": ["real/z_up_dab.bvh"],
-    "others": ["real/nan_tokens.bvh", "real/additive_root_pose.bvh", "real/additive_root_walk.bvh", "real/rotation_before_position.bvh"],
+    "others": ["real/nan_tokens.bvh", "real/additive_root_pose.bvh", "real/additive_root_walk.bvh"],
 }
 HEROES = ["human_default.glb", "human_game_engine.glb", "human_vrm0.vrm"]
 

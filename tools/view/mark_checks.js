@@ -89,7 +89,8 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       // The command that the page shows does it to the file.
       const shown = await page.evaluate(() => ({ command: document.querySelector("#drag code").textContent, json: document.querySelector("#drag").title }));
       assert.deepEqual(JSON.parse(shown.json).map(({ step, range }) => [step, range]), [["reach", "200f..200f"]]);
-      const [, , , , , ...steps] = shown.command.split(" ");
+      const [, , name, , , ...steps] = shown.command.split(" ");
+      assert.equal(name, "cmu_12_01_walk.bvh");
       const edited = pageOfText.path(`${names[2]}.bvh`);
       mocap("edit", walk, "-o", edited, "--force", ...steps);
       const again = await open(browser, pageOfFiles(edited));

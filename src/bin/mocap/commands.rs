@@ -35,12 +35,12 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::SkeletonMesh;
 use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Maker, Reading, SourceMap};
 use mocap::retargeting::Report;
 use mocap::scene::Scene;
+use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::PictureArgs;
@@ -48,7 +48,19 @@ use crate::{Failure, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &Reading, file: &Path) -> mocap::Result<Scene> {
-    let scene = streams::import(&read.importer().skeleton_mesh(SkeletonMesh::None), file)?;
+    import_told(&read.importer().skeleton_mesh(SkeletonMesh::None), file)
+}
+
+/// As [`import_motion`], with the meshes of the file, for a picture.
+fn import_drawn(read: &Reading, file: &Path) -> mocap::Result<Scene> {
+    import_told(
+        &read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
+        file,
+    )
+}
+
+fn import_told(importer: &Importer, file: &Path) -> mocap::Result<Scene> {
+    let scene = streams::import(importer, file)?;
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&scene);
     Ok(scene)

@@ -2,6 +2,7 @@
 //
 // What a clip is made of, wherever it comes from:
 //   name, facts          text
+//   file                 the file that it is of, where nothing was done to it; else null
 //   frames, ticksPerSecond, metresPerUnit
 //   up                   the axis that points up in the file: "+y", "-z", ...
 //   size                 reach: from the middle of the figure to its farthest joint; floor: the height of the lowest

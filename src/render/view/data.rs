@@ -20,6 +20,8 @@ use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 #[serde(rename_all = "camelCase")]
 pub(super) struct Description {
     name: String,
+    /// The file that it is of, where nothing was done to it.
+    file: Option<String>,
     facts: String,
     frames: u64,
     ticks_per_second: f64,
@@ -141,6 +143,12 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     let packed = tracks.pack(size.reach / guesses.metres_per_unit);
     let description = Description {
         name: shown(clip.name),
+        file: scene
+            .metadata
+            .origin
+            .as_ref()
+            .filter(|_| scene.metadata.steps.is_empty())
+            .map(|origin| shown(&origin.name)),
         facts: clip.facts(),
         frames,
         ticks_per_second: clip.animation().map_or(1.0, |animation| animation.ticks_per_second),

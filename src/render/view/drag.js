@@ -23,12 +23,13 @@ export function stepsOf(clip) {
     step: "reach", limb: LIMBS[clip.nodes[end].bone.name], to: scale(goal, clip.metresPerUnit).map(metres), range: `${frame}..${frame}`,
   }));
   // BVH keeps the axes of its source; the library has those of the file too.
-  const isBvh = /\.bvh$/i.test(clip.name);
+  const file = clip.file ?? "FILE";
+  const isBvh = /\.bvh$/i.test(file);
   const turned = (to) => (isBvh || !Y_UP[clip.up] ? to : Y_UP[clip.up].map((row) => metres(dot(row, to))));
   const texts = steps.map(({ limb, to, range }) => `--step reach:limb=${limb},to=${turned(to).join("/")},range=${range}`);
-  const stem = clip.name.replace(/\.\w+$/, "");
+  const stem = file.replace(/\.\w+$/, "");
   const output = `${stem}_edited.${isBvh ? "bvh" : "glb"}`;
-  return { command: ["mocap edit", quoted(clip.name), "-o", quoted(output), ...texts].join(" "), json: JSON.stringify(steps) };
+  return { command: ["mocap edit", quoted(file), "-o", quoted(output), ...texts].join(" "), json: JSON.stringify(steps) };
 }
 
 export async function copy(text, shown) {

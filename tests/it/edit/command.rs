@@ -332,6 +332,17 @@ fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
     std::fs::copy(&walk, path("takes/walk.bvh")).unwrap();
     std::fs::write(path("broken.bvh"), "HIERARCHY").unwrap();
     std::fs::copy(&walk, path("mine.bvh")).unwrap();
+    let job = |name: &str, input: &str, output: &str, to: Option<&str>| {
+        let job = serde_json::json!({
+            "source": {"inputs": [input]},
+            "steps": ["mirror"],
+            "write": {"output": output, "to": to, "verify": true},
+        });
+        std::fs::write(path(name), job.to_string()).unwrap();
+        path(name)
+    };
+    let one = job("one.json", &walk, &path("one.glb"), None);
+    let many = job("many.json", &path("takes"), &format!("{}/", path("out")), Some("glb"));
     let before = all_below(folder.path());
     let (takes, out) = (path("takes"), path("out"));
     for (args, said) in [
@@ -354,6 +365,8 @@ fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
             vec!["retarget", &walk, &character, "-o", &path("hero.glb")],
             "1 clip would be added",
         ),
+        (vec!["run", &one], "one.glb would be written, "),
+        (vec!["run", &many], "dry run: 1 of 1 files would be written"),
     ] {
         let found = run(&[args.clone(), vec!["--dry-run"]].concat());
         assert!(found.status.success(), "{args:?}: {}", words(&found));

@@ -73,9 +73,7 @@ pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: Wri
     let written = py.detach(|| match options.skeleton_only {
         true => {
             let mut alone = scene.scene().clone();
-            alone.original = None;
-            alone.meshes.clear();
-            alone.nodes.iter_mut().for_each(|node| node.meshes.clear());
+            alone.leave_out_meshes();
             exporter.export(&alone, &target)
         }
         false => exporter.export(scene.scene(), &target),

@@ -87,6 +87,8 @@ export interface ErrorOptions {
 export interface GlbOptions extends ErrorOptions {
   /** Write constant tracks as animation channels too. */
   keepConstant?: boolean;
+  /** Leave out the meshes, the materials and all else beside the skeleton and its motion; in FBX the skin. */
+  skeletonOnly?: boolean;
   /** How keys are stored. Default: `"none"`, as 32-bit floats. */
   compress?: "none" | "int16";
 }

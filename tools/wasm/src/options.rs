@@ -231,6 +231,7 @@ impl ConvertOptions {
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
 pub(crate) struct WriteOptions {
     keep_constant: bool,
+    pub(crate) skeleton_only: bool,
     compress: Option<Compress>,
     max_error: Option<f64>,
     shell_distance: Option<f64>,
@@ -299,6 +300,7 @@ impl WriteOptions {
     pub(crate) fn refusal(&self, row: &FormatInfo, extension: &str) -> Option<Diagnostic> {
         let given = [
             (WriteOption::KeepConstant, self.keep_constant),
+            (WriteOption::SkeletonOnly, self.skeleton_only),
             (WriteOption::Compress, self.compress.is_some()),
             (WriteOption::MaxError, self.max_error.is_some()),
             (WriteOption::ShellDistance, self.shell_distance.is_some()),

@@ -90,7 +90,8 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
             "shellDistance would do nothing: give maxError too, or compress, or leave it out",
         ));
     }
-    if let (Format::Gltf, Some(character)) = (row.format, &entry.character) {
+    let character = entry.character.as_ref().filter(|_| !options.skeleton_only);
+    if let (Format::Gltf, Some(character)) = (row.format, character) {
         let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
         let (bytes, report) = character.with_clips(added, false, &options.gltf())?;
         let said = Said {
@@ -105,10 +106,13 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
         };
         return Ok((json(&said)?, bytes));
     }
-    let (scene, assumptions) = match row.keeps_units() {
+    let (mut scene, assumptions) = match row.keeps_units() {
         true => (entry.scene.clone(), Vec::new()),
         false => on_skeleton(entry)?,
     };
+    if options.skeleton_only {
+        scene.leave_out_meshes();
+    }
     // The page gets one file.
     let mut exporter = options.exporter().buffer(BufferPlace::Embedded);
     if let Some(humanoid) = &entry.humanoid {

@@ -20,6 +20,9 @@ pub(crate) struct RunArgs {
     /// Format of standard output, or of the outputs in a folder, instead of write.to
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["vrm", "npz", "pkl", "csv", "qpos"]))]
     pub(crate) to: Option<String>,
+    /// Do everything but write: say what is assumed, what changes, and which files would be written, with their sizes
+    #[arg(long)]
+    pub(crate) dry_run: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Skip motions that were made by the same job, according to the manifest, and are unchanged

@@ -2,7 +2,7 @@
 
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{import_motion, output_format, short_name, unknown_extension};
+use super::{import_drawn, output_format, short_name, unknown_extension};
 use crate::args::GifArgs;
 use crate::{Failure, report, streams};
 
@@ -12,7 +12,7 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         return Err(unknown_extension(&args.output, ".gif, .apng or .png"));
     }
     streams::check_output(&[&args.file], &args.output, args.force)?;
-    let mut scene = import_motion(&args.read, &args.file)?;
+    let mut scene = import_drawn(&args.read, &args.file)?;
     args.up.state(&mut scene);
     let name = short_name(&args.file);
     let options = MovieOptions::new()

@@ -291,7 +291,7 @@ impl OfJob<'_> {
             Some(_) => record.retarget = raw(&made.clips),
             None => {}
         }
-        if !self.job.write.verify {
+        if !self.job.write.verify || self.is_dry_run {
             return Ok(Made::Done);
         }
         let mut one = self.job.clone();

@@ -25,7 +25,7 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     }
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
-        return many(&job, args);
+        return many::run(&job, given, &args.inputs, &args.spread, args.resume);
     }
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
     if streams::is_standard(file) && job.source.inputs.iter().any(|input| streams::is_standard(input)) {
@@ -34,6 +34,11 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     }
     super::check_json(args.json, &job.write.output)?;
     let found = match job.write.is_stream() {
+        _ if given.is_dry_run() => {
+            let (mut written, report) = job.make(streams::given(&job)?)?;
+            streams::save(&mut written, &job.write.output, &job.policy(), given)?;
+            report
+        }
         true => {
             let (written, report) = job.make(streams::given(&job)?)?;
             streams::write(&job.write.output, &written.into_bytes()?)?;
@@ -43,7 +48,7 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     };
     match args.json {
         true => print_json(&found)?,
-        false => tell(&job, &found),
+        false => tell(&job, &found, given.is_dry_run()),
     }
     match &found.problem {
         Some(problem) => {
@@ -73,7 +78,7 @@ fn text(file: &Path) -> Result<String, Failure> {
     read.map_err(|error| Failure::Folder(file.to_owned(), error))
 }
 
-fn tell(job: &Job, found: &JobReport) {
+fn tell(job: &Job, found: &JobReport, is_dry: bool) {
     report::warnings(None, &found.warnings);
     for note in &found.notes {
         report::say(note);
@@ -91,6 +96,9 @@ fn tell(job: &Job, found: &JobReport) {
     }
     if let Some(verification) = &found.verification {
         report::say(&super::verify::summary(verification));
+    }
+    if is_dry {
+        return;
     }
     let bytes: usize = found.files.iter().map(|file| file.bytes).sum();
     report::say(&format!("{}: {bytes} bytes", job.write.output.display()));

@@ -7,7 +7,7 @@ use mocap::job::SourceMap;
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip};
 use mocap::{Code, Diagnostic, Error, Scene};
 
-use super::{check_picture, import_motion, mapped_figure, short_name, write_drawing};
+use super::{check_picture, import_drawn, mapped_figure, short_name, write_drawing};
 use crate::Failure;
 use crate::args::{Given, SheetArgs};
 
@@ -29,7 +29,7 @@ pub(crate) fn write(drawing: &Drawing, args: &SheetArgs) -> Result<(), Failure> 
 pub(crate) fn drawing(args: &SheetArgs) -> Result<Drawing, Failure> {
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
-        let mut scene = import_motion(&args.read, file)?;
+        let mut scene = import_drawn(&args.read, file)?;
         args.up.state(&mut scene);
         named_scenes.push((short_name(file), scene));
     }

@@ -11,7 +11,7 @@ use mocap::render::{Clip, ListingEntry, Page, PageClip};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
-use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
+use mocap::{Code, Conversion, Diagnostic, Exporter, Importer, Scene, SkeletonMesh, gltf};
 
 use super::{output_format, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
@@ -109,7 +109,10 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
             tell_limbs(target, source, limbs);
         }
     }
-    for read in clips.iter().filter(|read| mesh_bytes(&read.scene) > LARGEST_MESHES) {
+    let has_large_meshes = |read: &&Read| {
+        mesh_bytes(&read.scene) > LARGEST_MESHES || (read.glb.is_none() && key_bytes(&read.scene) <= LARGEST_GLB)
+    };
+    for read in clips.iter().filter(has_large_meshes) {
         let (name, most) = (&read.name, LARGEST_MESHES >> 20);
         report::say(&format!(
             "{name}: the page has no .glb to download, because its meshes have more than {most} MB"
@@ -241,7 +244,8 @@ impl Read {
     /// Sets what depends on the motion.
     fn derive(&mut self) -> mocap::Result<()> {
         let is_short = key_bytes(&self.scene) <= LARGEST_GLB && mesh_bytes(&self.scene) <= LARGEST_MESHES;
-        self.glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
+        let glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
+        self.glb = glb.filter(|glb| glb.len() <= LARGEST_GLB + LARGEST_MESHES);
         // Only a humanoid with a motion has contacts.
         self.contacts = contacts(&self.scene, 0, Some(&self.figure.humanoid), &ContactOptions::default()).ok();
         Ok(())
@@ -400,6 +404,12 @@ fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     Conversion::new().apply_to(&mut in_metres, figure)?;
     // The page lists what was assumed.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
+    // A file with meshes has each of them once, however often it shows it.
+    if in_metres.original.is_some()
+        && let Ok(written) = Exporter::new().write_as(&in_metres, "clip.glb")
+    {
+        return written.into_bytes();
+    }
     gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
 }
 

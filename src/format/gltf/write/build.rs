@@ -36,6 +36,8 @@ struct Builder<'a> {
     buffer: Buffer,
     names: Names,
     report: GltfReport,
+    /// The skin that was written last, with its inverse bind matrices: that of many meshes is one.
+    last_skin: Option<(Vec<[f32; 16]>, Index<Skin>)>,
 }
 
 pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -> Result<Document> {
@@ -49,6 +51,7 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
         buffer,
         names,
         report,
+        last_skin: None,
     };
     builder.asset();
     builder.nodes()?;
@@ -320,7 +323,8 @@ impl Builder<'_> {
         self.root.scenes[0].nodes.push(node);
     }
 
-    /// A skin of all joints. A joint with a bone has the bone's bind pose, the others have the rest pose.
+    /// A skin of all joints, which is that of the mesh before where the two are equal. A joint with a bone has the
+    /// bone's bind pose, the others have the rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
@@ -338,8 +342,13 @@ impl Builder<'_> {
             .iter()
             .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
             .collect();
+        if let Some((_, skin)) = self.last_skin.as_ref().filter(|(last, _)| *last == matrices) {
+            return *skin;
+        }
         let accessor = self.buffer.push_matrices(self.options.compression, &matrices);
-        self.skin_with(joints, Some(accessor))
+        let skin = self.skin_with(joints, Some(accessor));
+        self.last_skin = Some((matrices, skin));
+        skin
     }
 
     fn skin_with(&mut self, joints: &[usize], inverse_bind_matrices: Option<Index<Accessor>>) -> Index<Skin> {

@@ -1,0 +1,233 @@
+//! The skin of a figure as pixels: triangles with one light, the nearest at each pixel (a z-buffer).
+
+use glam::{Vec2, Vec3};
+
+use super::camera::{Camera, paint_figure};
+use super::drawing::{Color, Drawing, Pixels, Point};
+use super::figure::DrawnClip;
+use super::theme;
+use crate::pose::Pose;
+use crate::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
+
+/// Samples of a pixel in each direction.
+const SAMPLES: usize = 2;
+
+/// Where the light comes from, in the space of the camera: from the left, above and behind it.
+const LIGHT: Vec3 = Vec3::new(-0.4, 0.55, 0.73);
+
+/// Shades of a skin. A film has all of them in its palette.
+pub(super) const SHADES: usize = 24;
+
+/// The shades of a skin, from the darkest.
+pub(super) fn shades() -> impl Iterator<Item = Color> {
+    let dark = theme::MIDDLE.mix(theme::INK, 0.62);
+    let light = theme::MIDDLE.mix(theme::PAPER, 0.72);
+    (0..SHADES).map(move |shade| dark.mix(light, shade as f32 / (SHADES - 1) as f32))
+}
+
+/// The meshes of a scene that are a skin, and not the signs of a skeleton.
+fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
+    let is_sign = |mesh: &Mesh| {
+        let material = scene.materials.get(mesh.material_index);
+        mesh.name.is_empty() || material.is_some_and(|material| material.name == SKELETON_MATERIAL)
+    };
+    let is_skin = |mesh: &Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
+    scene.meshes.iter().filter(move |mesh| is_skin(mesh) && !is_sign(mesh))
+}
+
+/// Whether there is a skin to draw.
+pub(super) fn has_skin(scene: &Scene) -> bool {
+    meshes(scene).next().is_some()
+}
+
+/// The vertices of a mesh in a pose, in the world.
+fn posed(mesh: &Mesh, pose: &Pose) -> Vec<Vec3> {
+    let mut sums = vec![(Vec3::ZERO, 0.0); mesh.vertices.len()];
+    for bone in &mesh.bones {
+        let matrix = pose.node_to_world[bone.node.index()] * bone.offset_matrix;
+        for weight in &bone.weights {
+            let vertex = weight.vertex_id as usize;
+            if let (Some(sum), Some(position)) = (sums.get_mut(vertex), mesh.vertices.get(vertex)) {
+                sum.0 += weight.weight * matrix.transform_point3(*position);
+                sum.1 += weight.weight;
+            }
+        }
+    }
+    let mean = |(sum, weight): (Vec3, f32)| if weight > 0.0 { sum / weight } else { sum };
+    sums.into_iter().map(mean).collect()
+}
+
+/// Depths and shades of samples within a rectangle of a drawing.
+struct Buffer {
+    left: usize,
+    top: usize,
+    /// In samples.
+    width: usize,
+    height: usize,
+    /// Towards the camera is more; of what is empty, minus infinity.
+    depths: Vec<f32>,
+    shades: Vec<u8>,
+}
+
+impl Buffer {
+    /// The rectangle around points of the drawing, within the drawing.
+    fn around(points: impl Iterator<Item = Point>, drawing: &Drawing) -> Option<Self> {
+        let (mut from, mut to) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for point in points.map(Vec2::from).filter(|point| point.is_finite()) {
+            (from, to) = (from.min(point), to.max(point));
+        }
+        let edge = Vec2::new(drawing.width as f32, drawing.height as f32);
+        let (from, to) = (from.clamp(Vec2::ZERO, edge).floor(), to.clamp(Vec2::ZERO, edge).ceil());
+        let size = (to - from).max(Vec2::ZERO);
+        let (width, height) = (size.x as usize * SAMPLES, size.y as usize * SAMPLES);
+        (width > 0 && height > 0).then(|| Self {
+            left: from.x as usize,
+            top: from.y as usize,
+            width,
+            height,
+            depths: vec![f32::NEG_INFINITY; width * height],
+            shades: vec![0; width * height],
+        })
+    }
+
+    /// Fills a triangle of points in pixels, each with its depth.
+    fn fill(&mut self, corners: [(Vec2, f32); 3], shade: u8) {
+        let origin = Vec2::new(self.left as f32, self.top as f32);
+        let [a, b, c] = corners.map(|(point, _)| (point - origin) * SAMPLES as f32 - 0.5);
+        let area = (b - a).perp_dot(c - a);
+        if !(area.is_finite() && area != 0.0) {
+            return;
+        }
+        let edge = Vec2::new((self.width - 1) as f32, (self.height - 1) as f32);
+        let from = a.min(b).min(c).ceil().max(Vec2::ZERO);
+        let to = a.max(b).max(c).floor().min(edge);
+        if from.x > to.x || from.y > to.y {
+            return;
+        }
+        for row in from.y as usize..=to.y as usize {
+            for column in from.x as usize..=to.x as usize {
+                let sample = Vec2::new(column as f32, row as f32);
+                let parts = [(b, c), (c, a), (a, b)].map(|(from, to)| (to - from).perp_dot(sample - from) / area);
+                if parts.iter().any(|part| *part < 0.0) {
+                    continue;
+                }
+                let depth: f32 = parts.iter().zip(&corners).map(|(part, (_, depth))| part * depth).sum();
+                let at = row * self.width + column;
+                if depth > self.depths[at] {
+                    (self.depths[at], self.shades[at]) = (depth, shade);
+                }
+            }
+        }
+    }
+
+    fn pixels(&self) -> Pixels {
+        let shades: Vec<Color> = shades().collect();
+        let (width, height) = (self.width / SAMPLES, self.height / SAMPLES);
+        let mut rgba = Vec::with_capacity(4 * width * height);
+        for row in 0..height {
+            for column in 0..width {
+                let samples = (0..SAMPLES * SAMPLES).map(|sample| {
+                    let (down, right) = (sample / SAMPLES, sample % SAMPLES);
+                    (SAMPLES * row + down) * self.width + SAMPLES * column + right
+                });
+                let (mut sum, mut count) = ([0u32; 3], 0);
+                for at in samples.filter(|at| self.depths[*at].is_finite()) {
+                    let color = shades[usize::from(self.shades[at])].rgb;
+                    sum.iter_mut()
+                        .zip(color)
+                        .for_each(|(sum, value)| *sum += u32::from(value));
+                    count += 1;
+                }
+                rgba.extend(sum.map(|sum| (sum / count.max(1)) as u8));
+                rgba.push((255 * count / (SAMPLES * SAMPLES) as u32) as u8);
+            }
+        }
+        Pixels {
+            left: self.left,
+            top: self.top,
+            width,
+            height,
+            rgba,
+        }
+    }
+}
+
+/// Paints the skin of a figure, in the pose in which it is; or its bones where it has none.
+pub(super) fn paint_body(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
+    match has_skin(figure.clip.scene) {
+        true => paint_skin(drawing, camera, figure),
+        false => paint_figure(drawing, camera, figure, positions),
+    }
+}
+
+fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
+    let meshes: Vec<(&Mesh, Vec<Vec3>)> = meshes(figure.clip.scene)
+        .map(|mesh| {
+            let positions = posed(mesh, figure.pose());
+            let seen = positions.into_iter().map(|position| figure.on_stage(position));
+            (mesh, seen.collect())
+        })
+        .collect();
+    let points = meshes.iter().flat_map(|(_, positions)| positions);
+    let Some(mut buffer) = Buffer::around(points.map(|position| camera.project(*position)), drawing) else {
+        return;
+    };
+    let light = LIGHT.normalize();
+    for (mesh, positions) in &meshes {
+        for face in mesh.faces() {
+            let corners = [face[0], face[1], face[2]].map(|vertex| positions[vertex as usize]);
+            let [a, b, c] = corners.map(|corner| camera.see(corner));
+            // A face is seen from both sides.
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let normal = if normal.z < 0.0 { -normal } else { normal };
+            let brightness = 0.25 + 0.75 * normal.dot(light).max(0.0);
+            let shade = (brightness * (SHADES - 1) as f32).round() as u8;
+            buffer.fill(
+                corners.map(|corner| (camera.project(corner).into(), camera.see(corner).z)),
+                shade,
+            );
+        }
+    }
+    drawing.pixels(buffer.pixels());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn empty() -> Drawing {
+        Drawing::new(20, 20, theme::PAPER, "")
+    }
+
+    fn triangle(depth: f32, shift: f32) -> [(Vec2, f32); 3] {
+        [[2.0, 2.0], [12.0, 2.0], [2.0, 12.0]].map(|[x, y]| (Vec2::new(x + shift, y), depth))
+    }
+
+    /// The area of a triangle is half of that of its box, and what is nearer hides what is behind, in any order.
+    #[test]
+    fn the_nearest_triangle_is_seen() {
+        for order in [[0, 1], [1, 0]] {
+            let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
+            let both = [(triangle(1.0, 0.0), 3), (triangle(2.0, 4.0), 9)];
+            for (corners, shade) in order.map(|which| both[which]) {
+                buffer.fill(corners, shade);
+            }
+            let count = |shade: u8| buffer.shades.iter().filter(|found| **found == shade).count();
+            let of_all = (10 * 10 / 2 * SAMPLES * SAMPLES) as f32;
+            assert!((count(9) as f32 / of_all - 1.0).abs() < 0.06, "{}", count(9));
+            // What the other leaves of it: 50 less a triangle of 6 x 6.
+            assert!((count(3) as f32 / of_all - 32.0 / 50.0).abs() < 0.06, "{}", count(3));
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_or_outside_is_not_painted() {
+        let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
+        buffer.fill(triangle(f32::NAN, 0.0), 5);
+        buffer.fill(triangle(1.0, f32::NAN), 5);
+        buffer.fill(triangle(1.0, 1e9), 5);
+        assert!(buffer.shades.iter().all(|shade| *shade == 0));
+        assert!(Buffer::around([[-9.0, 3.0], [-2.0, 5.0]].into_iter(), &empty()).is_none());
+        assert!(Buffer::around([[f32::NAN, 3.0]].into_iter(), &empty()).is_none());
+    }
+}
