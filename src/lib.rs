@@ -25,6 +25,7 @@
 //! | put it on a character, a skeleton, or a robot of URDF or MJCF | [`Retargeting`] |
 //! | move single poses as they come | [`retarget`], [`robot`] |
 //! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] bends limbs to a goal |
+//! | take motion from a network, or send it: the VMC protocol | `live`, with the feature of that name |
 //! | walk through many clips as through one: motion graphs | [`graph`] |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
@@ -40,8 +41,9 @@
 //! # Features
 //!
 //! `cli` (default): the program `mocap`. `fbx` (default): FBX files; needs a C compiler. `npz` (default): NumPy's
-//! archives. `render` (with `cli`): pictures and pages. `meshopt`: glTF that meshopt compresses; needs a C++ compiler.
-//! `arrow`, `parquet`: tables. A library user begins with `default-features = false, features = ["fbx"]`.
+//! archives. `render` (with `cli`): pictures and pages. `live` (with `cli`): the VMC protocol. `meshopt`: glTF that
+//! meshopt compresses; needs a C++ compiler. `arrow`, `parquet`: tables. A library user begins with
+//! `default-features = false, features = ["fbx"]`.
 //!
 //! # Vectors and matrices
 //!
@@ -76,6 +78,8 @@ pub mod ik;
 mod import;
 pub mod job;
 mod limits;
+#[cfg(feature = "live")]
+pub mod live;
 pub mod matching;
 mod math;
 mod options;

@@ -15,6 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("figure", &["error", "scene", "math", "pose"]),
+    ("live", &["error", "scene", "figure"]),
     ("ik", &["options", "scene", "math", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (

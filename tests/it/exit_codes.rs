@@ -68,6 +68,7 @@ const CASES: &[Case] = &[
     prints("skeleton IN", ""),
     prints("dump IN", ""),
     prints("pose IN --tick 0", ""),
+    moves("play IN --vmc 9", "", ""),
     prints("check IN", "check w.bvh bad.bvh"),
     prints("survey IN", "survey w.bvh bad.bvh"),
     moves("index IN -o OUT", "mdb", "index w.bvh bad.bvh -o many.mdb"),
@@ -76,8 +77,9 @@ const CASES: &[Case] = &[
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
-/// Commands that take no motion of the table's; `solve` is `convert` for positions, and `mcp` serves the others.
-const OTHERS: &[&str] = &["formats", "mcp", "merge-manifest", "solve"];
+/// Commands that take no motion of the table's; `solve` is `convert` for positions, `mcp` serves the others, and
+/// `record` hears a network.
+const OTHERS: &[&str] = &["formats", "mcp", "merge-manifest", "record", "solve"];
 
 impl Case {
     fn name(&self) -> &str {

@@ -60,6 +60,8 @@ mod jobs;
 mod kept_characters;
 mod kinematics;
 mod limits;
+#[cfg(feature = "live")]
+mod live;
 mod markers;
 mod mjcf_files;
 mod motion_steps;

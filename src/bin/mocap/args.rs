@@ -9,6 +9,7 @@ mod given;
 mod graph;
 mod help;
 mod job;
+mod live;
 mod onto;
 mod output;
 mod own;
@@ -38,6 +39,7 @@ pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
 pub(crate) use self::graph::{AimArgs, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
+pub(crate) use self::live::{PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
@@ -117,6 +119,10 @@ pub(crate) enum Command {
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame
     Verify(VerifyArgs),
+    /// Record what a program sends by the VMC protocol, until Ctrl-C
+    Record(RecordArgs),
+    /// Send a motion of a humanoid to programs that take the VMC protocol, as it would be captured
+    Play(PlayArgs),
     /// Write a page with a player for the motion, and open it
     View(ViewArgs),
     /// Draw poses over time, one row per file

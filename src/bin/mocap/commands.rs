@@ -12,6 +12,7 @@ pub(crate) mod gif;
 pub(crate) mod graph;
 pub(crate) mod index;
 pub(crate) mod info;
+pub(crate) mod live;
 mod made;
 mod many;
 pub(crate) mod matching;

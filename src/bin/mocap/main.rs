@@ -110,6 +110,8 @@ fn main() -> ExitCode {
         Command::Formats => commands::formats::run(),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::Mcp(args) => commands::mcp::run(args),
+        Command::Record(args) => commands::live::record(args),
+        Command::Play(args) => commands::live::play(args),
         Command::View(args) => commands::view::run(args),
         Command::Sheet(args) => commands::sheet::run(args, &given),
         Command::Gif(args) => commands::gif::run(args),

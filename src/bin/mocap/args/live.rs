@@ -1,0 +1,89 @@
+//! Options of `record` and `play`.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use mocap::job::Reading;
+
+use super::ForceArgs;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RecordArgs {
+    /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
+    /// it, as vmc:0.0.0.0:39539 for senders on the network
+    pub(crate) source: Listen,
+    /// The file to write, in any written format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// End by itself after so many seconds, instead of at Ctrl-C alone
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(crate) seconds: Option<f64>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct PlayArgs {
+    /// The motion file, of a humanoid; - is standard input
+    pub(crate) file: PathBuf,
+    /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) vmc: Peer,
+    /// Begin again at the end, until Ctrl-C
+    #[arg(long = "loop")]
+    pub(crate) repeat: bool,
+    /// Poses per second [default: those of the file]
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub(crate) rate: Option<f64>,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
+/// The address and the port to listen on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Listen(pub(crate) SocketAddr);
+
+impl FromStr for Listen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let place = text.strip_prefix("vmc:");
+        let place = place.ok_or("not vmc:PORT or vmc:ADDRESS:PORT, as vmc:39539")?;
+        resolved(place).map(Self)
+    }
+}
+
+/// Whom to send to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Peer(pub(crate) SocketAddr);
+
+impl FromStr for Peer {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match resolved(text)? {
+            peer if peer.port() == 0 => Err("a port is from 1 to 65535".to_owned()),
+            peer => Ok(Self(peer)),
+        }
+    }
+}
+
+/// A port of this machine, or an address and a port.
+fn resolved(text: &str) -> Result<SocketAddr, String> {
+    if let Ok(port) = text.parse() {
+        return Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
+    }
+    let found = text.to_socket_addrs().ok().and_then(|mut found| found.next());
+    found.ok_or_else(|| format!("{text} is neither a port nor an address and a port, as 127.0.0.1:39539"))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=1e6).contains(seconds));
+    seconds.ok_or_else(|| "not a number of seconds from 0 to 1000000".to_owned())
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (0.1..=1000.0).contains(rate));
+    rate.ok_or_else(|| "not a number of poses per second from 0.1 to 1000".to_owned())
+}

@@ -1,0 +1,151 @@
+//! `mocap record` and `mocap play`: motion from and to programs that speak the VMC protocol.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mocap::files::ReplacePolicy;
+use mocap::live::{VmcCounts, VmcMotion, VmcRecorder};
+use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo};
+
+use crate::args::{PlayArgs, RecordArgs};
+use crate::{Failure, report, streams};
+
+/// Bytes of the longest packet of UDP.
+const LONGEST: usize = 65_536;
+
+/// How long to wait for a packet before looking whether to end.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
+    if streams::is_standard(&args.output) || FormatInfo::of_output(&args.output).is_none() {
+        let known = FormatInfo::written_extensions();
+        return Err(super::unknown_extension(&args.output, &known));
+    }
+    let nothing: [&str; 0] = [];
+    let policy = ReplacePolicy::new(nothing).force(args.force.force);
+    policy.check(&args.output)?;
+    let socket = UdpSocket::bind(args.source.0).map_err(|error| of_socket(args.source.0, &error))?;
+    socket.set_read_timeout(Some(PATIENCE))?;
+    let is_over = over_at_a_signal()?;
+    // A port of 0 is one that the system chooses.
+    report::say(&format!(
+        "listening on {}; Ctrl-C ends the recording",
+        socket.local_addr()?
+    ));
+    let recorder = listen(&socket, args.seconds, &is_over);
+    let counts = recorder.counts();
+    if recorder.is_full() {
+        report::complain("the recording is as long as memory may be; the rest was not kept");
+    }
+    tell_left_out(&counts);
+    let scene = recorder.scene()?;
+    let seconds = scene.animations[0].duration / scene.animations[0].ticks_per_second;
+    let mut written = Exporter::new().write_as(&scene, &args.output)?;
+    report::warnings(Some(&args.output), &std::mem::take(&mut written.warnings));
+    written.save(&args.output, &policy)?;
+    report::say(&format!(
+        "{}: {} frames, {seconds:.2} s, {} bones, of {} packets",
+        args.output.display(),
+        counts.frames,
+        scene.nodes.len(),
+        counts.packets
+    ));
+    Ok(())
+}
+
+/// What comes until the end.
+fn listen(socket: &UdpSocket, seconds: Option<f64>, is_over: &AtomicBool) -> VmcRecorder {
+    let mut recorder = VmcRecorder::new();
+    let mut packet = vec![0; LONGEST];
+    let begin = Instant::now();
+    let is_late = || seconds.is_some_and(|seconds| begin.elapsed().as_secs_f64() >= seconds);
+    while !is_over.load(Ordering::Relaxed) && !is_late() && !recorder.is_full() {
+        // An error of one packet, such as a peer that is gone, is none of the recording.
+        if let Ok((length, _)) = socket.recv_from(&mut packet) {
+            recorder.hear(&packet[..length], begin.elapsed().as_secs_f64());
+        }
+    }
+    recorder
+}
+
+fn tell_left_out(counts: &VmcCounts) {
+    for (count, what) in [
+        (counts.malformed, "packets or messages were malformed"),
+        (counts.blend_shapes, "values of blend shapes were left out"),
+        (counts.others, "messages were about other things than the body"),
+    ] {
+        if count > 0 {
+            report::say(&format!("{count} {what}"));
+        }
+    }
+}
+
+pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
+    let mut scene = super::import_motion(&args.read, &args.file)?;
+    let with_path = |error: Error| error.with_path(&args.file);
+    if scene.animations.is_empty() {
+        let diagnostic = Diagnostic::new(Code::NoMotion, "the file has no motion to play");
+        return Err(with_path(diagnostic.into()).into());
+    }
+    for guess in Conversion::new().apply(&mut scene).map_err(with_path)? {
+        report::say(&guess.to_string());
+    }
+    let motion = VmcMotion::new(&scene).map_err(with_path)?;
+    let any = match args.vmc.0 {
+        SocketAddr::V4(_) => "0.0.0.0:0",
+        SocketAddr::V6(_) => "[::]:0",
+    };
+    let socket = UdpSocket::bind(any).map_err(|error| of_socket(args.vmc.0, &error))?;
+    let is_over = over_at_a_signal()?;
+    let rate = args.rate.unwrap_or_else(|| motion.frames_per_second());
+    // The last frame is a frame too.
+    let frames = (motion.seconds() * rate + 1e-6).floor() as u64 + 1;
+    report::say(&format!(
+        "{}: {frames} frames at {rate} a second to {}",
+        args.file.display(),
+        args.vmc.0
+    ));
+    let (begin, mut sent) = (Instant::now(), 0_u64);
+    while !is_over.load(Ordering::Relaxed) && (args.repeat || sent < frames) {
+        let clock = sent as f64 / rate;
+        wait_until(begin + Duration::from_secs_f64(clock), &is_over);
+        for packet in motion.packets_at((sent % frames) as f64 / rate, clock) {
+            match socket.send_to(&packet, args.vmc.0) {
+                // Nobody listens yet.
+                Err(error) if error.kind() == ErrorKind::ConnectionRefused => {}
+                Err(error) => return Err(of_socket(args.vmc.0, &error).into()),
+                Ok(_) => {}
+            }
+        }
+        sent += 1;
+    }
+    report::say(&format!("{sent} frames were sent"));
+    Ok(())
+}
+
+fn wait_until(moment: Instant, is_over: &AtomicBool) {
+    while let Some(rest) = moment.checked_duration_since(Instant::now()) {
+        if is_over.load(Ordering::Relaxed) {
+            return;
+        }
+        thread::sleep(rest.min(PATIENCE));
+    }
+}
+
+/// A flag that Ctrl-C and a request to end set.
+fn over_at_a_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let is_over = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&is_over))?;
+    }
+    Ok(is_over)
+}
+
+fn of_socket(address: SocketAddr, error: &std::io::Error) -> Error {
+    let diagnostic = Diagnostic::new(Code::Io, format!("{address}: {error}"));
+    Error::from(diagnostic.help("choose an address of this machine and a port that no other program has"))
+}

@@ -1,0 +1,130 @@
+//! A scene into packets.
+
+use glam::{Quat, Vec3};
+use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
+
+use super::vmc::{BONE, Place, ROOT, STATE, TIME, mirrored, unity_name};
+use crate::error::Result;
+use crate::figure::vrm_humanoid::vrm_humanoid;
+use crate::scene::{Channel, Scene};
+
+/// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
+const LONGEST: usize = 1452;
+
+/// Bytes of a bundle before its messages, and before each of them.
+const BUNDLE: usize = 16;
+const BEFORE_MESSAGE: usize = 4;
+
+/// The motion of a humanoid as packets of VMC.
+///
+/// The [module](crate::live) has an example.
+#[derive(Debug)]
+pub struct VmcMotion {
+    scene: Scene,
+}
+
+impl VmcMotion {
+    /// The first motion of a scene, which is in metres with +Y up.
+    ///
+    /// # Errors
+    /// As [`retarget::vrm_humanoid`](crate::retarget::vrm_humanoid()): where no humanoid is found in it.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let scene = vrm_humanoid(scene, None)?;
+        Ok(Self { scene })
+    }
+
+    /// Seconds from its first frame to its last.
+    pub fn seconds(&self) -> f64 {
+        let animation = self.scene.animations.first();
+        animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second)
+    }
+
+    /// Its frames per second.
+    pub fn frames_per_second(&self) -> f64 {
+        let animation = self.scene.animations.first();
+        animation.map_or(60.0, |animation| animation.ticks_per_second)
+    }
+
+    /// The packets of the pose at a time, which is the clock that they state.
+    pub fn packets(&self, seconds: f64) -> Vec<Vec<u8>> {
+        self.packets_at(seconds, seconds)
+    }
+
+    /// As [`Self::packets`], with another time on the clock: a motion that repeats goes on.
+    pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
+        let message = |address: &str, args: Vec<OscType>| OscMessage {
+            addr: address.to_owned(),
+            args,
+        };
+        // Loaded, calibrated, in the usual mode.
+        let state = [1, 3, 0].map(OscType::Int).to_vec();
+        let mut messages = vec![
+            message(STATE, state),
+            message(TIME, vec![OscType::Float(clock as f32)]),
+            message(
+                ROOT,
+                place(
+                    "root",
+                    Place {
+                        position: Vec3::ZERO,
+                        rotation: Quat::IDENTITY,
+                    },
+                ),
+            ),
+        ];
+        let animation = self.scene.animations.first();
+        let tick = animation.map_or(0.0, |animation| seconds * animation.ticks_per_second);
+        for (index, node) in self.scene.nodes.iter().enumerate() {
+            let Some(bone) = node.humanoid_bone else { continue };
+            let drives = |channel: &&Channel| channel.node.is_some_and(|node| node.index() == index);
+            let channel = animation.and_then(|animation| animation.channels.iter().find(drives));
+            let (_, rotation, position) = node.transform.to_scale_rotation_translation();
+            let pose = Place {
+                position: channel
+                    .and_then(|channel| channel.position_keys.sample(tick))
+                    .unwrap_or(position),
+                rotation: channel
+                    .and_then(|channel| channel.rotation_keys.sample(tick))
+                    .unwrap_or(rotation),
+            };
+            messages.push(message(BONE, place(&unity_name(bone), pose)));
+        }
+        bundles(messages)
+    }
+}
+
+/// A name, a position and a rotation, in Unity's axes.
+fn place(name: &str, pose: Place) -> Vec<OscType> {
+    let Place { position, rotation } = mirrored(pose);
+    let numbers = position.to_array().into_iter().chain(rotation.to_array());
+    let name = OscType::String(name.to_owned());
+    std::iter::once(name).chain(numbers.map(OscType::Float)).collect()
+}
+
+/// The messages in as few packets as a network takes in one piece, in their order.
+fn bundles(messages: Vec<OscMessage>) -> Vec<Vec<u8>> {
+    // "Immediately", as OSC 1.0 has it.
+    const NOW: OscTime = OscTime {
+        seconds: 0,
+        fractional: 1,
+    };
+    let encoded = |packet: OscPacket| encoder::encode(&packet).unwrap_or_default();
+    let mut packets = Vec::new();
+    let (mut content, mut length) = (Vec::new(), BUNDLE);
+    let mut flush = |content: Vec<OscPacket>| {
+        let bundle = OscBundle { timetag: NOW, content };
+        packets.push(encoded(OscPacket::Bundle(bundle)));
+    };
+    for message in messages {
+        let message = OscPacket::Message(message);
+        let own = BEFORE_MESSAGE + encoded(message.clone()).len();
+        if length + own > LONGEST {
+            flush(std::mem::take(&mut content));
+            length = BUNDLE;
+        }
+        content.push(message);
+        length += own;
+    }
+    flush(content);
+    packets
+}

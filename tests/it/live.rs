@@ -1,0 +1,176 @@
+//! VMC: packets that are put together here byte by byte, by the specification of OSC 1.0, and `record` and `play`
+//! against each other. `tools/vmc` has another author's library at both ends.
+
+use glam::{Quat, Vec3};
+use mocap::live::VmcRecorder;
+use mocap::scene::HumanoidBone as Bone;
+use mocap::{Code, Scene};
+
+/// A text of OSC: zeros to a multiple of four bytes, one at least.
+fn text(text: &str) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    bytes.resize((bytes.len() + 4) / 4 * 4, 0);
+    bytes
+}
+
+fn message(address: &str, name: Option<&str>, numbers: &[f32]) -> Vec<u8> {
+    let types = format!(",{}{}", name.map_or("", |_| "s"), "f".repeat(numbers.len()));
+    let mut bytes = [text(address), text(&types)].concat();
+    bytes.extend(name.map(text).unwrap_or_default());
+    bytes.extend(numbers.iter().flat_map(|number| number.to_be_bytes()));
+    bytes
+}
+
+fn bone(name: &str, numbers: [f32; 7]) -> Vec<u8> {
+    message("/VMC/Ext/Bone/Pos", Some(name), &numbers)
+}
+
+fn time(seconds: f32) -> Vec<u8> {
+    message("/VMC/Ext/T", None, &[seconds])
+}
+
+fn recorded(packets: &[Vec<u8>]) -> Scene {
+    let mut recorder = VmcRecorder::new();
+    packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!(recorder.counts().malformed, 0);
+    recorder.scene().unwrap()
+}
+
+#[test]
+fn a_pose_of_unity_is_mirrored_and_timed_by_the_clock_of_its_sender() {
+    // A quarter turn about +Y, from +Z to +X in Unity, and so from +Z to -X in a scene.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turned = [0.1, 0.9, 0.2, 0.0, half, 0.0, half];
+    let packets = [
+        time(5.0),
+        bone("Hips", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        bone("LeftUpperLeg", [-0.1, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        time(5.05),
+        bone("Hips", turned),
+        time(5.15),
+        bone("Hips", turned),
+    ];
+    let scene = recorded(&packets);
+    let animation = &scene.animations[0];
+    assert_eq!((animation.ticks_per_second, animation.duration), (20.0, 3.0));
+    assert_eq!(scene.nodes[1].humanoid_bone, Some(Bone::LeftUpperLeg));
+    // The left leg of a figure that faces +Z is at +X.
+    assert_eq!(scene.nodes[1].transform.w_axis.truncate(), Vec3::new(0.1, -0.05, 0.0));
+    let hips = &animation.channels[0];
+    assert_eq!(hips.rotation_keys.ticks, Some(vec![0.0, 1.0, 3.0]));
+    assert_eq!(hips.position_keys.values[1], Vec3::new(-0.1, 0.9, 0.2));
+    let forward = hips.rotation_keys.values[1] * Vec3::Z;
+    assert!(forward.distance(Vec3::NEG_X) < 1e-6, "{forward}");
+}
+
+#[test]
+fn the_root_moves_the_hips_and_a_bone_that_comes_again_ends_the_frame() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let root = message(
+        "/VMC/Ext/Root/Pos",
+        Some("root"),
+        &[1.0, 0.0, 0.0, 0.0, half, 0.0, half],
+    );
+    let hips = bone("Hips", [0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+    let spine = bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let packets = [root, hips.clone(), spine.clone(), hips, spine];
+    let scene = recorded(&packets);
+    let keys = &scene.animations[0].channels[0];
+    assert_eq!(keys.position_keys.values.len(), 2);
+    // In Unity: 0.5 along +Z, turned to +X, and 1 along +X.
+    assert!(keys.position_keys.values[0].distance(Vec3::new(-1.5, 1.0, 0.0)) < 1e-6);
+    let expected = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
+    assert!(keys.rotation_keys.values[0].angle_between(expected) < 1e-3);
+}
+
+#[test]
+fn what_is_malformed_is_counted_and_nothing_without_hips_is_a_motion() {
+    let hips = bone("Hips", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut recorder = VmcRecorder::new();
+    let mut hear = |packet: &[u8]| {
+        recorder.hear(packet, 0.0);
+        recorder.counts().malformed
+    };
+    assert_eq!(hear(b""), 1);
+    assert_eq!(hear(b"hello"), 2);
+    assert_eq!(hear(&hips[..hips.len() - 3]), 3);
+    assert_eq!(hear(&bone("Hips", [f32::NAN, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 4);
+    assert_eq!(hear(&bone("Hips", [1e30, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 5);
+    assert_eq!(hear(&bone("Hips", [0.0; 7])), 6);
+    assert_eq!(hear(&message("/VMC/Ext/Bone/Pos", Some("Hips"), &[1.0])), 7);
+    assert_eq!(hear(&time(f32::INFINITY)), 8);
+    // Bundles in bundles without end.
+    let mut nested = Vec::new();
+    for _ in 0..3000 {
+        let length = u32::try_from(nested.len()).unwrap().to_be_bytes();
+        nested.splice(0..0, [b"#bundle\0\0\0\0\0\0\0\0\x01", &length[..]].concat());
+    }
+    assert_eq!(hear(&nested), 9);
+    // These are no faults.
+    assert_eq!(hear(&bone("LastBone", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 9);
+    assert_eq!(hear(&message("/VMC/Ext/Blend/Val", Some("Joy"), &[0.5])), 9);
+    let counts = recorder.counts();
+    assert_eq!(
+        (counts.packets, counts.others, counts.blend_shapes, counts.frames),
+        (11, 1, 1, 0)
+    );
+    assert_eq!(recorder.scene().unwrap_err().code(), Code::NoMotion);
+}
+
+#[cfg(all(unix, feature = "cli"))]
+mod program {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::Stdio;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    use mocap::Importer;
+
+    use crate::cut;
+    use crate::program::{Folder, command_in};
+
+    /// A recording that is ended by a signal is whole, with every frame that was played to it.
+    #[test]
+    fn what_is_played_is_recorded_until_a_signal() {
+        const FRAMES: usize = 20;
+        let folder = Folder::with(&[]);
+        folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
+        let mut recorder = command_in(&folder.path(""), "record vmc:0 -o take.vrma");
+        let mut recorder = recorder.stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = BufReader::new(recorder.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        let port = line.split(';').next().unwrap().rsplit(':').next().unwrap().to_owned();
+        folder.succeeds(&format!("play walk.bvh --vmc {port}"));
+        sleep(Duration::from_millis(100));
+        assert!(!folder.path("take.vrma").exists());
+        let pid = i32::try_from(recorder.id()).unwrap();
+        let killed = std::process::Command::new("kill")
+            .args(["-INT", &pid.to_string()])
+            .status();
+        assert!(killed.unwrap().success());
+        let mut rest = String::new();
+        said.read_to_string(&mut rest).unwrap();
+        assert!(recorder.wait().unwrap().success(), "{rest}");
+        let scene = Importer::new().import(folder.path("take.vrma")).unwrap();
+        assert_eq!(scene.animations[0].frame_count(), FRAMES, "{rest}");
+    }
+
+    #[test]
+    fn addresses_and_outputs_are_refused_before_anything_is_heard() {
+        let folder = Folder::of_real(&["lecture_Test.bvh"]);
+        for (arguments, status, reason) in [
+            ("record 39539 -o take.vrma", 2, "not vmc:PORT"),
+            ("record vmc:nowhere -o take.vrma", 2, "neither a port nor an address"),
+            ("record vmc:70000 -o take.vrma", 2, "neither a port nor an address"),
+            ("record vmc:0 -o take.xyz", 2, "must end in"),
+            ("record vmc:0 -o lecture_Test.bvh", 1, "would replace a file"),
+            ("record vmc:0 -o take.vrma --seconds 0", 1, "no pose of a humanoid came"),
+            ("play lecture_Test.bvh --vmc 127.0.0.1:0", 2, "from 1 to 65535"),
+            ("play lecture_Test.bvh --vmc 9", 1, "not-humanoid"),
+        ] {
+            folder.refuses(arguments, status, reason);
+        }
+        assert!(!folder.path("take.vrma").exists());
+    }
+}

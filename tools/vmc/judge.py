@@ -1,0 +1,252 @@
+"""Sends motion to `mocap record` and hears `mocap play` with python-osc, over loopback. See README.md.
+
+usage: python judge.py MOCAP SECONDS FUZZED
+"""
+
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+from pythonosc import osc_bundle_builder, osc_message_builder
+from pythonosc.osc_bundle import OscBundle
+from pythonosc.osc_message import OscMessage
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "usd"))
+import glb  # noqa: E402
+
+FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
+RATE = 60
+ALLOWED = 0.01  # degrees
+
+# UnityEngine.HumanBodyBones, with the offset of each in the T-pose in Unity's axes, in metres: left is -X.
+SPINE = [("Hips", None, (0, 0.95, 0)), ("Spine", "Hips", (0, 0.1, 0)), ("Chest", "Spine", (0, 0.12, 0)),
+         ("UpperChest", "Chest", (0, 0.12, 0)), ("Neck", "UpperChest", (0, 0.14, 0)), ("Head", "Neck", (0, 0.1, 0)),
+         ("Jaw", "Head", (0, 0.02, 0.05))]
+LIMBS = [("Eye", "Head", (0.03, 0.06, 0.08)), ("UpperLeg", "Hips", (0.09, -0.05, 0)),
+         ("LowerLeg", "UpperLeg", (0, -0.42, 0)), ("Foot", "LowerLeg", (0, -0.4, 0)), ("Toes", "Foot", (0, -0.06, 0.13)),
+         ("Shoulder", "UpperChest", (0.05, 0.1, 0)), ("UpperArm", "Shoulder", (0.11, 0, 0)),
+         ("LowerArm", "UpperArm", (0.27, 0, 0)), ("Hand", "LowerArm", (0.25, 0, 0))]
+for number, finger in enumerate(["Thumb", "Index", "Middle", "Ring", "Little"]):
+    for part, above, length in [("Proximal", "Hand", 0.09), ("Intermediate", "Proximal", 0.04), ("Distal", "Intermediate", 0.025)]:
+        parent = "Hand" if above == "Hand" else finger + above
+        LIMBS.append((finger + part, parent, (length, 0, 0.03 - 0.02 * number if above == "Hand" else 0)))
+BONES = list(SPINE)
+for side, sign in [("Left", -1), ("Right", 1)]:
+    for name, parent, (x, y, z) in LIMBS:
+        middle = parent in [bone for bone, _, _ in SPINE]
+        BONES.append((side + name, parent if middle else side + parent, (sign * x, y, z)))
+assert len(BONES) == 55
+
+
+def angles(count):
+    """A turn of each bone in each frame: quaternions x y z w in Unity's axes, some degrees about axes that wander."""
+    random = np.random.default_rng(1)
+    time = np.arange(count)[:, None, None] / RATE
+    speed, phase = random.uniform(0.3, 2.0, (2, 1, 55, 3))
+    vector = 0.4 * np.sin(2 * np.pi * (speed * time + phase))
+    angle = np.linalg.norm(vector, axis=2, keepdims=True)
+    return np.concatenate([vector / angle * np.sin(angle / 2), np.cos(angle / 2)], axis=2)
+
+
+def message(address, *arguments):
+    builder = osc_message_builder.OscMessageBuilder(address)
+    for argument in arguments:
+        builder.add_arg(argument)
+    return builder.build()
+
+
+def place(name, position, rotation):
+    return message("/VMC/Ext/Bone/Pos", name, *map(float, position), *map(float, rotation))
+
+
+def hips(frame):
+    """Where the hips are in a frame, in Unity's axes."""
+    return [0.4 * np.sin(frame / 40), 0.95 + 0.05 * np.sin(frame / 7), 0.01 * frame]
+
+
+def sent(frame, rotations):
+    """The packets of a frame, as VirtualMotionCapture sends them: bundles of some messages."""
+    messages = [message("/VMC/Ext/OK", 1, 3, 0), message("/VMC/Ext/T", float(frame / RATE)),
+                message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)]
+    messages += [place(name, offset, rotations[bone]) for bone, (name, _, offset) in enumerate(BONES)]
+    messages[3] = place("Hips", hips(frame), rotations[0])
+    messages += [message("/VMC/Ext/Blend/Val", "Joy", 0.5), message("/VMC/Ext/Blend/Apply")]
+    for begin in range(0, len(messages), 12):
+        bundle = osc_bundle_builder.OscBundleBuilder(osc_bundle_builder.IMMEDIATELY)
+        for one in messages[begin : begin + 12]:
+            bundle.add_content(one)
+        yield bundle.build().dgram
+
+
+class Recorder:
+    """`mocap record` on a port that the system chooses."""
+
+    def __init__(self, mocap, output):
+        self.output = output
+        self.process = subprocess.Popen([mocap, "record", "vmc:0", "-o", output, "--force"], stderr=subprocess.PIPE, text=True)
+        said = self.process.stderr.readline()
+        self.port = int(said.split(";")[0].rsplit(":", 1)[1])
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.peer = ("127.0.0.1", self.port)
+
+    def end(self, how=signal.SIGINT):
+        time.sleep(0.2)
+        self.process.send_signal(how)
+        said = self.process.communicate(timeout=60)[1]
+        assert self.process.returncode == 0, said
+        return said
+
+
+def degrees(a, b):
+    """The angle between rotations; the chord keeps its digits where the arc cosine loses them."""
+    a, b = (rotation / np.linalg.norm(rotation, axis=-1, keepdims=True) for rotation in (a, b))
+    chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    return np.degrees(4 * np.arcsin((chord / 2).clip(0, 1)))
+
+
+def vrm_name(unity):
+    """VRM 1.0 has a metacarpal of the thumb where Unity has a proximal bone."""
+    for theirs, ours in [("ThumbProximal", "ThumbMetacarpal"), ("ThumbIntermediate", "ThumbProximal")]:
+        if unity.endswith(theirs):
+            unity = unity.replace(theirs, ours)
+            break
+    return unity[0].lower() + unity[1:]
+
+
+def rotations_of(path):
+    """The rotation of each node, and the position of those that move, in each frame, by its name, by NumPy alone."""
+    document, buffer = glb.parts(path)
+    (animation,) = document["animations"]
+    found = {}
+    for channel in animation["channels"]:
+        path = channel["target"]["path"]
+        if path in ("rotation", "translation"):
+            sampler = animation["samplers"][channel["sampler"]]
+            times = glb.accessor(document, buffer, sampler["input"])[:, 0]
+            values = glb.accessor(document, buffer, sampler["output"]).astype(float)
+            name = document["nodes"][channel["target"]["node"]]["name"]
+            found[name if path == "rotation" else f"{name} position"] = times, values
+    return found
+
+
+def record(mocap, folder, extension, seconds):
+    count = int(seconds * RATE)
+    rotations = angles(count)
+    recorder = Recorder(mocap, folder / f"take.{extension}")
+    packets, late, begin = 0, 0.0, time.perf_counter()
+    for frame in range(count):
+        late = max(late, time.perf_counter() - begin - frame / RATE)
+        while time.perf_counter() < begin + frame / RATE:
+            time.sleep(0.0005)
+        for packet in sent(frame, rotations[frame]):
+            recorder.socket.sendto(packet, recorder.peer)
+            packets += 1
+    said = recorder.end()
+    assert f"{count} frames" in said and f"of {packets} packets" in said, said
+    found = rotations_of(recorder.output)
+    # An animation of VRM has a point to look at, and no eyes.
+    bones = [index for index, (name, _, _) in enumerate(BONES) if extension != "vrma" or "Eye" not in name]
+    worst = 0.0
+    for bone in bones:
+        times, values = found[vrm_name(BONES[bone][0])]
+        assert len(times) == count and np.abs(times - np.arange(count) / RATE).max() < 1e-4, (BONES[bone], len(times))
+        # Left and right change in the mirror, and with them the sense of a turn about +Y and +Z.
+        worst = max(worst, degrees(rotations[:, bone] * [1, -1, -1, 1], values).max())
+    positions = np.array([hips(frame) for frame in range(count)]) * [-1, 1, 1]
+    off = np.abs(found["hips position"][1] - positions).max()
+    assert worst < ALLOWED and off < 1e-5, (worst, off)
+    print(f"vmc: .{extension}: {seconds} s at {RATE} Hz, {len(bones)} bones: {packets} packets, none lost; at most {worst:.5f} degrees and {1000 * off:.4f} mm off")
+
+
+def take_in(address, arguments, heard):
+    if address == "/VMC/Ext/Bone/Pos":
+        heard.setdefault(arguments[0], []).append(arguments[4:])
+
+
+def play(mocap, folder):
+    """What `play` sends of a recording is what was recorded."""
+    count = 90
+    rotations = angles(count)
+    recorder = Recorder(mocap, folder / "short.vrma")
+    for frame in range(count):
+        for packet in sent(frame, rotations[frame]):
+            recorder.socket.sendto(packet, recorder.peer)
+        time.sleep(0.002)
+    recorder.end()
+    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    receiver.bind(("127.0.0.1", 0))
+    receiver.settimeout(2)
+    heard, times = {}, []
+
+    def listen():
+        try:
+            while True:
+                packet = receiver.recv(65536)
+                for one in OscBundle(packet):
+                    if isinstance(one, OscMessage):
+                        take_in(one.address, list(one), heard)
+                        if one.address == "/VMC/Ext/T":
+                            times.append(time.perf_counter())
+        except TimeoutError:
+            pass
+
+    thread = threading.Thread(target=listen)
+    thread.start()
+    port = receiver.getsockname()[1]
+    subprocess.run([mocap, "play", folder / "short.vrma", "--vmc", f"127.0.0.1:{port}"], check=True, capture_output=True)
+    thread.join()
+    worst = 0.0
+    for bone, (name, _, _) in enumerate(BONES):
+        if "Eye" in name:
+            continue
+        found = np.array(heard[name])
+        assert len(found) == count, (name, len(found))
+        worst = max(worst, degrees(rotations[:, bone], found).max())
+    step = np.diff(times)
+    assert worst < ALLOWED, worst
+    print(f"vmc: play: {count} frames, none lost, at most {worst:.5f} degrees off; {1000 * np.median(step):.2f} ms from frame to frame")
+
+
+def fuzz(mocap, folder, count):
+    """Changed packets, among them a pose that is whole at the end."""
+    source = random.Random(1)
+    rotations = angles(2)
+    seeds = list(sent(0, rotations[0])) + [message("/VMC/Ext/T", 0.5).dgram, place("Hips", (0, 1, 0), (0, 0, 0, 1)).dgram]
+    recorder = Recorder(mocap, folder / "fuzzed.glb")
+    for _ in range(count):
+        packet = bytearray(source.choice(seeds))
+        for _ in range(source.randint(1, 8)):
+            kind = source.randint(0, 3)
+            at = source.randrange(len(packet) + 1)
+            if kind == 0 and packet:
+                packet[at % len(packet)] = source.randrange(256)
+            elif kind == 1:
+                del packet[at:]
+            elif kind == 2:
+                packet[at:at] = source.randbytes(source.randint(1, 16))
+            else:
+                packet[at:at] = b"#bundle\0\0\0\0\0\0\0\0\1\0\0\0\x10"
+        recorder.socket.sendto(bytes(packet), recorder.peer)
+    for packet in sent(1, rotations[1]):
+        recorder.socket.sendto(packet, recorder.peer)
+    memory = next(int(line.split()[1]) for line in open(f"/proc/{recorder.process.pid}/status") if line.startswith("VmHWM"))
+    said = recorder.end(signal.SIGTERM)
+    malformed = [line for line in said.splitlines() if "malformed" in line]
+    assert recorder.output.exists() and malformed, said
+    print(f"vmc: {count} fuzzed packets: {malformed[0]}; {memory // 1024} MiB at most; the recording is whole")
+
+
+if __name__ == "__main__":
+    program, length, fuzzed = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
+    with tempfile.TemporaryDirectory() as name:
+        record(program, Path(name), "glb", length)
+        record(program, Path(name), "vrma", length)
+        play(program, Path(name))
+        fuzz(program, Path(name), fuzzed)
