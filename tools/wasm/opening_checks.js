@@ -23,9 +23,9 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
 
   pageCheck("a motion plays on opening, after its rest pose, and not where the system asks for stillness", async (browser) => {
     const { page, drop, trouble } = await open(browser, { reducedMotion: "no-preference" });
-    await page.evaluate(() => { window.desk.player.advance = (seconds) => { (window.steps ??= []).push(seconds); }; });
+    await page.evaluate(() => { window.desk.player.advance = (seconds) => { (window.advanced ??= []).push(seconds); }; });
     await drop(fixture("real/cmu_12_01_walk.bvh"));
-    const { isPlaying, tick, steps } = await page.evaluate(() => ({ isPlaying: window.mocap.state.playing, tick: window.desk.player.tick, steps: window.steps }));
+    const { isPlaying, tick, steps } = await page.evaluate(() => ({ isPlaying: window.mocap.state.playing, tick: window.desk.player.tick, steps: window.advanced }));
     assert.equal(isPlaying, true);
     assert.ok(Math.abs(tick - 1) < 1e-6, `it starts at tick ${tick}, and tick 0 is the rest pose`);
     assert.equal(steps[0], 0, "the first picture is of the start");
