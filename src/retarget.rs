@@ -43,6 +43,7 @@ use self::solve::Solved;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::body::Body;
+use crate::figure::ground;
 use crate::figure::ticks::ticks;
 pub use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::figure::{Figure, Humanoid, humanoid};
@@ -240,6 +241,12 @@ impl Retargeter {
             *moved = locked;
         }
         Ok(report)
+    }
+
+    /// The height of the floor of the source over the origin of its file, as high as it is on the target.
+    pub(crate) fn source_floor(&self) -> f64 {
+        let floor = self.root.source_ankle - ground::ankle(&self.source);
+        f64::from(self.root.height_scale * floor)
     }
 
     /// The contacts of an animation of `source`, left and right as the body has them.

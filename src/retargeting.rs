@@ -241,6 +241,7 @@ impl Retargeting {
                     map: self.options.target_bones.clone(),
                     velocity_limits: self.options.velocity_limits,
                     passes: self.options.passes,
+                    floor: self.options.floor,
                     lock_feet: self.options.lock_feet,
                 };
                 Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))

@@ -25,6 +25,7 @@ mod collision;
 mod cones;
 mod dynamics;
 mod feasibility;
+mod floor;
 mod following;
 mod kinematics;
 mod links;
@@ -44,6 +45,7 @@ mod window;
 
 pub use self::collision::LinkCollision;
 pub use self::feasibility::Feasibility;
+pub use self::floor::Floor;
 pub(crate) use self::links::{LinkMotion, LinkOrder};
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};

@@ -16,6 +16,7 @@ use crate::format::FormatInfo;
 use crate::process::SkeletonMesh;
 use crate::retarget::{Scale, Verdict};
 use crate::retargeting::{Report, Retargeting, RetargetingOptions, Target};
+use crate::robot::Floor;
 
 /// The body that a job puts its motions on.
 ///
@@ -80,6 +81,10 @@ pub struct OntoBody {
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 2)))]
     pub passes: Option<u8>,
+    /// Of a robot: where its floor is: auto, under the feet that stand; z=0, at height 0 of the motion's file; keep,
+    /// where the motion has it in the mean, with no height changed.
+    #[serde(skip_serializing_if = "is_default")]
+    pub floor: Floor,
     /// Of a robot: the worst verdict that is allowed; below it the job fails after it has written.
     #[serde(skip_serializing_if = "is_default")]
     pub require: Option<RequiredVerdict>,
@@ -165,6 +170,7 @@ impl Onto {
             .target_bones(bones.unwrap_or_default())
             .replace_animations(body.replace_animations)
             .velocity_limits(body.velocity_limits)
+            .floor(body.floor)
             .passes(body.passes.unwrap_or(2)))
     }
 
@@ -180,6 +186,7 @@ impl Onto {
                     ("velocity-limits", body.velocity_limits),
                     ("passes", body.passes.is_some()),
                     ("require", body.require.is_some()),
+                    ("floor", body.floor != Floor::Auto),
                 ],
                 "a robot",
             ),

@@ -3,6 +3,7 @@
 use crate::convert::{Conversion, RootMotion};
 use crate::figure::HumanoidMap;
 use crate::retarget::Scale;
+use crate::robot::Floor;
 
 /// How a [`Retargeting`](super::Retargeting) moves motions.
 ///
@@ -24,6 +25,7 @@ pub struct RetargetingOptions {
     pub(super) replace_animations: bool,
     pub(super) velocity_limits: bool,
     pub(super) passes: u8,
+    pub(super) floor: Floor,
     pub(super) root: RootMotion,
 }
 
@@ -38,6 +40,7 @@ impl Default for RetargetingOptions {
             replace_animations: false,
             velocity_limits: false,
             passes: 2,
+            floor: Floor::Auto,
             root: RootMotion::Keep,
         }
     }
@@ -107,6 +110,13 @@ impl RetargetingOptions {
     /// Default: 2.
     pub fn passes(mut self, passes: u8) -> Self {
         self.passes = passes;
+        self
+    }
+
+    /// Where the floor of a motion on a robot is: [`RobotOptions::floor`](crate::robot::RobotOptions::floor). Default:
+    /// [`Floor::Auto`].
+    pub fn floor(mut self, floor: Floor) -> Self {
+        self.floor = floor;
         self
     }
 }

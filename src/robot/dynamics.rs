@@ -173,7 +173,8 @@ impl Moving {
         self.acceleration + self.angular_acceleration.cross(point) + self.angular.cross(self.angular.cross(point))
     }
 
-    /// A body that is carried by a hinge: where the axis is from this origin, and the origin of that body from the axis.
+    /// A body that is carried by a hinge: where the axis is from this origin, and where the origin of that body is from
+    /// the axis.
     fn turns(&self, [to_axis, to_origin]: [DVec3; 2], velocity: DVec3, acceleration: DVec3) -> Self {
         let turned = Self {
             angular: self.angular + velocity,

@@ -174,8 +174,22 @@ impl Following {
         Some((&self.goals.turns[turn], &self.goals.reaches[reach]))
     }
 
-    /// Sets the goals to a pose of the twin.
-    pub(super) fn aim(&mut self, twin: &Pose) {
+    /// The heights of the lowest points of both soles, by the goals.
+    pub(super) fn heights(&self) -> [f64; 2] {
+        [0, 1].map(|side| {
+            let Some((ankle, turn, sole)) = self.ankle(side) else {
+                return f64::INFINITY;
+            };
+            let (rotation, ankle) = (self.goals.turns[turn].target, &self.goals.reaches[ankle]);
+            let heights = sole
+                .iter()
+                .map(|ball| ankle.target.z + (rotation * (ball.centre - ankle.point)).z - ball.radius);
+            heights.fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Sets the goals to a pose of the twin, brought down by `drop`.
+    pub(super) fn aim(&mut self, twin: &Pose, drop: f64) {
         let to_world = self.figure_to_world;
         for (turn, follower) in self.goals.turns.iter_mut().zip(&self.turns) {
             let matrix = &twin.node_to_world[follower.node.index()];
@@ -183,7 +197,7 @@ impl Following {
             turn.target = (to_world * frame * follower.body_to_frame).normalize();
         }
         for (reach, reached) in self.goals.reaches.iter_mut().zip(&self.reaches) {
-            reach.target = to_world * twin.position(reached.node).as_dvec3();
+            reach.target = to_world * twin.position(reached.node).as_dvec3() - drop * DVec3::Z;
             reach.point = reached.point;
             let Some((turn, sole, _)) = &reached.foot else { continue };
             let depth = |rotation: DQuat| {

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::collision::Collisions;
 use super::feasibility::feasibility;
+use super::floor::{Floor, drops};
 use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
@@ -58,6 +59,8 @@ pub struct RobotOptions {
     /// How often a motion is solved. 1: frame by frame. 2: then all frames of a window together, so that joints move
     /// smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
     pub passes: u8,
+    /// Where the floor is. Default: under the feet that stand.
+    pub floor: Floor,
 }
 
 impl Default for RobotOptions {
@@ -69,6 +72,7 @@ impl Default for RobotOptions {
             velocity_limits: false,
             lock_feet: true,
             passes: 2,
+            floor: Floor::Auto,
         }
     }
 }
@@ -81,6 +85,7 @@ setters! {
         velocity_limits: bool,
         lock_feet: bool,
         passes: u8,
+        floor: Floor,
     }
 }
 
@@ -185,7 +190,9 @@ impl RobotRetargeter {
         goals: &[Goals],
         steps: &Steps,
     ) -> (RobotMotion, RobotReport) {
-        self.lift(&mut motion);
+        if self.options.floor != Floor::Keep {
+            self.lift(&mut motion);
+        }
         let measured = self.measured(&motion);
         let as_twin = measured.as_twin();
         let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
@@ -234,6 +241,7 @@ impl RobotRetargeter {
         let mut twin = Pose::rest(&self.twin.scene);
         let mut pose = self.kinematics.rest();
         let limits = self.limits();
+        let drops = self.drops(held, animation.ticks_per_second, &contacts);
         let mut motion = RobotMotion {
             name: animation.name.clone(),
             fps: rate(animation.ticks_per_second),
@@ -246,7 +254,7 @@ impl RobotRetargeter {
         let returned = returned(animation.ticks_per_second);
         for frame in 0..frames {
             twin.sample(&binding, held, frame as f64);
-            self.following.aim(&twin);
+            self.following.aim(&twin, drops[frame]);
             for (side, stand) in stands.iter_mut().enumerate() {
                 let is_held = self.options.lock_feet && frame > 0 && motion.contacts[frame][side];
                 self.following
@@ -270,6 +278,24 @@ impl RobotRetargeter {
             motion.dof_pos.extend(&pose.positions);
         }
         motion
+    }
+
+    /// How far the robot is brought down in each frame, so that its floor is where the options have it.
+    fn drops(&mut self, held: &Animation, fps: f64, contacts: &[[bool; 2]]) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Auto if self.options.lock_feet => {
+                let binding = Binding::new(&self.twin.scene, held);
+                let mut twin = Pose::rest(&self.twin.scene);
+                let heights = (0..contacts.len()).map(|frame| {
+                    twin.sample(&binding, held, frame as f64);
+                    self.following.aim(&twin, 0.0);
+                    self.following.heights()
+                });
+                drops(&heights.collect::<Vec<_>>(), contacts, fps)
+            }
+            Floor::Zero => vec![-self.retargeter.source_floor(); contacts.len()],
+            _ => vec![0.0; contacts.len()],
+        }
     }
 
     /// Puts the base where the hips should be.

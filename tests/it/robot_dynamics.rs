@@ -1,7 +1,7 @@
 //! Inverse dynamics of motions on robots; `tools/robot/dynamics.py` judges the numbers by MuJoCo.
 
 use mocap::Importer;
-use mocap::robot::{Feasibility, RobotOptions, RobotRetargeter};
+use mocap::robot::{Feasibility, Floor, RobotOptions, RobotRetargeter};
 
 fn feasibility(change: impl FnOnce(&mut mocap::robot::Robot)) -> Option<Feasibility> {
     let mut robot = Importer::new()
@@ -37,4 +37,38 @@ fn a_robot_without_masses_or_efforts_has_no_such_figures() {
     };
     let found = feasibility(no_effort).unwrap();
     assert_eq!((found.share_over_effort, found.max_effort), (None, 0.0));
+}
+
+/// The source's floor is where its feet stand in the mean; 10 cm above that in the file, the robot is 10 cm higher by
+/// the file's height 0, times the scale of the legs.
+#[test]
+fn the_floor_is_where_the_options_have_it() {
+    let robot = Importer::new()
+        .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+        .unwrap();
+    let text = std::fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    // A unit of CMU's files is an inch / 0.45; the second number of a frame is the height of the hips.
+    let (head, frames) = text.split_once("Frame Time: .0083333\n").unwrap();
+    let higher = |line: &str| {
+        let numbers: Vec<f64> = line.split_whitespace().map(|number| number.parse().unwrap()).collect();
+        let moved = numbers.iter().enumerate();
+        let moved = moved.map(|(at, number)| number + if at == 1 { 0.1 * 0.45 / 0.0254 } else { 0.0 });
+        moved.map(|number| number.to_string()).collect::<Vec<_>>().join(" ")
+    };
+    let frames: Vec<String> = frames.lines().map(higher).collect();
+    let raised = format!("{head}Frame Time: .0083333\n{}\n", frames.join("\n"));
+    let [source, raised] = [text, raised].map(|text| Importer::new().read(text.as_bytes(), "walk.bvh").unwrap());
+    let height = |source: &mocap::Scene, floor: Floor| {
+        let options = RobotOptions::new().passes(1).floor(floor);
+        let mut retargeter = RobotRetargeter::new(source, &robot, &options).unwrap();
+        let (motion, report) = retargeter.clip(source, 0).unwrap();
+        (motion.root[1].translation.z, report.scale)
+    };
+    for (floor, wanted) in [(Floor::Auto, 0.0), (Floor::Keep, 0.0), (Floor::Zero, 0.1)] {
+        let ((low, scale), (high, _)) = (height(&source, floor), height(&raised, floor));
+        assert!(
+            (high - low - wanted * scale).abs() < 0.002,
+            "{floor:?} {low} {high} {scale}"
+        );
+    }
 }

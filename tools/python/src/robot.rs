@@ -7,7 +7,7 @@ use mocap::figure::HumanoidMap;
 use mocap::files::ReplacePolicy;
 use mocap::job::RobotFormat;
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
-use mocap::robot::RobotMotion;
+use mocap::robot::{Floor, RobotMotion};
 use mocap::{Conversion, Importer};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -54,11 +54,14 @@ impl Robot {
         lock_feet: bool,
         velocity_limits: bool,
         passes: u8,
+        floor: &str,
         map: Option<&str>,
         bones: Option<&str>,
     ) -> PyResult<(Bound<'py, PyDict>, String, RobotClip)> {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
+        let floor: Floor = serde_json::from_value(floor.into())
+            .map_err(|_| PyValueError::new_err(format!("floor must be 'auto', 'z=0' or 'keep', got '{floor}'")))?;
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -71,6 +74,7 @@ impl Robot {
                 .lock_feet(lock_feet)
                 .velocity_limits(velocity_limits)
                 .passes(passes)
+                .floor(floor)
                 .source_bones(bones)
                 .target_bones(map);
             Retargeting::new(scene, Target::Robot(Arc::clone(&self.robot)), options)

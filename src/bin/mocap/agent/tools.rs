@@ -212,6 +212,7 @@ pub(super) const TOOLS: &[Tool] = &[
             "scale",
             "feet",
             "passes",
+            "floor",
             "velocity-limits",
             "require",
         ],

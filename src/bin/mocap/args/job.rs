@@ -57,6 +57,7 @@ impl RobotArgs {
         let mut body = self.onto.body(&self.robot, self.robot_map.as_ref());
         body.velocity_limits = self.velocity_limits;
         body.passes = self.passes;
+        body.floor = self.floor;
         body.require = self.require;
         let mut job = Job::new();
         job.read = self.read.clone();

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use mocap::figure::HumanoidMap;
 use mocap::job::{BoneMap, Reading, RequiredVerdict, RobotFormat};
+use mocap::robot::Floor;
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
@@ -44,6 +45,10 @@ pub(crate) struct RobotArgs {
     /// With --passes 1: keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
+    /// Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0,
+    /// at height 0 of the motion's file; keep, where the motion has it in the mean, with no height changed
+    #[arg(long, value_name = "FLOOR", default_value = "auto", hide_possible_values = true)]
+    pub(crate) floor: Floor,
     /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the
     /// robot; those that it does not name are searched for
     #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]

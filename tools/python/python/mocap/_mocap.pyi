@@ -67,6 +67,7 @@ class Robot:
         lock_feet: bool,
         velocity_limits: bool,
         passes: int,
+        floor: str,
         map: str | None,
         bones: str | None,
     ) -> tuple[dict[str, Any], str, RobotClip]: ...

@@ -107,6 +107,7 @@ class Robot:
         feet: Feet = "lock",
         velocity_limits: bool = False,
         passes: Literal[1, 2] = 2,
+        floor: Literal["auto", "z=0", "keep"] = "auto",
         map: Mapping[str, str | None] | None = None,
         bones: Mapping[str, str | None] | None = None,
     ) -> RobotMotion:
@@ -119,16 +120,19 @@ class Robot:
             velocity_limits: With one pass, whether joints keep within the velocities of the robot's file, too.
             passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together, so that
                 joints move smoothly, within their velocities and without jumps.
+            floor: Where the floor is: ``"auto"``, under the feet that stand, so that one that stands a little too high comes
+                down; ``"z=0"``, at height 0 of the source's file; ``"keep"``, where the source has it in the mean, with no
+                height changed.
             map: The names of links for bones, where the guess is wrong: ``{"leftFoot": "left_ankle_link"}``; ``None`` for
                 a bone that the robot does not have.
             bones: The names of joints of the source for bones, likewise.
 
         Raises:
             MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
-            ValueError: Where ``passes`` is neither 1 nor 2.
+            ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
         """
         if passes not in (1, 2):
             raise ValueError(f"passes must be 1 or 2, got {passes!r}")
         names = [None if given is None else json.dumps(dict(given)) for given in (map, bones)]
-        arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, *names)
+        arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, floor, *names)
         return RobotMotion(dof_names=self.dof_names, report=json.loads(report), _clip=clip, **arrays)

@@ -1,0 +1,99 @@
+//! Where the floor is under a motion.
+
+use serde::{Deserialize, Serialize};
+
+/// Where the floor of a motion on a robot is.
+///
+/// ```
+/// use mocap::robot::{Floor, RobotOptions};
+///
+/// let options = RobotOptions::new().floor(Floor::Zero);
+/// assert_eq!(serde_json::to_string(&options.floor).unwrap(), "\"z=0\"");
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum Floor {
+    /// Under the feet that stand: one that stands up to 6 cm too high is brought down with all of the robot, and a
+    /// robot that would be below the floor is raised.
+    #[default]
+    Auto,
+    /// At height 0 of the source's file; a robot that would be below it is raised.
+    #[serde(rename = "z=0")]
+    #[cfg_attr(feature = "cli", value(name = "z=0"))]
+    Zero,
+    /// Where the source has it in the mean, with every height as in the source, also below it.
+    Keep,
+}
+
+/// A foot that stands higher than this above the floor stands on something else, in metres.
+const HIGHEST: f64 = 0.06;
+
+/// The deviation of the bell that smooths how far a robot is brought down, in seconds, and how many it reaches.
+const BELL: f64 = 0.1;
+const REACH: f64 = 3.0;
+
+/// How far the robot is brought down in each frame: as far as the lower foot that stands is above the floor, between
+/// such frames smoothly from one to the next. `heights` are those of both soles.
+pub(super) fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64> {
+    let standing = heights.iter().zip(contacts).map(|(heights, stands)| {
+        let heights = heights.iter().zip(stands).filter(|(_, stands)| **stands);
+        let lower = heights.map(|(height, _)| *height).reduce(f64::min)?;
+        (lower <= HIGHEST).then_some(lower.max(0.0))
+    });
+    let known: Vec<(usize, f64)> = standing
+        .enumerate()
+        .filter_map(|(frame, height)| Some((frame, height?)))
+        .collect();
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
+        return vec![0.0; heights.len()];
+    };
+    let mut drops = vec![first.1; first.0];
+    for pair in known.windows(2) {
+        let [(from, low), (to, high)] = [pair[0], pair[1]];
+        let along = |frame: usize| (frame - from) as f64 / (to - from) as f64;
+        drops.extend((from..to).map(|frame| low + along(frame) * (high - low)));
+    }
+    drops.resize(heights.len(), last.1);
+    smooth(&drops, BELL * fps)
+}
+
+/// The mean of values under Gauss's bell of this deviation, in frames.
+fn smooth(values: &[f64], deviation: f64) -> Vec<f64> {
+    let reach = (REACH * deviation).ceil().min(values.len() as f64) as usize;
+    let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();
+    let bell: Vec<f64> = (0..=reach).map(bell).collect();
+    let mean = |frame: usize| {
+        let near = frame.saturating_sub(reach)..(frame + reach + 1).min(values.len());
+        let sums = near.map(|other| (bell[other.abs_diff(frame)], values[other]));
+        let (weights, sum) = sums.fold((0.0, 0.0), |(weights, sum), (weight, value)| {
+            (weights + weight, sum + weight * value)
+        });
+        sum / weights
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn feet_that_stand_come_down_and_those_on_a_step_do_not() {
+        let contacts = vec![[true, false]; 100];
+        let even = drops(&vec![[0.02, 0.3]; 100], &contacts, 30.0);
+        assert!(even.iter().all(|drop| (drop - 0.02).abs() < 1e-12));
+        let step = drops(&vec![[0.2, 0.3]; 100], &contacts, 30.0);
+        assert!(step.iter().all(|drop| *drop == 0.0));
+        // A foot in the air between two that stand: from one to the other without a jump.
+        let heights: Vec<[f64; 2]> = (0..100)
+            .map(|frame| [if frame < 50 { 0.01 } else { 0.03 }, 0.5])
+            .collect();
+        let contacts: Vec<[bool; 2]> = (0..100).map(|frame| [!(30..70).contains(&frame), false]).collect();
+        let found = drops(&heights, &contacts, 30.0);
+        assert!((found[0] - 0.01).abs() < 1e-6 && (found[99] - 0.03).abs() < 1e-6);
+        assert!(found.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.001));
+    }
+}
