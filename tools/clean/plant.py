@@ -35,7 +35,7 @@ def load(source, rate):
     motion = bvh.read(source["path"])
     step = max(1, round(motion.rate / rate))
     motion.rate /= step
-    motion = motion.take(np.arange(source["skip"], len(motion.root), step))
+    motion = motion.take(np.arange(source["skip"], source.get("end", len(motion.root)), step))
     if source["up"] == "z":
         up = Rotation.from_euler("X", -90, degrees=True)
         motion.root = up.apply(motion.root)
