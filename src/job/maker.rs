@@ -123,8 +123,8 @@ impl<'a> Maker<'a> {
     }
 
     /// Looks at motions before their outputs are made, where those have a T-pose: motions of one skeleton then have one
-    /// unit, one map of bones and one T-pose, which all of them show together. What cannot be read here is told when its
-    /// output is made.
+    /// unit, one map of bones and one T-pose, which all of them show together. What cannot be read here is told when
+    /// its output is made.
     #[must_use]
     pub fn look_at(mut self, motions: &[PathBuf]) -> Self {
         if self.target.is_none() && !self.writes_t_pose() {

@@ -21,14 +21,10 @@ mod search;
 mod survey;
 mod write;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use mocap::FormatInfo;
 use mocap::job::{Length, Reading, SourceMap, SourceSpace};
-
-use crate::batch::inputs::names_several;
-use crate::{Failure, streams};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
@@ -193,32 +189,11 @@ impl SolveArgs {
 }
 
 impl ConvertArgs {
-    /// Takes `-o take.glb` for the output of one file, as other commands have it; `-o takes/` is a folder.
+    /// Takes `-o take.glb` for the output of one file, as other commands have it.
     pub(crate) fn settle(&mut self) {
-        let is_one = matches!(self.paths.as_slice(), [path] if !names_several(path));
-        if is_one && let Some(output) = self.batch.out_dir.take_if(|output| names_file(output)) {
-            self.paths.push(output);
-        }
+        let file = self.batch.take_file(&self.paths);
+        self.paths.extend(file);
     }
-
-    /// The folder of the outputs.
-    ///
-    /// # Errors
-    /// The name of a file.
-    pub(crate) fn folder(&self) -> Result<Option<&Path>, Failure> {
-        match self.batch.out_dir.as_deref() {
-            Some(output) if names_file(output) => Err(Failure::Usage(format!(
-                "{}: the outputs of several inputs need a folder; a folder with such a name ends in /",
-                output.display()
-            ))),
-            folder => Ok(folder),
-        }
-    }
-}
-
-/// Whether an output is a file by its name, and no folder of that name is there.
-fn names_file(output: &Path) -> bool {
-    streams::is_standard(output) || !batch::is_folder(output) && FormatInfo::of_output(output).is_some()
 }
 
 /// The tolerance of `verify`.

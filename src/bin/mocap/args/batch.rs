@@ -3,10 +3,13 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use mocap::FormatInfo;
+
 use super::OutputFormat;
+use crate::batch::inputs::names_several;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
-use crate::{report, streams};
+use crate::{Failure, report, streams};
 
 /// Options for many files. They decide the names of outputs, but not their contents.
 #[derive(Debug, clap::Args)]
@@ -26,6 +29,33 @@ pub(crate) struct BatchArgs {
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
+}
+
+impl BatchArgs {
+    /// Takes the output of one file, where `-o` names one.
+    pub(super) fn take_file(&mut self, paths: &[PathBuf]) -> Option<PathBuf> {
+        let is_one = matches!(paths, [path] if !names_several(path));
+        self.out_dir.take_if(|output| is_one && names_file(output))
+    }
+
+    /// The folder of the outputs.
+    ///
+    /// # Errors
+    /// The name of a file.
+    pub(crate) fn folder(&self) -> Result<Option<&Path>, Failure> {
+        match self.out_dir.as_deref() {
+            Some(output) if names_file(output) => Err(Failure::Usage(format!(
+                "{}: the outputs of several inputs need a folder; a folder with such a name ends in /",
+                output.display()
+            ))),
+            folder => Ok(folder),
+        }
+    }
+}
+
+/// Whether an output is a file by its name, and no folder of that name is there.
+fn names_file(output: &Path) -> bool {
+    streams::is_standard(output) || !is_folder(output) && FormatInfo::of_output(output).is_some()
 }
 
 /// Which files to read.

@@ -33,7 +33,7 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(Job, OutputForma
     let frames = args.change.frames.conversion();
     let options_are_sound = frames.check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
-    if let Some(folder) = args.folder()? {
+    if let Some(folder) = args.batch.folder()? {
         let job = wanted(args, given, &args.paths, &folder.join(""), args.batch.to)?;
         return Ok((job, args.batch.to));
     }
