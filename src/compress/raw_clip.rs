@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use super::object_space::ObjectSpaceTrack;
 use crate::error::{Code, Diagnostic, Result};
@@ -193,11 +193,8 @@ impl<'a> RawClip<'a> {
                 None => continue,
             };
             let scale = self.joints[parent].scale;
-            // A matrix has the same bits on every processor; a product of a quaternion and a vector has not, and a
-            // search among keys goes elsewhere for a last bit.
-            let axes = Mat3::from_quat(rotation);
-            for axis in [axes.x_axis, axes.y_axis, axes.z_axis] {
-                let point = start + axis * (distance / scale);
+            for axis in Vec3::AXES {
+                let point = start + rotation * axis * (distance / scale);
                 let index = self.joints.len();
                 self.joints[parent].children.push(index);
                 self.joints.push(RawJoint {
