@@ -50,6 +50,7 @@ pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedC
 use self::timeline::Timeline;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::Provenance;
+#[cfg(feature = "npz")]
 use crate::format::usd;
 use crate::import::Importer;
 use crate::process::SkeletonMesh;

@@ -53,7 +53,8 @@ const KINDS: &str = "mocap:kinds";
 const RATE: &str = "mocap:ticksPerSecond";
 const DURATION: &str = "mocap:duration";
 
-/// Whether the bytes are an archive of a stage, `.usdz`.
+/// Whether the bytes are an archive of a stage, `.usdz`, and not one of arrays.
+#[cfg(feature = "npz")]
 pub(crate) fn is_archive(bytes: &[u8]) -> bool {
     archive::sniff(bytes)
 }

@@ -30,7 +30,7 @@ impl Importer {
         if let Some(model) = body_model(bytes, &self.read.limits)? {
             return Ok(Body::Model(model));
         }
-        let importer = Self::new().limits(self.read.limits.clone()).gltf_meshes(false);
+        let importer = Self::new().limits(self.read.limits).gltf_meshes(false);
         bones(importer.read(bytes, path)?)
     }
 

@@ -252,9 +252,9 @@ impl RobotRetargeter {
         };
         let mut stands = [Stand::default(), Stand::default()];
         let returned = returned(animation.ticks_per_second);
-        for frame in 0..frames {
+        for (frame, drop) in drops.into_iter().enumerate() {
             twin.sample(&binding, held, frame as f64);
-            self.following.aim(&twin, drops[frame]);
+            self.following.aim(&twin, drop);
             for (side, stand) in stands.iter_mut().enumerate() {
                 let is_held = self.options.lock_feet && frame > 0 && motion.contacts[frame][side];
                 self.following

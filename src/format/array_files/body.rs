@@ -192,10 +192,11 @@ impl Regressor {
         let by_columns = starts.len() == vertices + 1;
         let mut weights = Vec::with_capacity(data.len());
         for (major, pair) in starts.windows(2).enumerate() {
-            for at in pair[0] as usize..(pair[1] as usize).min(data.len()) {
+            let [begin, end] = [pair[0], pair[1]].map(|at| (at as usize).min(data.len()));
+            for (at, weight) in data.iter().enumerate().take(end).skip(begin) {
                 let minor = indices.get(at).map_or(usize::MAX, |index| *index as usize);
                 let (joint, vertex) = if by_columns { (minor, major) } else { (major, minor) };
-                weights.push((joint, vertex, data[at]));
+                weights.push((joint, vertex, *weight));
             }
         }
         let is_inside = |(joint, vertex, _): &(usize, usize, f64)| *joint < joints as usize && *vertex < vertices;

@@ -31,7 +31,7 @@ pub(super) fn sniff(bytes: &[u8]) -> bool {
         let length = usize::from(u16_at(bytes, 26)?);
         bytes.get(LOCAL_LENGTH..LOCAL_LENGTH + length)
     };
-    bytes.starts_with(ZIP_HEAD) && name().is_some_and(|name| is_stage(name))
+    bytes.starts_with(ZIP_HEAD) && name().is_some_and(is_stage)
 }
 
 fn is_stage(name: &[u8]) -> bool {

@@ -43,6 +43,9 @@ pub(super) fn read(
     Ok(found.into_iter().map(|(_, animation)| animation).collect())
 }
 
+/// The ticks of an attribute, and its numbers at each, N for every joint.
+type Track<const N: usize> = (Vec<f64>, Vec<Vec<[f32; N]>>);
+
 /// Time codes as ticks.
 struct Times {
     /// Ticks in a time code, and the time code of the first tick.
@@ -160,7 +163,7 @@ impl Times {
         attribute: Option<&Attribute>,
         names: &[String],
         name: &str,
-    ) -> Result<(Vec<f64>, Vec<Vec<[f32; N]>>), Failure> {
+    ) -> Result<Track<N>, Failure> {
         let Some(attribute) = attribute else {
             return Ok((Vec::new(), Vec::new()));
         };

@@ -206,8 +206,8 @@ fn within(out: &mut text::Text, metadata: &[&str]) {
 
 fn check(mesh: &Mesh) -> Result<()> {
     let is_sound = |vertex: &Vec3| vertex.to_array().into_iter().all(|number| is_plausible(number.into()));
-    let is_whole =
-        mesh.indices.len() % 3 == 0 && mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len());
+    let is_whole = mesh.indices.len().is_multiple_of(3)
+        && mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len());
     match is_whole && mesh.vertices.iter().all(is_sound) {
         true => Ok(()),
         false => {

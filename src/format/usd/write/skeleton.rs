@@ -8,7 +8,7 @@ use super::{ROOT, SKELETON, unrepresentable};
 use crate::error::Result;
 use crate::format::usd::KINDS;
 use crate::limits::is_plausible;
-use crate::scene::{NodeKind, Scene};
+use crate::scene::{NodeId, NodeKind, Scene};
 
 pub(super) struct Skeleton {
     /// The path of each joint: identifiers from the root joint to it.
@@ -39,7 +39,7 @@ impl Skeleton {
             };
             let name = names.unique(&node.name, instead);
             let own = node.transform.as_dmat4();
-            match node.parent.map(|parent| parent.index()) {
+            match node.parent.map(NodeId::index) {
                 Some(parent) => {
                     joints.push(format!("{}/{name}", joints[parent]));
                     rest.push(rest[parent] * own);
