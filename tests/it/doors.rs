@@ -279,7 +279,7 @@ fn other_languages_call_what_the_table_tries() {
         ("tools/wasm/src/request.rs", "job.run_in_memory("),
         ("tools/python/src/convert.rs", "FormatInfo::of_output("),
         ("tools/python/src/convert.rs", "row.refusal("),
-        ("tools/wasm/src/request.rs", "FormatInfo::of_output("),
+        ("tools/wasm/src/writing.rs", "FormatInfo::of_output("),
         ("tools/python/src/convert.rs", "name_joints("),
         ("tools/wasm/src/request.rs", "name_joints("),
         ("tools/python/src/convert.rs", ".t_pose_first("),

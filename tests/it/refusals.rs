@@ -47,13 +47,19 @@ fn two_outputs_of_one_name_are_refused_before_the_first_is_written() {
 #[test]
 fn a_file_where_a_folder_is_needed_is_said_to_be_one() {
     let folder = Folder::with(&["w.bvh", "a.bvh"]);
+    folder.write("notes", b"mine");
     for arguments in [
-        "convert w.bvh a.bvh -o w.bvh",
+        "convert w.bvh a.bvh -o notes",
         "edit w.bvh a.bvh --step mirror -o w.bvh/",
     ] {
         let said = folder.ends_with(2, arguments);
-        assert!(said.contains("w.bvh: this is a file"), "{arguments}: {said}");
+        assert!(said.contains(": this is a file"), "{arguments}: {said}");
     }
+    let said = folder.ends_with(2, "convert w.bvh a.bvh -o w.bvh");
+    assert!(
+        said.contains("w.bvh: the outputs of several inputs need a folder"),
+        "{said}"
+    );
 }
 
 #[cfg(target_os = "linux")]
