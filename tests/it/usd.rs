@@ -268,3 +268,47 @@ fn an_output_is_replaced_and_somebodys_stage_is_not() {
     }
     folder.refuses("convert lecture_Test.bvh scene.usda", 1, "would replace a file");
 }
+
+/// As Pixar's library writes them: `\\x` and two hexadecimal digits.
+#[test]
+fn control_characters_of_names_are_kept() {
+    let name = "a\u{8}bc\u{1}7\"\\\n";
+    let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    scene.nodes[0].name = name.to_owned();
+    for animation in &mut scene.animations {
+        animation.channels[0].node_name = name.to_owned();
+    }
+    let bytes = Exporter::new()
+        .write_as(&scene, "a.usda")
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let text = String::from_utf8(bytes.clone()).unwrap();
+    assert!(text.contains(r#""a\x08bc\x017\"\\\n""#), "{text}");
+    assert_eq!(Importer::new().read(&bytes, "a.usda").unwrap().nodes[0].name, name);
+}
+
+/// A step has a key just before the next frame, which is no key of that frame.
+#[test]
+fn a_key_just_before_a_frame_stays_there() {
+    let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    let (before, step) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0));
+    let keys = &mut scene.animations[0].channels[0].position_keys;
+    keys.ticks = Some(vec![0.0, 0.999_999_925_494_194, 1.0]);
+    keys.values = vec![before, before, step];
+    let bytes = Exporter::new()
+        .write_as(&scene, "a.usda")
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let read = Importer::new().read(&bytes, "a.usda").unwrap();
+    let root = read.animations[0]
+        .channels
+        .iter()
+        .find(|channel| channel.node == scene.animations[0].channels[0].node);
+    let values = &root.unwrap().position_keys.values;
+    assert!(
+        values.last().unwrap().normalize().distance(step.normalize()) < 1e-6,
+        "{values:?}"
+    );
+}

@@ -105,7 +105,7 @@ def test_two_motions(clip: mocap.Scene) -> None:
     assert joined.frames == report["frames"] == 2 * clip.frames - 1
     arms, report = edit.layer(clip, other, "arms")
     assert report["joints"] > 4 and arms.frames == clip.frames
-    with pytest.raises(mocap.MocapError, match="needs a second motion"):
+    with pytest.raises(mocap.MocapError, match="the step concat takes motion 2, and there are 1"):
         edit.apply(clip, "concat")
     same = {"step": "smooth", "cut_off": np.float32(8)}
     assert edit.apply(clip, same).report == edit.apply(clip, "smooth:cut-off=8").report

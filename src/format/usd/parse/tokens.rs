@@ -95,13 +95,9 @@ impl<'a> Tokens<'a> {
                 }
                 Some(_) if rest[at..].starts_with(mark) => break,
                 Some(b'\\') => {
-                    bytes.extend(match rest.get(at + 1) {
-                        Some(b'n') => Some(b'\n'),
-                        Some(b't') => Some(b'\t'),
-                        Some(b'r') => Some(b'\r'),
-                        other => other.copied(),
-                    });
-                    at += 2;
+                    let (byte, length) = escaped(&rest[at + 1..]);
+                    bytes.extend(byte);
+                    at += 1 + length;
                 }
                 Some(byte) => {
                     bytes.push(*byte);
@@ -167,4 +163,34 @@ pub(super) fn is_word(byte: u8) -> bool {
 
 pub(super) fn text_of(word: Word<'_>) -> String {
     String::from_utf8_lossy(word.bytes).into_owned()
+}
+
+/// The byte that follows a backslash, as in C, and how many bytes stand for it.
+fn escaped(rest: &[u8]) -> (Option<u8>, usize) {
+    let digits = |radix: u32, from: usize, most: usize| {
+        let digits = rest.iter().skip(from).take(most);
+        let digits = digits.map_while(|digit| char::from(*digit).to_digit(radix));
+        digits.fold((0_u32, from), |(value, length), digit| {
+            (value * radix + digit, length + 1)
+        })
+    };
+    let byte = match rest.first() {
+        Some(b'a') => 7,
+        Some(b'b') => 8,
+        Some(b't') => b'\t',
+        Some(b'n') => b'\n',
+        Some(b'v') => 11,
+        Some(b'f') => 12,
+        Some(b'r') => b'\r',
+        Some(b'x') => {
+            let (value, length) = digits(16, 1, 2);
+            return (Some(value as u8), length);
+        }
+        Some(b'0'..=b'7') => {
+            let (value, length) = digits(8, 0, 3);
+            return (Some(value as u8), length);
+        }
+        other => return (other.copied(), 1),
+    };
+    (Some(byte), 1)
 }

@@ -17,7 +17,7 @@ use crate::scene::{Animation, Channel, Keys, NodeId};
 const DEFAULT_RATE: f64 = 24.0;
 
 /// How far a tick may be from a whole one and count as it: time codes are rounded.
-const WHOLE: f64 = 1e-6;
+const WHOLE: f64 = 1e-9;
 
 pub(super) fn read(
     layer: &Layer,
