@@ -83,7 +83,7 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[point.frame]
     }
 
-    /// Whether it has a slope that is none of a hill, and that is certain.
+    /// Whether it has a slope that is certain, and too small to be that of a hill.
     pub(super) fn is_sloped(&self) -> bool {
         (LEAST_SLOPE..LARGEST_SLOPE).contains(&self.slope()) && self.certain > CERTAIN && self.explains > EXPLAINS
     }

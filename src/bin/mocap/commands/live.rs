@@ -64,7 +64,7 @@ fn listen(socket: &UdpSocket, seconds: Option<f64>, is_over: &AtomicBool) -> Vmc
     let begin = Instant::now();
     let is_late = || seconds.is_some_and(|seconds| begin.elapsed().as_secs_f64() >= seconds);
     while !is_over.load(Ordering::Relaxed) && !is_late() && !recorder.is_full() {
-        // An error of one packet, such as a peer that is gone, is none of the recording.
+        // One packet that fails, as when a peer has gone, does not end the recording.
         if let Ok((length, _)) = socket.recv_from(&mut packet) {
             recorder.hear(&packet[..length], begin.elapsed().as_secs_f64());
         }

@@ -202,7 +202,7 @@ impl Times {
     }
 }
 
-/// The keys of one joint; the rest where there is none.
+/// The keys of one joint; its value at rest where it has no keys.
 fn keys<T: Copy + PartialEq, const N: usize>(
     (ticks, rows): &(Vec<f64>, Vec<Vec<[f32; N]>>),
     place: usize,

@@ -70,7 +70,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The joints that an animation drives, in the order of the skeleton; the first joint where there is none.
+    /// The joints that an animation drives, in the order of the skeleton; the first joint where it drives none.
     fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<Driven<'a>>> {
         const NOTHING: &Channel = &Channel {
             node_name: String::new(),
