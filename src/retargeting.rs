@@ -42,7 +42,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, Humanoid, HumanoidBone, humanoid};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
-use crate::process::{self, SkeletonMesh};
+use crate::process::SkeletonMesh;
 use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{Animation, AppliedStep, Scene, SecondMotion};
@@ -432,7 +432,7 @@ impl Retargeting {
         let mut scene = self.target.scene().into_owned();
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
         if let Target::Robot(_) = self.target {
-            process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+            scene.add_skeleton_mesh(SkeletonMesh::Skinned);
         }
         scene
     }

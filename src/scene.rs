@@ -1,7 +1,7 @@
 //! The scene: a node graph, meshes, materials and animations, in the words of Assimp. Plain data.
 //!
 //! Lengths are in the file's unit, coordinates right-handed, matrices map column vectors (`node_to_parent * point`),
-//! quaternions are `x y z w` in memory. [`process::validate`](crate::process::validate()) lists the rules that every
+//! quaternions are `x y z w` in memory. [`Scene::validate`](crate::Scene::validate) lists the rules that every
 //! scene of this crate keeps.
 //!
 //! Nodes and keys, and where they are at a tick:

@@ -90,12 +90,11 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 /// ```
 /// use mocap::Exporter;
 /// use mocap::gltf::Provenance;
-/// use mocap::process::trim;
 /// use mocap::verify::Verifier;
 ///
 /// let walk = "fixtures/real/cmu_short.bvh";
 /// let mut scene = mocap::import(walk)?;
-/// trim(&mut scene, 10.0, 20.0);
+/// scene.trim(10.0, 20.0);
 /// let folder = tempfile::tempdir().unwrap();
 /// let output = folder.path().join("part.bvh");
 /// Exporter::new().export(&scene, &output)?;

@@ -100,13 +100,13 @@ impl Conversion {
         }
 
         if let RestPoseSource::Frame(frame) = self.rest {
-            process::rest_pose(scene, frame as f64);
+            scene.set_rest_pose_at(frame as f64);
         }
         if first > 0.0 || last.is_finite() {
-            process::trim(scene, first, last);
+            scene.trim(first, last);
         }
         if let Some(rate) = self.frame_rate {
-            process::resample(scene, rate, &self.limits)?;
+            scene.resample(rate, &self.limits)?;
         }
         let stands = standing.is_some();
         self.stand(scene, standing, figure)?;
@@ -178,10 +178,10 @@ impl Conversion {
         let inserted = match self.root {
             RootMotion::Keep => None,
             RootMotion::InPlace => {
-                process::in_place(scene);
+                scene.put_in_place();
                 None
             }
-            RootMotion::Extract => process::root_motion(scene),
+            RootMotion::Extract => scene.extract_root_motion(),
         };
         if upright != to {
             process::convert_units_to(scene, upright, to);

@@ -15,7 +15,7 @@ use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo, Sidecar, Source, numbers};
 use crate::limits;
 use crate::pose::Binding;
-use crate::process::{self, KeyTolerance};
+use crate::process::KeyTolerance;
 use crate::scene::{AppliedStep, Format, Origin, Scene};
 
 impl Importer {
@@ -122,17 +122,13 @@ impl Importer {
             }
         }
         if scene.meshes.is_empty() {
-            process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+            scene.add_skeleton_mesh(self.skeleton_mesh);
         }
         name_nodes_of_channels(&mut scene);
         if self.collapse_keys {
-            process::collapse_keys(&mut scene, KeyTolerance::default());
+            scene.collapse_keys(KeyTolerance::default());
         }
-        debug_assert_eq!(
-            process::validate(&scene),
-            [],
-            "a reader made a scene that breaks the rules"
-        );
+        debug_assert_eq!(scene.validate(), [], "a reader made a scene that breaks the rules");
         Ok(scene)
     }
 

@@ -9,7 +9,7 @@ use crate::scene::{Keys, Scene};
 ///
 /// With zero, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
 ///
-/// [`collapse_keys()`](crate::process::collapse_keys()) has an example.
+/// [`Scene::collapse_keys`](crate::Scene::collapse_keys) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct KeyTolerance {
@@ -29,42 +29,40 @@ setters! {
     }
 }
 
-/// Keeps only the first key of every track whose values are all equal within `tolerance`.
-///
-/// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
-/// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
-///
-/// Assimp does so at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
-/// tracks whose neighbouring keys all differ by more than 1.
-///
-/// ```
-/// use mocap::glam::Vec3;
-/// use mocap::process::{KeyTolerance, collapse_keys};
-/// use mocap::scene::{Animation, Channel, Keys, Scene};
-///
-/// let still = Channel { position_keys: Keys::every_tick(vec![Vec3::ONE; 100]), ..Channel::default() };
-/// let mut scene = Scene {
-///     animations: vec![Animation { channels: vec![still], ..Animation::default() }],
-///     ..Scene::default()
-/// };
-/// collapse_keys(&mut scene, KeyTolerance::default());
-/// assert_eq!(scene.animations[0].channels[0].position_keys, Keys::constant(Vec3::ONE));
-/// ```
-pub fn collapse_keys(scene: &mut Scene, tolerance: KeyTolerance) {
-    for channel in scene
-        .animations
-        .iter_mut()
-        .flat_map(|animation| &mut animation.channels)
-    {
-        collapse(&mut channel.position_keys, |a, b| {
-            distance(a, b) <= f64::from(tolerance.position)
-        });
-        collapse(&mut channel.rotation_keys, |a, b| {
-            angle(a, b) <= f64::from(tolerance.rotation)
-        });
-        collapse(&mut channel.scaling_keys, |a, b| {
-            distance(a, b) <= f64::from(tolerance.scaling)
-        });
+impl Scene {
+    /// Keeps only the first key of every track whose values are all equal within `tolerance`.
+    ///
+    /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
+    /// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
+    ///
+    /// Assimp does so at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
+    /// tracks whose neighbouring keys all differ by more than 1.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::process::KeyTolerance;
+    /// use mocap::scene::{Animation, Channel, Keys, Scene};
+    ///
+    /// let still = Channel { position_keys: Keys::every_tick(vec![Vec3::ONE; 100]), ..Channel::default() };
+    /// let mut scene = Scene {
+    ///     animations: vec![Animation { channels: vec![still], ..Animation::default() }],
+    ///     ..Scene::default()
+    /// };
+    /// scene.collapse_keys(KeyTolerance::default());
+    /// assert_eq!(scene.animations[0].channels[0].position_keys, Keys::constant(Vec3::ONE));
+    /// ```
+    pub fn collapse_keys(&mut self, tolerance: KeyTolerance) {
+        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+            collapse(&mut channel.position_keys, |a, b| {
+                distance(a, b) <= f64::from(tolerance.position)
+            });
+            collapse(&mut channel.rotation_keys, |a, b| {
+                angle(a, b) <= f64::from(tolerance.rotation)
+            });
+            collapse(&mut channel.scaling_keys, |a, b| {
+                distance(a, b) <= f64::from(tolerance.scaling)
+            });
+        }
     }
 }
 
@@ -105,7 +103,7 @@ mod tests {
             }],
             ..Scene::default()
         };
-        collapse_keys(&mut scene, tolerance);
+        scene.collapse_keys(tolerance);
         scene.animations.remove(0).channels.remove(0)
     }
 

@@ -6,26 +6,27 @@ use crate::math::up_axis::{self, turn_to_y_up};
 use crate::pose::Binding;
 use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 
-/// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
-///
-/// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below the
-/// root do not change. +Z up becomes +Y up by a rotation of 90 degrees about X: (x, y, z) becomes (x, z, -y).
-///
-/// The scene then says that it is in metres with +Y up. [`Conversion`](crate::convert::Conversion) finds out what
-/// `metres_per_unit` and `up` are, and calls this.
-///
-/// ```
-/// use mocap::glam::{Mat4, Vec3};
-/// use mocap::process::convert_units;
-/// use mocap::scene::{Node, Scene, UpAxis};
-///
-/// let hips = Node { transform: Mat4::from_translation(Vec3::new(0.0, 0.0, 98.0)), ..Node::default() };
-/// let mut scene = Scene { nodes: vec![hips], ..Scene::default() };
-/// convert_units(&mut scene, 0.01, UpAxis::Z);
-/// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::new(0.0, 0.98, 0.0));
-/// ```
-pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
-    convert_units_to(scene, (metres_per_unit, up), (1.0, UpAxis::Y));
+impl Scene {
+    /// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
+    ///
+    /// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below
+    /// the root do not change. +Z up becomes +Y up by a rotation of 90 degrees about X: (x, y, z) becomes (x, z, -y).
+    ///
+    /// The scene then says that it is in metres with +Y up. [`Conversion`](crate::convert::Conversion) finds out what
+    /// `metres_per_unit` and `up` are, and calls this.
+    ///
+    /// ```
+    /// use mocap::glam::{Mat4, Vec3};
+    /// use mocap::scene::{Node, Scene, UpAxis};
+    ///
+    /// let hips = Node { transform: Mat4::from_translation(Vec3::new(0.0, 0.0, 98.0)), ..Node::default() };
+    /// let mut scene = Scene { nodes: vec![hips], ..Scene::default() };
+    /// scene.convert_units(0.01, UpAxis::Z);
+    /// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::new(0.0, 0.98, 0.0));
+    /// ```
+    pub fn convert_units(&mut self, metres_per_unit: f64, up: UpAxis) {
+        convert_units_to(self, (metres_per_unit, up), (1.0, UpAxis::Y));
+    }
 }
 
 /// As [`convert_units`], from any unit and up axis to any other: `from` and `to` are metres per unit of length and the

@@ -5,47 +5,49 @@ use glam::{Mat3, Mat4};
 use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Scene};
 
-/// Splits off the parts of skinned meshes that follow only one bone, and moves each to the bone's node.
-///
-/// Before: mesh 0 on the root, with the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh 1 on
-/// `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look the
-/// same in every pose.
-///
-/// A bone is *needed* if it shares a vertex with another bone, or if a face has vertices of it and of something else.
-/// The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep those bones. Faces
-/// without any bone stay with them.
-///
-/// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
-/// near the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
-pub fn debone(scene: &mut Scene) {
-    let mut replacements = vec![Vec::new(); scene.meshes.len()];
-    let mut rigid_parts = Vec::new();
-    let mut meshes = Vec::new();
-    for (index, mesh) in scene.meshes.drain(..).enumerate() {
-        let FacesByBone { kept, split_off } = faces_by_bone(&mesh);
-        if split_off.iter().all(Vec::is_empty) {
-            replacements[index].push(meshes.len());
-            meshes.push(mesh);
-            continue;
-        }
-        if !kept.is_empty() {
-            let (mut rest, new_ids) = submesh(&mesh, &kept);
-            rest.bones = renumbered_bones(&mesh.bones, &new_ids);
-            replacements[index].push(meshes.len());
-            meshes.push(rest);
-        }
-        for (bone, faces) in mesh.bones.iter().zip(&split_off) {
-            if !faces.is_empty() {
-                let (part, _) = submesh(&mesh, faces);
-                rigid_parts.push((bone.node, meshes.len()));
-                meshes.push(in_bone_space(part, bone.offset_matrix));
+impl Scene {
+    /// Splits off the parts of skinned meshes that follow only one bone, and moves each to the bone's node.
+    ///
+    /// Before: mesh 0 on the root, with the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh 1
+    /// on `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look
+    /// the same in every pose.
+    ///
+    /// A bone is *needed* if it shares a vertex with another bone, or if a face has vertices of it and of something
+    /// else. The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep those
+    /// bones. Faces without any bone stay with them.
+    ///
+    /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
+    /// near the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
+    pub fn debone(&mut self) {
+        let mut replacements = vec![Vec::new(); self.meshes.len()];
+        let mut rigid_parts = Vec::new();
+        let mut meshes = Vec::new();
+        for (index, mesh) in self.meshes.drain(..).enumerate() {
+            let FacesByBone { kept, split_off } = faces_by_bone(&mesh);
+            if split_off.iter().all(Vec::is_empty) {
+                replacements[index].push(meshes.len());
+                meshes.push(mesh);
+                continue;
+            }
+            if !kept.is_empty() {
+                let (mut rest, new_ids) = submesh(&mesh, &kept);
+                rest.bones = renumbered_bones(&mesh.bones, &new_ids);
+                replacements[index].push(meshes.len());
+                meshes.push(rest);
+            }
+            for (bone, faces) in mesh.bones.iter().zip(&split_off) {
+                if !faces.is_empty() {
+                    let (part, _) = submesh(&mesh, faces);
+                    rigid_parts.push((bone.node, meshes.len()));
+                    meshes.push(in_bone_space(part, bone.offset_matrix));
+                }
             }
         }
-    }
-    scene.meshes = meshes;
-    replace_mesh_indices(&mut scene.nodes, &replacements);
-    for (node, mesh) in rigid_parts {
-        scene.nodes[node.index()].meshes.push(mesh);
+        self.meshes = meshes;
+        replace_mesh_indices(&mut self.nodes, &replacements);
+        for (node, mesh) in rigid_parts {
+            self.nodes[node.index()].meshes.push(mesh);
+        }
     }
 }
 

@@ -3,35 +3,38 @@
 use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Primitive, Scene};
 
-/// Makes points of triangles whose three corners have one position, in a separate mesh.
-///
-/// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex each,
-/// mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold both.
-/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all have one position.
-///
-/// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle with
-/// two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.
-pub fn find_degenerates(scene: &mut Scene) {
-    let mut replacements = Vec::with_capacity(scene.meshes.len());
-    let mut meshes = Vec::new();
-    for mesh in scene.meshes.drain(..) {
-        let first = meshes.len();
-        let (degenerate, sound): (Vec<usize>, Vec<usize>) =
-            (0..mesh.faces().len()).partition(|&face| is_point(&mesh, face));
-        if degenerate.is_empty() {
-            meshes.push(mesh);
-        } else {
-            meshes.push(points(&mesh, &degenerate));
-            if !sound.is_empty() {
-                let (mut triangles, new_ids) = submesh(&mesh, &sound);
-                triangles.bones = renumbered_bones(&mesh.bones, &new_ids);
-                meshes.push(triangles);
+impl Scene {
+    /// Makes points of triangles whose three corners have one position, in a separate mesh.
+    ///
+    /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
+    /// each, mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold
+    /// both. [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all have one
+    /// position.
+    ///
+    /// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle
+    /// with two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.
+    pub fn find_degenerates(&mut self) {
+        let mut replacements = Vec::with_capacity(self.meshes.len());
+        let mut meshes = Vec::new();
+        for mesh in self.meshes.drain(..) {
+            let first = meshes.len();
+            let (degenerate, sound): (Vec<usize>, Vec<usize>) =
+                (0..mesh.faces().len()).partition(|&face| is_point(&mesh, face));
+            if degenerate.is_empty() {
+                meshes.push(mesh);
+            } else {
+                meshes.push(points(&mesh, &degenerate));
+                if !sound.is_empty() {
+                    let (mut triangles, new_ids) = submesh(&mesh, &sound);
+                    triangles.bones = renumbered_bones(&mesh.bones, &new_ids);
+                    meshes.push(triangles);
+                }
             }
+            replacements.push((first..meshes.len()).collect());
         }
-        replacements.push((first..meshes.len()).collect());
+        self.meshes = meshes;
+        replace_mesh_indices(&mut self.nodes, &replacements);
     }
-    scene.meshes = meshes;
-    replace_mesh_indices(&mut scene.nodes, &replacements);
 }
 
 fn is_point(mesh: &Mesh, face: usize) -> bool {

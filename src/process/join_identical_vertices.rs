@@ -10,17 +10,19 @@ use crate::scene::{Mesh, Scene};
 /// Normals closer than this count as equal; Assimp's limit.
 const NORMAL_TOLERANCE: f32 = 1e-5;
 
-/// Stores equal vertices once, and lets the faces share them.
-///
-/// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12 vertices
-/// that 12 faces share. The first of equal vertices stays; the order stays.
-///
-/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their
-/// texture coordinates are the same, and the same bones move them by the same weights. Assimp does not have the last
-/// condition, and so gives vertices of one bone to another where two links coincide.
-pub fn join_identical_vertices(scene: &mut Scene) {
-    for mesh in &mut scene.meshes {
-        join(mesh);
+impl Scene {
+    /// Stores equal vertices once, and lets the faces share them.
+    ///
+    /// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12
+    /// vertices that 12 faces share. The first of equal vertices stays; the order stays.
+    ///
+    /// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their
+    /// texture coordinates are the same, and the same bones move them by the same weights. Assimp does not have the
+    /// last condition, and so gives vertices of one bone to another where two links coincide.
+    pub fn join_identical_vertices(&mut self) {
+        for mesh in &mut self.meshes {
+            join(mesh);
+        }
     }
 }
 

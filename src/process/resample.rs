@@ -10,27 +10,29 @@ use crate::scene::{Animation, AppliedStep, Keys, Scene};
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
 const SAME_TICK: f64 = 1e-6;
 
-/// Gives every animation `frames_per_second` frames per second.
-///
-/// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
-/// frame, is lost. A [cut](figure::cuts) is not interpolated: no value is taken from inside it, and the frames on
-/// both sides become keys at their own, uneven ticks.
-///
-/// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333, which
-/// means 1/120, every fourth frame becomes a frame at 30 per second.
-///
-/// # Errors
-/// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would have
-/// more values than [`Limits::max_values`] allows. `scene` is then unchanged.
-pub fn resample(scene: &mut Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
-    limits::frame_rate(Code::InvalidValue, frames_per_second)?;
-    check_size(scene, frames_per_second, limits)?;
-    for index in 0..scene.animations.len() {
-        let cuts = figure::cuts(scene, index);
-        resample_animation(&mut scene.animations[index], frames_per_second, &cuts);
+impl Scene {
+    /// Gives every animation `frames_per_second` frames per second.
+    ///
+    /// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
+    /// frame, is lost. A [cut](figure::cuts) is not interpolated: no value is taken from inside it, and the frames on
+    /// both sides become keys at their own, uneven ticks.
+    ///
+    /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333,
+    /// which means 1/120, every fourth frame becomes a frame at 30 per second.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would
+    /// have more values than [`Limits::max_values`] allows. `scene` is then unchanged.
+    pub fn resample(&mut self, frames_per_second: f64, limits: &Limits) -> Result<()> {
+        limits::frame_rate(Code::InvalidValue, frames_per_second)?;
+        check_size(self, frames_per_second, limits)?;
+        for index in 0..self.animations.len() {
+            let cuts = figure::cuts(self, index);
+            resample_animation(&mut self.animations[index], frames_per_second, &cuts);
+        }
+        self.metadata.steps.push(AppliedStep::Resample { frames_per_second });
+        Ok(())
     }
-    scene.metadata.steps.push(AppliedStep::Resample { frames_per_second });
-    Ok(())
 }
 
 /// A frame rate of the caller decides the memory, so what it asks for is counted before anything is allocated.

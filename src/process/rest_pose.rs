@@ -7,13 +7,16 @@ use glam::{Affine3A, Mat4, Vec3};
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Channel, Keys, Mesh, NodeId, Scene};
 
-/// Makes the pose at `tick` of the first animation the rest pose and the bind pose. Does nothing without an animation.
-///
-/// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step where a target needs
-/// a T-pose, and the motion has one. The motion does not change.
-pub fn rest_pose(scene: &mut Scene, tick: f64) {
-    if let Some(pose) = Pose::at_tick(scene, 0, tick) {
-        set_rest_pose(scene, &pose);
+impl Scene {
+    /// Makes the pose at `tick` of the first animation the rest pose and the bind pose. Does nothing without an
+    /// animation.
+    ///
+    /// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step where a target
+    /// needs a T-pose, and the motion has one. The motion does not change.
+    pub fn set_rest_pose_at(&mut self, tick: f64) {
+        if let Some(pose) = Pose::at_tick(self, 0, tick) {
+            set_rest_pose(self, &pose);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Removes or separates the motion of the root over the ground.
 //!
 //! For both steps the ground is the plane of x and z, which is true after
-//! [`convert_units`](crate::process::convert_units()).
+//! [`convert_units`](crate::Scene::convert_units).
 
 use glam::{DQuat, Quat, Vec3};
 
@@ -14,72 +14,72 @@ const ROOT_NAME: &str = "Root";
 /// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f64 = 1e-9;
 
-/// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
-pub fn in_place(scene: &mut Scene) {
-    let roots: Vec<_> = roots(scene).collect();
-    for index in 0..scene.animations.len() {
-        let driven: Vec<_> = Binding::new(scene, &scene.animations[index]).driven().collect();
-        for (_, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
-            let values = &mut scene.animations[index].channels[channel].position_keys.values;
-            if let Some(&start) = values.first() {
-                for value in values {
-                    *value = Vec3::new(start.x, value.y, start.z);
+impl Scene {
+    /// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
+    pub fn put_in_place(&mut self) {
+        let roots: Vec<_> = roots(self).collect();
+        for index in 0..self.animations.len() {
+            let driven: Vec<_> = Binding::new(self, &self.animations[index]).driven().collect();
+            for (_, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
+                let values = &mut self.animations[index].channels[channel].position_keys.values;
+                if let Some(&start) = values.first() {
+                    for value in values {
+                        *value = Vec3::new(start.x, value.y, start.z);
+                    }
                 }
             }
         }
+        self.metadata.steps.push(AppliedStep::InPlace);
     }
-    scene.metadata.steps.push(AppliedStep::InPlace);
 }
 
-/// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there, as
-/// game engines expect. The old root keeps its height and its other rotations. No node's position in the world changes.
-/// Returns the new joint; none where there is no root.
-pub fn root_motion(scene: &mut Scene) -> Option<NodeId> {
-    let old_root = roots(scene).next()?;
-    let is_taken = |name: &str| scene.nodes.iter().any(|node| node.name == name);
-    let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
-    let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
-    let name = names.find(|name| !is_taken(name)).unwrap_or_default();
+impl Scene {
+    /// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there,
+    /// as game engines expect. The old root keeps its height and its other rotations. No node's position in the world
+    /// changes. Returns the new joint; none where there is no root.
+    pub fn extract_root_motion(&mut self) -> Option<NodeId> {
+        let old_root = roots(self).next()?;
+        let is_taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
+        let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
+        let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
+        let name = names.find(|name| !is_taken(name)).unwrap_or_default();
 
-    for index in 0..scene.animations.len() {
-        let driven = Binding::new(scene, &scene.animations[index])
-            .driven()
-            .find(|(node, _)| *node == old_root);
-        if let Some((_, channel)) = driven {
-            let rest = scene.nodes[old_root.index()].transform.w_axis.truncate();
-            split_channel(&mut scene.animations[index], channel, &name, rest);
+        for index in 0..self.animations.len() {
+            let driven = Binding::new(self, &self.animations[index])
+                .driven()
+                .find(|(node, _)| *node == old_root);
+            if let Some((_, channel)) = driven {
+                let rest = self.nodes[old_root.index()].transform.w_axis.truncate();
+                split_channel(&mut self.animations[index], channel, &name, rest);
+            }
         }
-    }
 
-    // The new node takes the index of the old root; the following indices increase by one.
-    let shifted = |id: NodeId| if id < old_root { id } else { NodeId(id.0 + 1) };
-    for node in &mut scene.nodes {
-        node.parent = node.parent.map(shifted);
+        // The new node takes the index of the old root; the following indices increase by one.
+        let shifted = |id: NodeId| if id < old_root { id } else { NodeId(id.0 + 1) };
+        for node in &mut self.nodes {
+            node.parent = node.parent.map(shifted);
+        }
+        for bone in self.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
+            bone.node = shifted(bone.node);
+        }
+        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+            channel.node = match channel.node_name == name {
+                true => Some(old_root),
+                false => channel.node.map(shifted),
+            };
+        }
+        let parent = self.nodes[old_root.index()].parent.replace(old_root);
+        self.nodes.insert(
+            old_root.index(),
+            Node {
+                name,
+                parent,
+                ..Node::default()
+            },
+        );
+        self.metadata.steps.push(AppliedStep::RootMotion);
+        Some(old_root)
     }
-    for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
-        bone.node = shifted(bone.node);
-    }
-    for channel in scene
-        .animations
-        .iter_mut()
-        .flat_map(|animation| &mut animation.channels)
-    {
-        channel.node = match channel.node_name == name {
-            true => Some(old_root),
-            false => channel.node.map(shifted),
-        };
-    }
-    let parent = scene.nodes[old_root.index()].parent.replace(old_root);
-    scene.nodes.insert(
-        old_root.index(),
-        Node {
-            name,
-            parent,
-            ..Node::default()
-        },
-    );
-    scene.metadata.steps.push(AppliedStep::RootMotion);
-    Some(old_root)
 }
 
 /// The root joints: the first node, or its children if it is only a group.

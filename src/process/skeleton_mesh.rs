@@ -34,59 +34,61 @@ const KNOB_RADIUS: f64 = 0.18;
 /// distance to a group has no meaning.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
-/// Adds a mesh that shows the skeleton, and its one material.
-///
-/// Before: nodes without meshes. After: at every node with children a *pointer* to each child, a pyramid of four faces
-/// whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A child in
-/// the position of its parent gets no pointer, so a node whose children are all at its own position has no piece and no
-/// bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes are those of
-/// Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
-///
-/// `Skinned` puts the pieces into one mesh on the root, placed by the rest pose in the space of the root's parent. Each
-/// bone moves its node's piece with weight 1. A scene without pieces does not change.
-///
-/// ```
-/// use mocap::glam::{Mat4, Vec3};
-/// use mocap::process::{SkeletonMesh, skeleton_mesh};
-/// use mocap::scene::{Node, NodeId, Scene};
-///
-/// let elbow = Node {
-///     name: "Elbow".into(),
-///     parent: Some(NodeId(0)),
-///     transform: Mat4::from_translation(Vec3::new(2.0, 0.0, 0.0)),
-///     ..Node::default()
-/// };
-/// let mut scene = Scene { nodes: vec![Node::default(), elbow], ..Scene::default() };
-/// skeleton_mesh(&mut scene, SkeletonMesh::Segmented);
-/// assert_eq!(scene.nodes[1].meshes, [1]);
-/// assert_eq!(scene.meshes[0].faces().len(), 4);
-/// assert_eq!(scene.meshes[0].vertices[1], Vec3::new(2.0, 0.0, 0.0));
-/// ```
-pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
-    let is_skinned = match kind {
-        SkeletonMesh::Own | SkeletonMesh::None => return,
-        SkeletonMesh::Segmented => false,
-        SkeletonMesh::Skinned => true,
-    };
-    let pieces = pieces(&scene.nodes);
-    if pieces.is_empty() {
-        return;
-    }
-    let material_index = scene.materials.len();
-    scene.materials.push(Material {
-        name: SKELETON_MATERIAL.into(),
-        two_sided: true,
-        surface: None,
-    });
-    let held: Vec<(usize, Mesh)> = if is_skinned {
-        vec![(0, skinned(&scene.nodes, &pieces))]
-    } else {
-        let meshes = pieces.iter().map(|(node, corners)| (*node, mesh_of(corners)));
-        meshes.collect()
-    };
-    for (node, mesh) in held {
-        scene.nodes[node].meshes.push(scene.meshes.len());
-        scene.meshes.push(Mesh { material_index, ..mesh });
+impl Scene {
+    /// Adds a mesh that shows the skeleton, and its one material.
+    ///
+    /// Before: nodes without meshes. After: at every node with children a *pointer* to each child, a pyramid of four
+    /// faces whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A
+    /// child in the position of its parent gets no pointer, so a node whose children are all at its own position has no
+    /// piece and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes
+    /// are those of Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
+    ///
+    /// `Skinned` puts the pieces into one mesh on the root, placed by the rest pose in the space of the root's parent.
+    /// Each bone moves its node's piece with weight 1. A scene without pieces does not change.
+    ///
+    /// ```
+    /// use mocap::glam::{Mat4, Vec3};
+    /// use mocap::process::SkeletonMesh;
+    /// use mocap::scene::{Node, NodeId, Scene};
+    ///
+    /// let elbow = Node {
+    ///     name: "Elbow".into(),
+    ///     parent: Some(NodeId(0)),
+    ///     transform: Mat4::from_translation(Vec3::new(2.0, 0.0, 0.0)),
+    ///     ..Node::default()
+    /// };
+    /// let mut scene = Scene { nodes: vec![Node::default(), elbow], ..Scene::default() };
+    /// scene.add_skeleton_mesh(SkeletonMesh::Segmented);
+    /// assert_eq!(scene.nodes[1].meshes, [1]);
+    /// assert_eq!(scene.meshes[0].faces().len(), 4);
+    /// assert_eq!(scene.meshes[0].vertices[1], Vec3::new(2.0, 0.0, 0.0));
+    /// ```
+    pub fn add_skeleton_mesh(&mut self, kind: SkeletonMesh) {
+        let is_skinned = match kind {
+            SkeletonMesh::Own | SkeletonMesh::None => return,
+            SkeletonMesh::Segmented => false,
+            SkeletonMesh::Skinned => true,
+        };
+        let pieces = pieces(&self.nodes);
+        if pieces.is_empty() {
+            return;
+        }
+        let material_index = self.materials.len();
+        self.materials.push(Material {
+            name: SKELETON_MATERIAL.into(),
+            two_sided: true,
+            surface: None,
+        });
+        let held: Vec<(usize, Mesh)> = if is_skinned {
+            vec![(0, skinned(&self.nodes, &pieces))]
+        } else {
+            let meshes = pieces.iter().map(|(node, corners)| (*node, mesh_of(corners)));
+            meshes.collect()
+        };
+        for (node, mesh) in held {
+            self.nodes[node].meshes.push(self.meshes.len());
+            self.meshes.push(Mesh { material_index, ..mesh });
+        }
     }
 }
 

@@ -14,7 +14,7 @@ const UNIT_TOLERANCE: f32 = 1e-4;
 /// Declares [`Rule`] from one table, so that a rule, its number and its words cannot drift apart.
 macro_rules! rules {
     ($($number:literal $variant:ident $text:literal)*) => {
-        /// A rule of the scene. [`validate()`](crate::process::validate()) has an example.
+        /// A rule of the scene. [`Scene::validate`](crate::Scene::validate) has an example.
         ///
         /// | number | rule |
         /// |---|---|
@@ -71,7 +71,7 @@ impl fmt::Display for Rule {
 
 /// The part of a scene that breaks a rule. All numbers are indices.
 ///
-/// [`validate()`](crate::process::validate()) has an example.
+/// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -112,7 +112,7 @@ impl fmt::Display for Part {
 
 /// A rule, and a part of the scene that breaks it.
 ///
-/// [`validate()`](crate::process::validate()) has an example.
+/// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Violation {
@@ -128,37 +128,39 @@ impl fmt::Display for Violation {
     }
 }
 
-/// What breaks the rules of the scene, in the order of its parts; nothing, if the scene is valid.
-///
-/// A part is named once a rule, however often it breaks it.
-///
-/// ```
-/// use mocap::process::{Rule, validate};
-/// use mocap::scene::{Node, Scene};
-///
-/// let lost = Node { meshes: vec![7], ..Node::default() };
-/// let violations = validate(&Scene { nodes: vec![lost], ..Scene::default() });
-/// assert_eq!(violations[0].rule, Rule::NodeMeshes);
-/// assert_eq!(
-///     violations[0].to_string(),
-///     "node 0 breaks rule 4: A node's mesh indices are indices of meshes, each named once."
-/// );
-/// ```
-pub fn validate(scene: &Scene) -> Vec<Violation> {
-    let mut violations = Vec::new();
-    let mut check = |holds: bool, rule: Rule, part: Part| {
-        if !holds {
-            violations.push(Violation { rule, part });
+impl Scene {
+    /// What breaks the rules of the scene, in the order of its parts; nothing, if the scene is valid.
+    ///
+    /// A part is named once a rule, however often it breaks it.
+    ///
+    /// ```
+    /// use mocap::process::Rule;
+    /// use mocap::scene::{Node, Scene};
+    ///
+    /// let lost = Node { meshes: vec![7], ..Node::default() };
+    /// let violations = Scene { nodes: vec![lost], ..Scene::default() }.validate();
+    /// assert_eq!(violations[0].rule, Rule::NodeMeshes);
+    /// assert_eq!(
+    ///     violations[0].to_string(),
+    ///     "node 0 breaks rule 4: A node's mesh indices are indices of meshes, each named once."
+    /// );
+    /// ```
+    pub fn validate(&self) -> Vec<Violation> {
+        let mut violations = Vec::new();
+        let mut check = |holds: bool, rule: Rule, part: Part| {
+            if !holds {
+                violations.push(Violation { rule, part });
+            }
+        };
+        check_nodes(self, &mut check);
+        for (index, mesh) in self.meshes.iter().enumerate() {
+            check_mesh(self, mesh, index, &mut check);
         }
-    };
-    check_nodes(scene, &mut check);
-    for (index, mesh) in scene.meshes.iter().enumerate() {
-        check_mesh(scene, mesh, index, &mut check);
+        for (index, animation) in self.animations.iter().enumerate() {
+            check_animation(&self.nodes, animation, index, &mut check);
+        }
+        violations
     }
-    for (index, animation) in scene.animations.iter().enumerate() {
-        check_animation(&scene.nodes, animation, index, &mut check);
-    }
-    violations
 }
 
 fn check_nodes(scene: &Scene, check: &mut impl FnMut(bool, Rule, Part)) {

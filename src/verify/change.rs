@@ -55,12 +55,12 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                 scene.metadata.metres_per_unit = Some(*out_metres_per_unit);
                 scene.metadata.up = Some(*out_up);
             }
-            AppliedStep::Trim { first, last } => process::trim(scene, *first, *last),
+            AppliedStep::Trim { first, last } => scene.trim(*first, *last),
             AppliedStep::Resample { frames_per_second } => {
-                process::resample(scene, *frames_per_second, &Limits::default())?;
+                scene.resample(*frames_per_second, &Limits::default())?;
             }
-            AppliedStep::InPlace => process::in_place(scene),
-            AppliedStep::RootMotion => drop(process::root_motion(scene)),
+            AppliedStep::InPlace => scene.put_in_place(),
+            AppliedStep::RootMotion => drop(scene.extract_root_motion()),
             AppliedStep::Retime { .. }
             | AppliedStep::SelectClip { .. }
             | AppliedStep::VrmHumanoid { .. }

@@ -6,7 +6,6 @@ use super::{Finding, FindingKind};
 use crate::error::Result;
 use crate::figure;
 use crate::limits::Limits;
-use crate::process;
 use crate::scene::{AppliedStep, Scene};
 
 /// How near, in ticks, two moments are that are one.
@@ -70,7 +69,7 @@ impl Timeline {
                     timeline.first = f64::min(start + first * timeline.frame, timeline.last);
                     timeline.last = f64::min(start + last * timeline.frame, timeline.last).max(timeline.first);
                     if let Some(before) = &mut before {
-                        process::trim(before, first, last);
+                        before.trim(first, last);
                     }
                 }
                 AppliedStep::Resample { frames_per_second } => {
@@ -87,7 +86,7 @@ impl Timeline {
                     timeline.file_rate *= meant / old_rate;
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;
-                    process::resample(before, frames_per_second, &Limits::default())?;
+                    before.resample(frames_per_second, &Limits::default())?;
                 }
                 _ => {}
             }
@@ -112,7 +111,7 @@ impl Timeline {
         frames
     }
 
-    /// The frames of the file, as [`process::resample`] sets them.
+    /// The frames of the file, as [`Scene::resample`] sets them.
     fn own_frames(&self, cuts: &[(f64, f64)], edges: &[f64]) -> Vec<f64> {
         let near = SAME_TICK * self.frame;
         let count = ((self.last - self.first) / self.frame + SAME_TICK).floor() as u64;

@@ -427,29 +427,25 @@ fn a_format_knows_no_other_format() {
 fn a_step_calls_no_other_step() {
     let sources = sources();
     let is_step = |path: &Path| path.starts_with("src/process");
-    let step = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
-    let steps: Vec<String> = sources
-        .iter()
-        .filter(|source| is_step(&source.path))
-        .filter(|source| {
-            source
-                .code
-                .iter()
-                .any(|(_, line)| line.starts_with(&format!("pub fn {}(", step(&source.path))))
-        })
-        .map(|source| step(&source.path))
-        .collect();
+    // Its name, where a line declares a step: a method on the whole scene.
+    let declared = |line: &str| {
+        let (name, _) = line.trim_start().strip_prefix("pub fn ")?.split_once("(&mut self")?;
+        Some(name.to_owned())
+    };
+    let of_file = |source: &Source| -> Vec<String> {
+        let lines = source.code.iter().map(|(_, line)| line);
+        lines.filter_map(|line| declared(line)).collect()
+    };
+    let files: Vec<&Source> = sources.iter().filter(|source| is_step(&source.path)).collect();
+    let steps: Vec<String> = files.iter().flat_map(|source| of_file(source)).collect();
     assert!(steps.iter().any(|name| name == "debone"), "{steps:?}");
     let mut failures = Vec::new();
-    for source in sources.iter().filter(|source| is_step(&source.path)) {
+    for source in files {
+        let own = of_file(source);
         for (number, line) in &source.code {
-            for name in steps.iter().filter(|name| **name != step(&source.path)) {
-                if line
-                    .split(|c: char| !c.is_alphanumeric() && c != '_' && c != '(')
-                    .any(|word| word.starts_with(&format!("{name}(")))
-                {
-                    failures.push(format!("{}:{number}: calls {name}", source.path.display()));
-                }
+            let called = steps.iter().filter(|name| !own.contains(name));
+            for name in called.filter(|name| line.contains(&format!(".{name}("))) {
+                failures.push(format!("{}:{number}: calls {name}", source.path.display()));
             }
         }
     }

@@ -7,10 +7,10 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use mocap::Pose;
 use mocap::bvh::{self, BvhOptions};
 use mocap::figure::{HumanoidBone, humanoid};
 use mocap::glam::{Quat, Vec3};
-use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -323,7 +323,7 @@ fn check_names_the_file_to_blame() {
 fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     let corpus = Corpus::new(0);
     let mut standing = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
-    process::trim(&mut standing, 0.0, 40.0);
+    standing.trim(0.0, 40.0);
     let mut lying = standing.clone();
     let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
     let root = &mut lying.animations[0].channels[0];

@@ -9,7 +9,6 @@ use crate::kinematics::{Capture, Root, distance};
 use crate::sample::Sample;
 use mocap::bvh::{BvhOptions, Channels, write};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::trim;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 use mocap::{Binding, Code, Importer, Pose, SkeletonMesh, Trs};
 
@@ -47,7 +46,7 @@ fn real_files() -> Vec<(String, Scene)> {
             let frames = scene.animations.first().map_or(0, Animation::frame_count);
             if frames > WHOLE {
                 let first = random.below(frames - WHOLE);
-                trim(&mut scene, first as f64, (first + WHOLE - 1) as f64);
+                scene.trim(first as f64, (first + WHOLE - 1) as f64);
             }
             files.push((path.display().to_string(), scene));
         }

@@ -4,14 +4,13 @@ use std::f32::consts::PI;
 
 use mocap::edit::{Clean, CleanOutcome, CleanPart, CleanReport, LiveClean, Step, StepInput};
 use mocap::glam::{Quat, Vec3};
-use mocap::process::trim;
 use mocap::scene::{NodeId, Scene};
 use mocap::{Code, Pose, Trs};
 
 /// A part of a walk.
 fn walk() -> Scene {
     let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
-    trim(&mut scene, 20.0, 260.0);
+    scene.trim(20.0, 260.0);
     scene
 }
 

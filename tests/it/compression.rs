@@ -9,7 +9,7 @@ use crate::sample::{Sample, is_all};
 use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
-use mocap::process::{reduce_keys, trim};
+
 use mocap::scene::{Keys, Node, NodeId, Scene};
 use mocap::verify::verify;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
@@ -65,7 +65,7 @@ fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
         let frames = scene.animations.first().map_or(0, mocap::scene::Animation::frame_count);
         if frames > WHOLE && !is_all() {
             let first = random.below(frames - WHOLE + 1);
-            trim(scene, first as f64, (first + WHOLE - 1) as f64);
+            scene.trim(first as f64, (first + WHOLE - 1) as f64);
             // What is compressed and compared is this part: `verify` shall not cut it again.
             scene.metadata.steps.clear();
         }
@@ -145,7 +145,7 @@ fn the_bound_holds_for_a_shell_where_one_is_asked_for() {
     const ROUNDING: f32 = 3e-6;
     for (file, bound, distance) in [("cmu_short.bvh", 0.001, 0.03), ("z_up_dab.bvh", 0.005, 0.1)] {
         let mut scene = in_metres(&import(file));
-        trim(&mut scene, 0.0, 149.0);
+        scene.trim(0.0, 149.0);
         for compression in compressions() {
             let of_shell = |shell_distance| {
                 let mut options = options(compression, bound);
@@ -228,7 +228,7 @@ fn keys_are_shared_where_that_is_smaller() {
 #[test]
 fn a_node_by_itself_stays_where_it_is() {
     let mut source = import("rokoko_dance.bvh");
-    trim(&mut source, 0.0, 99.0);
+    source.trim(0.0, 99.0);
     source.nodes.push(Node {
         name: "Marker".into(),
         transform: Mat4::from_translation(Vec3::new(100.0, 200.0, 300.0)),
@@ -245,7 +245,7 @@ fn a_node_by_itself_stays_where_it_is() {
 #[test]
 fn what_cannot_be_kept_is_an_error() {
     let mut scene = in_metres(&import("cmu_short.bvh"));
-    trim(&mut scene, 0.0, 9.0);
+    scene.trim(0.0, 9.0);
     for compression in compressions() {
         let error = write_glb(&scene, &options(compression, 1e-8)).unwrap_err();
         assert_eq!(error.code(), Code::ErrorBound, "{compression:?}: {error}");
@@ -272,7 +272,7 @@ fn a_cut_stays_between_its_two_frames() {
         );
         // Frame 1 is the second frame of the motion itself, and not interpolated from the T-pose.
         let mut motion_alone = in_metres(&source);
-        trim(&mut motion_alone, 1.0, f64::INFINITY);
+        motion_alone.trim(1.0, f64::INFINITY);
         let (here, there) = (
             Pose::at_tick(&read, 0, 1.0).unwrap(),
             Pose::at_tick(&motion_alone, 0, 0.0).unwrap(),
@@ -317,9 +317,9 @@ fn the_report_says_how_far_and_where() {
 fn a_scene_with_fewer_keys_stands_where_it_stood() {
     let before = in_metres(&import("rokoko_dance.bvh"));
     let mut after = before.clone();
-    let error = reduce_keys(&mut after, 0.002).unwrap();
+    let error = after.reduce_keys(0.002).unwrap();
     assert!(error <= 0.002);
-    assert!(mocap::process::validate(&after).is_empty());
+    assert!(after.validate().is_empty());
     for frame in 0..before.animations[0].frame_count() {
         let [a, b] = [&before, &after].map(|scene| Pose::at_tick(scene, 0, frame as f64).unwrap());
         for index in 0..before.nodes.len() {
@@ -477,7 +477,7 @@ fn the_bound_holds_on_generated_motions() {
             });
         }
         // A node may have been put before its parent's last child: depth-first order is what a scene has.
-        if !mocap::process::validate(&scene).is_empty() {
+        if !scene.validate().is_empty() {
             for index in 1..joints {
                 scene.nodes[index].parent = Some(NodeId::new(index - 1));
             }
@@ -506,7 +506,7 @@ fn clips_with_the_same_frames_share_their_times() {
     let mut source = import("z_up_dab.bvh");
     let first = source.animations[0].clone();
     let mut short = source.clone();
-    trim(&mut short, 0.0, 100.0);
+    short.trim(0.0, 100.0);
     let named = |animation: &mocap::scene::Animation, name: &str| mocap::scene::Animation {
         name: name.to_owned(),
         ..animation.clone()
@@ -624,7 +624,7 @@ mod streams {
 
     fn small(compression: Compression) -> (Value, Vec<u8>) {
         let mut scene = in_metres(&import("cmu_short.bvh"));
-        trim(&mut scene, 0.0, 40.0);
+        scene.trim(0.0, 40.0);
         parts(&write_glb(&scene, &options(compression, 0.001)).unwrap())
     }
 
@@ -691,7 +691,7 @@ mod streams {
                 let mut damaged = bin.clone();
                 damaged[place] ^= change;
                 if let Ok(scene) = read(&json, &damaged) {
-                    assert!(mocap::process::validate(&scene).is_empty(), "byte {place}");
+                    assert!(scene.validate().is_empty(), "byte {place}");
                 }
             }
         }

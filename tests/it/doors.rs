@@ -8,7 +8,6 @@ use mocap::convert::RestPoseSource;
 use mocap::figure::{BoneNames, humanoid};
 use mocap::gltf::Compression;
 use mocap::job::{Job, RobotFormat};
-use mocap::process::name_joints;
 use mocap::{Conversion, Exporter, FORMATS, FormatInfo, MemoryFile, Scene, WriteOption};
 
 use crate::cut;
@@ -157,7 +156,7 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
         ["--names", names] => {
             let bones = humanoid(&scene);
             let names = BoneNames::named(names).unwrap().names();
-            name_joints(&mut scene, &bones, &names).unwrap();
+            scene.name_joints(&bones, &names).unwrap();
             option = Some(WriteOption::Names);
         }
         ["--rest", _] => {

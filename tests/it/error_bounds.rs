@@ -4,7 +4,6 @@ use mocap::compress::{ErrorBound, PackedClip};
 use mocap::fbx::{self, FbxOptions};
 use mocap::glam::{DQuat, DVec3, Vec3};
 use mocap::gltf::{Compression, Document, GltfOptions};
-use mocap::process::reduce_keys;
 use mocap::scene::{Channel, Format, Keys, Node, Scene};
 use mocap::{Code, Conversion, Importer, SkeletonMesh};
 
@@ -72,7 +71,7 @@ impl Writer {
             }
             Self::ReducedKeys => {
                 let mut scene = scene.clone();
-                let error = reduce_keys(&mut scene, bound.clone())?;
+                let error = scene.reduce_keys(bound.clone())?;
                 (scene, error)
             }
         })

@@ -167,8 +167,8 @@ fn rest_rotations_can_be_inverted() {
         node.meshes.clear();
     }
     scene.meshes.clear();
-    mocap::process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
-    assert_eq!(mocap::process::validate(&scene), []);
+    scene.add_skeleton_mesh(SkeletonMesh::Skinned);
+    assert_eq!(scene.validate(), []);
     for bone in &scene.meshes[0].bones {
         let rest = Pose::rest(&scene).node_to_world[bone.node.index()];
         let product = bone.offset_matrix * rest;
@@ -595,7 +595,7 @@ fn a_texture_that_is_missing_is_told() {
             .unwrap();
         assert!(warning.message.contains(expected), "{warning}");
         assert_eq!((scene.textures.len(), scene.meshes.len()), (0, 2));
-        assert_eq!(mocap::process::validate(&scene), []);
+        assert_eq!(scene.validate(), []);
     }
 }
 

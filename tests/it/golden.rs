@@ -8,10 +8,7 @@ mod truth;
 
 use mocap::Importer;
 use mocap::dump::{Layout, text};
-use mocap::process::{
-    KeyTolerance, SkeletonMesh, collapse_keys, debone, find_degenerates, join_identical_vertices,
-    remove_sizeless_meshes, validate,
-};
+use mocap::process::{KeyTolerance, SkeletonMesh};
 use mocap::scene::Scene;
 
 use compare::Comparison;
@@ -30,11 +27,11 @@ fn raw(file: &str) -> Scene {
 /// The scene after the steps that the course asks for.
 fn processed(file: &str) -> Scene {
     let mut scene = raw(file);
-    find_degenerates(&mut scene);
-    remove_sizeless_meshes(&mut scene);
-    collapse_keys(&mut scene, KeyTolerance::default());
-    join_identical_vertices(&mut scene);
-    debone(&mut scene);
+    scene.find_degenerates();
+    scene.remove_sizeless_meshes();
+    scene.collapse_keys(KeyTolerance::default());
+    scene.join_identical_vertices();
+    scene.debone();
     scene
 }
 
@@ -62,7 +59,7 @@ fn every_difference_from_assimp_is_explained() {
     let mut unexplained = Vec::new();
     for (file, flags) in truth::answers() {
         let scene = ours(&file, flags);
-        assert_eq!(validate(&scene), [], "{file}");
+        assert_eq!(scene.validate(), [], "{file}");
         let comparison = Comparison::new(&file, flags, reach(&file));
         for difference in comparison.run(&scene, &Truth::read(&file, flags)) {
             let rows: Vec<usize> = (0..EXPLAINED.len())

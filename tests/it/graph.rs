@@ -115,7 +115,7 @@ fn largest_step(scene: &Scene, metres: f32) -> f32 {
 fn made(found: &Walk, scene: &Scene) -> Scene {
     let (made, report) = walk(found, &[(scene, 0)]).unwrap();
     assert_eq!(made.animations[0].frame_count(), report.frames);
-    assert!(mocap::process::validate(&made).is_empty());
+    assert!(made.validate().is_empty());
     let metres = 0.0254 / 0.45;
     let (own, most) = (largest_step(&made, metres), largest_step(scene, metres));
     assert!(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::sample::Sample;
-use mocap::process::{SkeletonMesh, validate};
+use mocap::process::SkeletonMesh;
 use mocap::{Code, Importer, Limits, Pose};
 
 /// Small files that between them hold every construction of the format.
@@ -48,7 +48,7 @@ fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
     let Ok(scene) = importer.read(bytes, "hostile.bvh") else {
         return;
     };
-    let violations = validate(&scene);
+    let violations = scene.validate();
     assert!(violations.is_empty(), "{}: {violations:?}", what());
     for tick in [0.0, 0.5, f64::MAX] {
         if let Some(pose) = Pose::at_tick(&scene, 0, tick) {
@@ -167,7 +167,7 @@ fn nesting_needs_no_stack() {
             .read(nested(depth).as_bytes(), "deep.bvh")
             .unwrap();
         assert_eq!(scene.nodes.len(), depth);
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
         let tip = Pose::at_tick(&scene, 0, 0.0).unwrap().node_to_world[depth - 1].w_axis;
         // A quarter turn about z takes every link but the root's own OFFSET to -x.
         let far = tip.x + (depth as f32 - 1.0);

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::kinematics::{Capture, Root};
 use mocap::glam::{DVec3, Mat4, Quat, Vec3};
-use mocap::process::{convert_units, in_place, resample, rest_pose, root_motion, trim, validate};
+
 use mocap::scene::{Keys, NodeId, NodeKind, UpAxis};
 use mocap::{Importer, Limits, Pose, Scene, SkeletonMesh};
 
@@ -62,13 +62,13 @@ fn units_and_axes_move_every_node_and_vertex_alike() {
     let (mut scene, capture) = read("z_up_dab.bvh");
     let metres = |point: &DVec3| DVec3::new(point.x, point.z, -point.y) * 0.0254;
     let vertices: Vec<_> = skinned(&scene, 100.0).iter().map(metres).collect();
-    convert_units(&mut scene, 0.0254, UpAxis::Z);
+    scene.convert_units(0.0254, UpAxis::Z);
     for frame in [0, 100, 338] {
         let expected: Vec<_> = truth(&capture, frame).iter().map(metres).collect();
         assert_close(&positions(&scene, frame as f64), &expected, 1e-5);
     }
     assert_close(&skinned(&scene, 100.0), &vertices, 1e-5);
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
 
     // The rest pose turns with it: what was above is above.
     let rest = Pose::rest(&scene);
@@ -86,7 +86,7 @@ fn a_group_turns_for_the_roots_below_it() {
                  ROOT b { OFFSET 0 0 0 CHANNELS 3 Xposition Yposition Zposition } \
                  MOTION Frames: 1 Frame Time: 1 1 2 3 0 0 0 4 5 6";
     let mut scene = Importer::new().read(text, "two.bvh").unwrap();
-    convert_units(&mut scene, 2.0, UpAxis::Z);
+    scene.convert_units(2.0, UpAxis::Z);
     let expected = [DVec3::ZERO, DVec3::new(2.0, 6.0, -4.0), DVec3::new(8.0, 12.0, -10.0)];
     assert_close(&positions(&scene, 0.0), &expected, 1e-6);
 }
@@ -94,7 +94,7 @@ fn a_group_turns_for_the_roots_below_it() {
 #[test]
 fn trim_keeps_the_frames_between_both_included() {
     let (mut scene, capture) = read("cmu_short.bvh");
-    trim(&mut scene, 10.0, 20.0);
+    scene.trim(10.0, 20.0);
     assert_eq!(scene.animations[0].duration, 10.0);
     for frame in 0..=10 {
         assert_close(&positions(&scene, frame as f64), &truth(&capture, frame + 10), 1e-4);
@@ -111,14 +111,14 @@ fn trim_keeps_the_frames_between_both_included() {
             .iter()
             .all(|channel| channel.rotation_keys.ticks.is_none())
     );
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
 }
 
 #[test]
 fn trim_between_frames_makes_keys_there() {
     let mut scene = read("lecture_Test.bvh").0;
     let before = positions(&scene, 2.25);
-    trim(&mut scene, 2.25, 4.0);
+    scene.trim(2.25, 4.0);
     assert_close(&positions(&scene, 0.0), &before, 1e-6);
     let keys = &scene.animations[0].channels[0].position_keys;
     assert_eq!(keys.ticks.as_deref(), Some(&[0.0, 0.75, 1.75][..]));
@@ -128,9 +128,9 @@ fn trim_between_frames_makes_keys_there() {
 fn trim_beyond_the_ends_leaves_what_is_there() {
     let (scene, _) = read("lecture_Test.bvh");
     let mut trimmed = scene.clone();
-    trim(&mut trimmed, -5.0, f64::INFINITY);
+    trimmed.trim(-5.0, f64::INFINITY);
     assert_eq!(trimmed.animations, scene.animations);
-    trim(&mut trimmed, 20.0, 3.0);
+    trimmed.trim(20.0, 3.0);
     assert_eq!(trimmed.animations[0].frame_count(), 1);
     assert_close(&positions(&trimmed, 0.0), &positions(&scene, 9.0), 0.0);
 }
@@ -139,12 +139,12 @@ fn trim_beyond_the_ends_leaves_what_is_there() {
 fn a_quarter_of_the_frames_stands_where_every_fourth_frame_does() {
     let (mut scene, capture) = read("perception_neuron_moving_positions.bvh");
     let rate = scene.animations[0].ticks_per_second;
-    resample(&mut scene, rate / 4.0, &Limits::default()).unwrap();
+    scene.resample(rate / 4.0, &Limits::default()).unwrap();
     assert_eq!(scene.animations[0].frame_count(), 421 / 4 + 1);
     for frame in [0, 1, 50, 105] {
         assert_close(&positions(&scene, frame as f64), &truth(&capture, frame * 4), 1e-3);
     }
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
 }
 
 /// The file's frame time is .0083333, which means 1/120: a frame of 30 a second is one of the file's, to the last.
@@ -153,8 +153,8 @@ fn a_rounded_frame_time_puts_no_frame_between_two() {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
     let unchanged = scene.clone();
     // Without the T-pose, and 521 frames, so that the last is a multiple of four.
-    trim(&mut scene, 1.0, 521.0);
-    resample(&mut scene, 30.0, &Limits::default()).unwrap();
+    scene.trim(1.0, 521.0);
+    scene.resample(30.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
     assert_eq!((animation.frame_count(), animation.ticks_per_second), (131, 30.0));
     for (channel, before) in animation.channels.iter().zip(&unchanged.animations[0].channels) {
@@ -175,7 +175,7 @@ fn rotations_between_frames_are_on_the_arc() {
         channel.position_keys = Keys::constant(Vec3::ZERO);
         channel.rotation_keys = Keys::every_tick(vec![Quat::IDENTITY, Quat::from_rotation_y(1.0)]);
     }
-    resample(&mut scene, 40.0, &Limits::default()).unwrap();
+    scene.resample(40.0, &Limits::default()).unwrap();
     let keys = &scene.animations[0].channels[1].rotation_keys;
     assert_eq!(keys.len(), 5);
     for (key, rotation) in keys.values.iter().enumerate() {
@@ -187,7 +187,7 @@ fn rotations_between_frames_are_on_the_arc() {
 #[test]
 fn a_cut_is_not_smeared() {
     let (mut scene, capture) = read("cmu_short.bvh");
-    resample(&mut scene, 90.0, &Limits::default()).unwrap();
+    scene.resample(90.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
     let ticks = animation.channels[0].rotation_keys.ticks.as_ref().unwrap();
     // Frame 1 of the file, at 120.0005 frames a second, is three quarters of a frame of 90.
@@ -202,7 +202,7 @@ fn a_cut_is_not_smeared() {
 fn the_rest_pose_can_be_a_frame_and_the_mesh_is_bound_there() {
     let (mut scene, capture) = read("cmu_short.bvh");
     let vertices = skinned(&scene, 30.0);
-    rest_pose(&mut scene, 7.0);
+    scene.set_rest_pose_at(7.0);
     let rest = Pose::rest(&scene);
     for (index, expected) in truth(&capture, 7).into_iter().enumerate() {
         assert!(rest.position(NodeId::new(index)).as_dvec3().distance(expected) < 1e-4);
@@ -213,13 +213,13 @@ fn the_rest_pose_can_be_a_frame_and_the_mesh_is_bound_there() {
     }
     assert_close(&positions(&scene, 30.0), &truth(&capture, 30), 1e-4);
     assert_close(&skinned(&scene, 30.0), &vertices, 1e-4);
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
 }
 
 #[test]
 fn in_place_takes_away_the_way_over_the_ground_alone() {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
-    in_place(&mut scene);
+    scene.put_in_place();
     let start = truth(&capture, 0)[0];
     for frame in [0, 200, 523] {
         let expected = truth(&capture, frame);
@@ -233,12 +233,12 @@ fn in_place_takes_away_the_way_over_the_ground_alone() {
 fn root_motion_moves_nothing_in_the_world() {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
     let vertices = skinned(&scene, 200.0);
-    root_motion(&mut scene);
+    scene.extract_root_motion();
     assert_eq!(
         (scene.nodes[0].name.as_str(), scene.nodes[1].name.as_str()),
         ("Root", "Hips")
     );
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     assert_close(&skinned(&scene, 200.0), &vertices, 1e-4);
     for frame in [0, 200, 523] {
         let ours = positions(&scene, frame as f64);
@@ -273,7 +273,7 @@ fn the_heading_of_a_turn_is_the_turn() {
     let mut scene = read("lecture_Test.bvh").0;
     scene.animations[0].channels[0].rotation_keys = Keys::constant(Quat::from_rotation_y(FRAC_PI_2 as f32));
     scene.nodes[3].name = "Root".into();
-    root_motion(&mut scene);
+    scene.extract_root_motion();
     assert_eq!(scene.nodes[0].name, "Root_2");
     assert_eq!(scene.nodes[0].kind, NodeKind::Joint);
     let [root, shoulder] = [0, 1].map(|channel| scene.animations[0].channels[channel].rotation_keys.values[5]);

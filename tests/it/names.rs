@@ -5,7 +5,7 @@ use std::fs;
 
 use mocap::figure::{BoneNames, HumanoidBone, HumanoidMap, humanoid};
 use mocap::job::Job;
-use mocap::process::{name_joints, validate};
+
 use mocap::scene::{AppliedStep, NodeKind};
 use mocap::{Importer, Scene, SkeletonMesh, verify};
 use serde_json::{Value, json};
@@ -144,7 +144,7 @@ fn tables_are_those_of_files() {
 fn named(scene: &mut Scene, names: &Value) -> Result<mocap::process::Naming, mocap::Error> {
     let names: HumanoidMap = serde_json::from_value(names.clone()).unwrap();
     let bones = humanoid(scene);
-    name_joints(scene, &bones, &names)
+    scene.name_joints(&bones, &names)
 }
 
 /// Nothing but names changes; meshes, channels and end sites follow; joints without a name keep theirs.
@@ -154,7 +154,7 @@ fn nothing_moves_and_all_that_has_the_name_follows() {
     let before = importer.import("fixtures/real/cmu_short.bvh").unwrap();
     let mut after = before.clone();
     let naming = named(&mut after, &json!({"head": "Kopf", "leftFoot": null})).unwrap();
-    assert!(validate(&after).is_empty());
+    assert!(after.validate().is_empty());
     assert!(naming.unnamed.contains_key(&HumanoidBone::LeftFoot));
     assert!(naming.others.contains(&"LHipJoint".to_owned()));
     let mut renamed = Vec::new();
@@ -237,10 +237,10 @@ fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     }
     scene.nodes[other].name = "Head".to_owned();
     let source = scene.clone();
-    name_joints(&mut scene, &bones, &BoneNames::Mixamo.names()).unwrap();
+    scene.name_joints(&bones, &BoneNames::Mixamo.names()).unwrap();
     assert_eq!(scene.nodes[other].name, "Head");
     assert_eq!(scene.nodes[head.index()].name, "mixamorig:Head");
-    assert!(validate(&scene).is_empty());
+    assert!(scene.validate().is_empty());
     let glb = mocap::Exporter::new().write(&scene, mocap::Format::Gltf).unwrap();
     let verified = verify::verify(&source, &glb.into_bytes().unwrap()).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use mocap::arrays::{ArrayOptions, arrays};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Keys, Scene};
-use mocap::{Code, Conversion, Importer, Limits, SkeletonMesh, bvh, gltf, process};
+use mocap::{Code, Conversion, Importer, Limits, SkeletonMesh, bvh, gltf};
 use serde_json::{Value, json};
 
 fn read(bytes: &[u8], name: &str) -> mocap::Result<Scene> {
@@ -186,9 +186,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
         let options = ArrayOptions::new().frames_per_second(rate);
         assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::InvalidValue);
         assert_eq!(
-            process::resample(&mut scene.clone(), rate, &Limits::default())
-                .unwrap_err()
-                .code(),
+            scene.clone().resample(rate, &Limits::default()).unwrap_err().code(),
             Code::InvalidValue
         );
     }
@@ -205,7 +203,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     clip.channels[0].position_keys = Keys::at_ticks(vec![Vec3::ZERO, Vec3::ONE], vec![0.0, 1e15]);
     clip.channels[0].rotation_keys = Keys::constant(Quat::IDENTITY);
     clip.duration = 1e15;
-    let error = process::resample(&mut scene, 30.0, &Limits::default()).unwrap_err();
+    let error = scene.resample(30.0, &Limits::default()).unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded, "{error}");
     // The caller's limits hold, whatever the motion.
     let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();

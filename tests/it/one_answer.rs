@@ -4,7 +4,6 @@ use mocap::arrays::{ArrayOptions, Contacts, arrays};
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::figure::{Figure, HumanoidBone as Bone, Side};
 use mocap::glam::Vec3;
-use mocap::process::trim;
 use mocap::retarget::vrm_humanoid;
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::robot::{RobotOptions, RobotRetargeter};
@@ -41,7 +40,7 @@ fn part(random: &mut Sample, file: &str) -> Scene {
     let frames = scene.animations[0].frame_count();
     if frames > FRAMES && !is_all() {
         let first = random.below(frames - FRAMES + 1);
-        trim(&mut scene, first as f64, (first + FRAMES - 1) as f64);
+        scene.trim(first as f64, (first + FRAMES - 1) as f64);
     }
     scene
 }

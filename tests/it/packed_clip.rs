@@ -2,7 +2,6 @@
 
 use mocap::compress::{ErrorBound, PackedClip};
 use mocap::glam::{DQuat, DVec3, Mat4, Quat, Vec3};
-use mocap::process::validate;
 use mocap::scene::{Animation, Channel, Format, Keys, Node, NodeId, Scene, UpAxis};
 use mocap::{Binding, Code, Conversion, Importer, Limits, SkeletonMesh, Trs};
 
@@ -324,7 +323,7 @@ fn a_damaged_file_is_an_error_or_a_valid_scene() {
             let mut bytes = whole.clone();
             bytes[place] ^= change;
             if let Ok(scene) = read(&bytes) {
-                assert_eq!(validate(&scene), [], "byte {place} ^ {change}");
+                assert_eq!(scene.validate(), [], "byte {place} ^ {change}");
             }
         }
     }

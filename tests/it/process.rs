@@ -1,9 +1,7 @@
 //! The steps on scenes that are built here.
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::{
-    SkeletonMesh, debone, find_degenerates, join_identical_vertices, remove_sizeless_meshes, skeleton_mesh, validate,
-};
+use mocap::process::SkeletonMesh;
 use mocap::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 use proptest::prelude::*;
 
@@ -32,7 +30,7 @@ fn arm() -> Scene {
 }
 
 fn with_mesh(mut scene: Scene, kind: SkeletonMesh) -> Scene {
-    skeleton_mesh(&mut scene, kind);
+    scene.add_skeleton_mesh(kind);
     scene
 }
 
@@ -101,7 +99,7 @@ mod skeleton_meshes {
             ("RASI", Some(0), [900.0, 1000.0, 1100.0]),
         ]);
         scene.nodes[0].kind = NodeKind::Group;
-        skeleton_mesh(&mut scene, SkeletonMesh::Segmented);
+        scene.add_skeleton_mesh(SkeletonMesh::Segmented);
         assert_eq!(meshes_of_nodes(&scene), [vec![], vec![0], vec![1]]);
         // A hundredth of the 200 between the two.
         let is_tip = |vertex: &Vec3| (vertex.length() - 2.0).abs() < 1e-5;
@@ -135,10 +133,10 @@ mod skeleton_meshes {
         let node_to_world = scene.nodes[..3]
             .iter()
             .fold(Mat4::IDENTITY, |product, node| product * node.transform);
-        skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+        scene.add_skeleton_mesh(SkeletonMesh::Skinned);
         let wrist = &scene.meshes[0].bones[2];
         assert!((wrist.offset_matrix * node_to_world).abs_diff_eq(Mat4::IDENTITY, 1e-6));
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
     }
 
     #[test]
@@ -150,7 +148,7 @@ mod skeleton_meshes {
                 ("c", Some(1), [length; 3]),
             ];
             let scene = with_mesh(skeleton(&chain), SkeletonMesh::Segmented);
-            assert_eq!(validate(&scene), [], "{length}");
+            assert_eq!(scene.validate(), [], "{length}");
         }
     }
 }
@@ -161,7 +159,7 @@ mod deboned {
     #[test]
     fn the_arm_is_the_segmented_arm() {
         let mut scene = with_mesh(arm(), SkeletonMesh::Skinned);
-        debone(&mut scene);
+        scene.debone();
         assert_same_within_rounding(&scene, &with_mesh(arm(), SkeletonMesh::Segmented));
     }
 
@@ -169,7 +167,7 @@ mod deboned {
     fn a_part_within_a_hundredth_of_the_origin_is_transformed_too() {
         let small = [("a", None, [0.005, 0.0, 0.0]), ("b", Some(0), [0.004, 0.0, 0.0])];
         let mut scene = with_mesh(skeleton(&small), SkeletonMesh::Skinned);
-        debone(&mut scene);
+        scene.debone();
         assert_same_within_rounding(&scene, &with_mesh(skeleton(&small), SkeletonMesh::Segmented));
     }
 
@@ -203,9 +201,9 @@ mod deboned {
             ],
             ..Mesh::default()
         });
-        assert_eq!(validate(&scene), []);
-        debone(&mut scene);
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
+        scene.debone();
+        assert_eq!(scene.validate(), []);
         assert_eq!(meshes_of_nodes(&scene), [vec![0], vec![], vec![1]]);
         assert_eq!(counts(&scene), [[6, 2, 2], [3, 1, 0]]);
         assert_eq!(scene.meshes[0].bones[1].weights[0].vertex_id, 4);
@@ -226,10 +224,10 @@ mod joined {
         ];
         let mut scene = with_mesh(skeleton(&three), SkeletonMesh::Segmented);
         assert_eq!(counts(&scene)[0], [36, 12, 0]);
-        join_identical_vertices(&mut scene);
+        scene.join_identical_vertices();
         assert_eq!(counts(&scene)[0], [12, 12, 0]);
         assert_eq!(scene.meshes[0].indices[..3], scene.meshes[0].indices[12..15]);
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
     }
 
     /// `P` has the links `P -> B` and, by way of `A` in its own place, `A -> C`: two pointers in one place.
@@ -243,7 +241,7 @@ mod joined {
         ];
         let mut scene = with_mesh(skeleton(&twins), SkeletonMesh::Skinned);
         let before = scene.clone();
-        join_identical_vertices(&mut scene);
+        scene.join_identical_vertices();
         assert_eq!(scene, before);
     }
 }
@@ -261,10 +259,10 @@ mod degenerates {
             ("EndSite_Finger", Some(3), [0.0; 3]),
         ];
         let mut scene = with_mesh(skeleton(&nodes), SkeletonMesh::Skinned);
-        find_degenerates(&mut scene);
-        remove_sizeless_meshes(&mut scene);
+        scene.find_degenerates();
+        scene.remove_sizeless_meshes();
         assert_eq!(counts(&scene), [[16, 16, 2], [24, 8, 1]]);
-        debone(&mut scene);
+        scene.debone();
         assert_eq!(meshes_of_nodes(&scene), [vec![2], vec![], vec![0], vec![], vec![1]]);
     }
 
@@ -277,12 +275,12 @@ mod degenerates {
         ];
         let mut scene = with_mesh(skeleton(&nodes), SkeletonMesh::Skinned);
         assert_eq!(counts(&scene), [[36, 12, 2]]);
-        find_degenerates(&mut scene);
+        scene.find_degenerates();
         assert_eq!(counts(&scene), [[8, 8, 1], [12, 4, 1]]);
         assert_eq!(scene.meshes[0].primitive, Primitive::Points);
         assert_eq!(scene.nodes[0].meshes, [0, 1]);
-        assert_eq!(validate(&scene), []);
-        remove_sizeless_meshes(&mut scene);
+        assert_eq!(scene.validate(), []);
+        scene.remove_sizeless_meshes();
         assert_eq!(counts(&scene), [[12, 4, 1]]);
         assert_eq!(meshes_of_nodes(&scene), [vec![0], vec![], vec![]]);
     }
@@ -291,8 +289,8 @@ mod degenerates {
     fn a_scene_without_degenerate_triangles_stays() {
         let mut scene = with_mesh(arm(), SkeletonMesh::Skinned);
         let before = scene.clone();
-        find_degenerates(&mut scene);
-        remove_sizeless_meshes(&mut scene);
+        scene.find_degenerates();
+        scene.remove_sizeless_meshes();
         assert_eq!(scene, before);
     }
 
@@ -305,7 +303,7 @@ mod degenerates {
         ];
         let mut scene = with_mesh(skeleton(&nodes), SkeletonMesh::Segmented);
         assert_eq!(meshes_of_nodes(&scene), [[0], [1], [2]]);
-        remove_sizeless_meshes(&mut scene);
+        scene.remove_sizeless_meshes();
         assert_eq!(meshes_of_nodes(&scene), [vec![0], vec![], vec![1]]);
         assert_eq!(scene.meshes.len(), 2);
     }
@@ -350,9 +348,9 @@ proptest! {
     #[test]
     fn debone_turns_skinned_into_segmented(skeleton in any_skeleton()) {
         let mut deboned = with_mesh(skeleton.clone(), SkeletonMesh::Skinned);
-        prop_assert_eq!(validate(&deboned), []);
-        debone(&mut deboned);
-        prop_assert_eq!(validate(&deboned), []);
+        prop_assert_eq!(deboned.validate(), []);
+        deboned.debone();
+        prop_assert_eq!(deboned.validate(), []);
         assert_same_within_rounding(&deboned, &with_mesh(skeleton, SkeletonMesh::Segmented));
     }
 
@@ -360,9 +358,15 @@ proptest! {
     fn every_step_leaves_a_valid_scene_valid(skeleton in any_skeleton()) {
         for kind in [SkeletonMesh::Segmented, SkeletonMesh::Skinned] {
             let mut scene = with_mesh(skeleton.clone(), kind);
-            for step in [find_degenerates, remove_sizeless_meshes, join_identical_vertices, debone] {
+            let steps = [
+                Scene::find_degenerates,
+                Scene::remove_sizeless_meshes,
+                Scene::join_identical_vertices,
+                Scene::debone,
+            ];
+            for step in steps {
                 step(&mut scene);
-                prop_assert_eq!(validate(&scene), []);
+                prop_assert_eq!(scene.validate(), []);
             }
         }
     }
@@ -372,7 +376,7 @@ proptest! {
     fn joined_faces_have_the_same_corners(skeleton in any_skeleton()) {
         let before = with_mesh(skeleton, SkeletonMesh::Skinned);
         let mut after = before.clone();
-        join_identical_vertices(&mut after);
+        after.join_identical_vertices();
         let corners = |scene: &Scene| -> Vec<Vec3> {
             let meshes = scene.meshes.iter();
             meshes.flat_map(|mesh| mesh.indices.iter().map(|&index| mesh.vertices[index as usize])).collect()

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::kinematics::{Capture, Root, distance};
-use mocap::process::{SkeletonMesh, validate};
+use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset};
 use mocap::{Binding, Importer, Limits, Pose};
 use proptest::collection::vec;
@@ -207,7 +207,7 @@ proptest! {
             for collapse in [false, true] {
                 let importer = Importer::new().skeleton_mesh(mesh).collapse_keys(collapse);
                 let scene = importer.read(file.text().as_bytes(), "generated.bvh").unwrap();
-                prop_assert_eq!(validate(&scene), []);
+                prop_assert_eq!(scene.validate(), []);
             }
         }
     }
@@ -231,7 +231,7 @@ proptest! {
     #[test]
     fn any_bytes_are_an_error_or_a_valid_scene(bytes in vec(any::<u8>(), 0..400)) {
         if let Ok(scene) = importer().format(mocap::Format::Bvh).read(&bytes, "generated.bvh") {
-            prop_assert_eq!(validate(&scene), []);
+            prop_assert_eq!(scene.validate(), []);
         }
     }
 
@@ -240,7 +240,7 @@ proptest! {
         let text = format!("{}{}", if header { "HIERARCHY ROOT a { OFFSET 0 1 0 " } else { "" }, words.join(" "));
         let limits = Limits::new().max_values(10_000);
         if let Ok(scene) = Importer::new().limits(limits).format(mocap::Format::Bvh).read(text.as_bytes(), "generated.bvh") {
-            prop_assert_eq!(validate(&scene), []);
+            prop_assert_eq!(scene.validate(), []);
         }
     }
 }

@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use mocap::figure::{Figure, HumanoidBone as Bone, Sides, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::resample;
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
 use mocap::{Binding, Code, Conversion, Limits, Pose, Scene};
@@ -59,7 +58,7 @@ fn read_motions() -> Vec<(String, Scene)> {
             && animation.frame_count() > FRAMES
         {
             let fps = animation.ticks_per_second * FRAMES as f64 / animation.frame_count() as f64;
-            resample(&mut scene, fps, &Limits::default()).unwrap();
+            scene.resample(fps, &Limits::default()).unwrap();
         }
         (!scene.animations.is_empty()).then_some((file, scene))
     });

@@ -100,7 +100,7 @@ fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
         .unwrap();
     let mut source = mocap::import("fixtures/real/z_up_dab.bvh").unwrap();
     // Where the right arm swings up.
-    mocap::process::trim(&mut source, 118.0, 136.0);
+    source.trim(118.0, 136.0);
     mocap::Conversion::new().apply(&mut source).unwrap();
     let of_passes = |passes: u8| {
         let options = RobotOptions::new().passes(passes);

@@ -3,7 +3,6 @@
 use std::fs;
 
 use mocap::glam::DVec3;
-use mocap::process::validate;
 use mocap::robot::{JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Code, Importer, Limits, Pose};
@@ -90,7 +89,7 @@ fn urdf_is_read() {
     assert_eq!(robot.links[2].joint.kind, JointKind::Slide);
     assert_eq!(robot.links[3].joint.limits.upper, f64::INFINITY);
     let scene = Importer::new().read(URDF.as_bytes(), "robot.urdf").unwrap();
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     assert_eq!(scene.nodes.len(), 4);
     let hand = Pose::rest(&scene).node_to_world[2].w_axis;
     assert_eq!(hand.truncate().to_array(), [0.0, 0.0, 1.0]);
@@ -257,7 +256,7 @@ fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
         // The scene with this animation stands where the numbers say.
         let mut scene = robot.scene();
         scene.animations.push(robot.animation(&motion));
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
         let pose = Pose::at_tick(&scene, 0, 20.0).unwrap();
         let base = pose.node_to_world[0].w_axis.truncate().as_dvec3();
         assert!(base.abs_diff_eq(motion.root[20].translation, 1e-6), "{name}");
@@ -366,7 +365,7 @@ fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
         return;
     };
     let scene = robot.scene();
-    let violations = validate(&scene);
+    let violations = scene.validate();
     assert!(violations.is_empty(), "{}: {violations:?}", what());
     if let Ok(bones) = robot.bones(None) {
         assert!(bones.iter().all(|bone| bone.link < robot.links.len()));

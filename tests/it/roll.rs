@@ -2,10 +2,9 @@
 
 use mocap::figure::{Axis, Figure, HumanoidBone as Bone, Sides, TPoseReason, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::trim;
 use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
 use mocap::scene::{Format, Keys};
-use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh, process};
+use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::retarget::{character, motion};
 use crate::sample::Sample;
@@ -109,7 +108,7 @@ fn some_frames(scene: &Scene, sample: &mut Sample) -> (Scene, usize) {
     let size = (count / 5).max(20);
     let first = sample.below(count - size);
     let mut cut = scene.clone();
-    process::trim(&mut cut, first as f64, (first + size - 1) as f64);
+    cut.trim(first as f64, (first + size - 1) as f64);
     (cut, first)
 }
 
@@ -299,7 +298,7 @@ fn a_motion_retargets_alike_from_every_format_that_holds_it() {
     for file in FORMS {
         let mut source = motion(file);
         // Long enough for hinges to show.
-        trim(&mut source, 0.0, 200.0);
+        source.trim(0.0, 200.0);
         let expected = limbs(&source, &target);
         for format in [Format::Gltf, Format::Mclip, Format::Vrma, Format::Fbx] {
             if format == Format::Fbx && cfg!(not(feature = "fbx")) {

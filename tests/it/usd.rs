@@ -4,7 +4,6 @@
 use std::fs;
 
 use glam::Vec3;
-use mocap::process::validate;
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::program::Folder;
@@ -230,7 +229,7 @@ fn prefixes_and_changed_bytes_give_an_error_or_a_valid_scene() {
     let arm = fs::read(ARM).unwrap();
     let survive = |bytes: &[u8]| {
         if let Ok(scene) = Importer::new().format(Format::Usd).read(bytes, "hostile.usda") {
-            let violations = validate(&scene);
+            let violations = scene.validate();
             assert!(
                 violations.is_empty(),
                 "{violations:?}: {}",

@@ -1,7 +1,7 @@
 //! The rules of the scene, each broken in turn.
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::{Rule, SkeletonMesh, skeleton_mesh, validate};
+use mocap::process::{Rule, SkeletonMesh};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene, VertexWeight};
 
 fn animated_arm() -> Scene {
@@ -20,7 +20,7 @@ fn animated_arm() -> Scene {
         ],
         ..Scene::default()
     };
-    skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+    scene.add_skeleton_mesh(SkeletonMesh::Skinned);
     scene.animations.push(Animation {
         ticks_per_second: 10.0,
         duration: 2.0,
@@ -110,11 +110,11 @@ const BREAKS: &[Break] = &[
 
 #[test]
 fn each_rule_names_what_breaks_it_and_nothing_else_does() {
-    assert_eq!(validate(&animated_arm()), []);
+    assert_eq!(animated_arm().validate(), []);
     for (rule, break_it) in BREAKS {
         let mut scene = animated_arm();
         break_it(&mut scene);
-        let rules: Vec<Rule> = validate(&scene).iter().map(|violation| violation.rule).collect();
+        let rules: Vec<Rule> = scene.validate().iter().map(|violation| violation.rule).collect();
         assert_eq!(rules, [*rule]);
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::glam::{Quat, Vec3};
 use mocap::gltf::{GltfOptions, write_glb};
-use mocap::process::{convert_units, in_place, resample, root_motion, trim};
+
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier, verify};
 use mocap::{Code, Exporter, Importer, Limits, RootOffset, Scene, SkeletonMesh};
@@ -40,36 +40,36 @@ fn every_step_is_replayed_from_the_provenance() {
     type Step = fn(&mut Scene);
     let steps: [(Step, usize); 7] = [
         (|_| (), 339),
-        (|scene| convert_units(scene, 0.0254, UpAxis::Z), 339),
-        (|scene| trim(scene, 100.0, 200.0), 101),
+        (|scene| scene.convert_units(0.0254, UpAxis::Z), 339),
+        (|scene| scene.trim(100.0, 200.0), 101),
         (
             |scene| {
-                trim(scene, 50.0, 300.0);
-                trim(scene, 50.0, 150.0);
-                convert_units(scene, 0.01, UpAxis::Y);
+                scene.trim(50.0, 300.0);
+                scene.trim(50.0, 150.0);
+                scene.convert_units(0.01, UpAxis::Y);
             },
             101,
         ),
         (
             |scene| {
-                trim(scene, 1.0, f64::INFINITY);
-                convert_units(scene, 0.0254, UpAxis::Z);
-                in_place(scene);
+                scene.trim(1.0, f64::INFINITY);
+                scene.convert_units(0.0254, UpAxis::Z);
+                scene.put_in_place();
             },
             338,
         ),
         (
             |scene| {
-                convert_units(scene, 0.0254, UpAxis::Z);
-                root_motion(scene);
+                scene.convert_units(0.0254, UpAxis::Z);
+                scene.extract_root_motion();
             },
             339,
         ),
         (
             |scene| {
                 let rate = scene.animations[0].ticks_per_second;
-                resample(scene, 2.0 * rate, &Limits::default()).unwrap();
-                convert_units(scene, 0.0254, UpAxis::Z);
+                scene.resample(2.0 * rate, &Limits::default()).unwrap();
+                scene.convert_units(0.0254, UpAxis::Z);
             },
             677,
         ),
@@ -92,7 +92,7 @@ fn every_step_is_replayed_from_the_provenance() {
 fn a_joint_that_is_off_is_named_with_its_frame_and_distance() {
     let source = import("cmu_short.bvh");
     let mut scene = source.clone();
-    convert_units(&mut scene, 0.01, UpAxis::Y);
+    scene.convert_units(0.01, UpAxis::Y);
     let tip = scene
         .nodes
         .iter()
@@ -124,8 +124,8 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
     let source = import("cmu_12_01_walk.bvh");
     let lost = [60.0, 30.0, 25.0].map(|rate| {
         let mut scene = source.clone();
-        resample(&mut scene, rate, &Limits::default()).unwrap();
-        convert_units(&mut scene, 0.056_444, UpAxis::Y);
+        scene.resample(rate, &Limits::default()).unwrap();
+        scene.convert_units(0.056_444, UpAxis::Y);
         let verified = verify(&source, &glb(&scene)).unwrap();
         assert!(verified.is_within(1e-5), "{rate}: {verified:?}");
         assert!(verified.frames < 270);
@@ -143,8 +143,8 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
 fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
     let source = import("cmu_12_01_walk.bvh");
     let mut scene = source.clone();
-    resample(&mut scene, 120.0, &Limits::default()).unwrap();
-    convert_units(&mut scene, 0.056_444, UpAxis::Y);
+    scene.resample(120.0, &Limits::default()).unwrap();
+    scene.convert_units(0.056_444, UpAxis::Y);
     let verified = verify(&source, &glb(&scene)).unwrap();
     assert_eq!(verified.frames, 524);
     assert!(verified.max_error < 2e-6, "{verified:?}");
@@ -154,7 +154,7 @@ fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
 fn files_of_other_programs_are_compared_by_name_and_size() {
     let source = import("z_up_dab.bvh");
     let mut scene = source.clone();
-    convert_units(&mut scene, 0.0254, UpAxis::Z);
+    scene.convert_units(0.0254, UpAxis::Z);
     for (node, name) in [(0, "mixamorig:Hips"), (1, "SPINE"), (2, "Spine 1")] {
         let old = std::mem::replace(&mut scene.nodes[node].name, name.into());
         for channel in &mut scene.animations[0].channels {
@@ -175,7 +175,7 @@ fn files_of_other_programs_are_compared_by_name_and_size() {
 fn a_file_that_ends_early_is_compared_as_far_as_it_goes() {
     let source = import("z_up_dab.bvh");
     let mut scene = source.clone();
-    trim(&mut scene, 0.0, 99.0);
+    scene.trim(0.0, 99.0);
     let verified = verify(&source, &as_of_another_program(&glb(&scene))).unwrap();
     assert_eq!(verified.frames, 339);
     assert_eq!(kinds(&verified), [FindingKind::MissingFrames]);
@@ -201,7 +201,7 @@ fn every_attack_is_found() {
     let attacks: [(&str, Attack, &[FindingKind]); 8] = [
         (
             "one frame of all",
-            |scene| trim(scene, 0.0, 0.0),
+            |scene| scene.trim(0.0, 0.0),
             &[
                 FindingKind::Provenance,
                 FindingKind::MissingFrames,
@@ -210,12 +210,12 @@ fn every_attack_is_found() {
         ),
         (
             "the last frame dropped",
-            |scene| trim(scene, 0.0, 73.0),
+            |scene| scene.trim(0.0, 73.0),
             &[FindingKind::Provenance, FindingKind::MissingFrames],
         ),
         (
             "the first frame dropped",
-            |scene| trim(scene, 1.0, 74.0),
+            |scene| scene.trim(1.0, 74.0),
             &[FindingKind::Provenance, FindingKind::MissingFrames],
         ),
         (
@@ -255,7 +255,7 @@ fn every_attack_is_found() {
     let source = import("cmu_short.bvh");
     for (name, attack, expected) in attacks {
         let mut scene = source.clone();
-        convert_units(&mut scene, 0.056_444, UpAxis::Y);
+        scene.convert_units(0.056_444, UpAxis::Y);
         let steps = scene.metadata.steps.clone();
         attack(&mut scene);
         scene.metadata.steps = steps;
@@ -269,7 +269,7 @@ fn every_attack_is_found() {
 fn a_turn_that_moves_no_joint_is_found() {
     let source = import("z_up_dab.bvh");
     let mut scene = source.clone();
-    convert_units(&mut scene, 0.0254, UpAxis::Z);
+    scene.convert_units(0.0254, UpAxis::Z);
     let verified = verify(&source, &glb(&scene)).unwrap();
     assert!(verified.turn_error.unwrap() < 1e-6, "{verified:?}");
     let has_children = |id: usize| {
@@ -306,7 +306,7 @@ fn bvh_is_compared_as_its_reader_reads_it() {
         let verified = Verifier::new().files(&source, &output).unwrap();
         assert!(verified.is_within(1e-4), "{file}: {verified:?}");
         let mut shorter = scene.clone();
-        trim(&mut shorter, 0.0, 5.0);
+        shorter.trim(0.0, 5.0);
         Exporter::new().overwrite(true).export(&shorter, &output).unwrap();
         let verified = Verifier::new().files(&source, &output).unwrap();
         assert!(

@@ -425,7 +425,7 @@ fn damaged_files_are_errors_or_valid_scenes() {
     let bytes = written(&scene);
     let survive = |bytes: &[u8]| {
         if let Ok(scene) = Importer::new().read(bytes, "a.vrma") {
-            assert_eq!(mocap::process::validate(&scene), []);
+            assert_eq!(scene.validate(), []);
             let _ = vrma::write(&scene, &VrmaOptions::default());
         }
     };

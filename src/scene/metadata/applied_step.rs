@@ -33,7 +33,7 @@ pub enum AppliedStep {
         /// Its index among the file's animations, from 0.
         index: usize,
     },
-    /// [`process::convert_units`](crate::process::convert_units).
+    /// [`Scene::convert_units`](crate::Scene::convert_units).
     ConvertUnits {
         /// Metres per unit of length before.
         metres_per_unit: f64,
@@ -46,21 +46,21 @@ pub enum AppliedStep {
         #[serde(default, skip_serializing_if = "UpAxis::is_y")]
         out_up: UpAxis,
     },
-    /// [`process::trim`](crate::process::trim).
+    /// [`Scene::trim`](crate::Scene::trim).
     Trim {
         /// The earlier tick that is now tick 0.
         first: f64,
         /// The earlier tick that is now the last.
         last: f64,
     },
-    /// [`process::resample`](crate::process::resample).
+    /// [`Scene::resample`](crate::Scene::resample).
     Resample {
         /// The new ticks per second.
         frames_per_second: f64,
     },
-    /// [`process::in_place`](crate::process::in_place).
+    /// [`Scene::put_in_place`](crate::Scene::put_in_place).
     InPlace,
-    /// [`process::root_motion`](crate::process::root_motion).
+    /// [`Scene::extract_root_motion`](crate::Scene::extract_root_motion).
     RootMotion,
     /// The frames of all joints were put along the axes of the world at rest, so that the rotations of the rest pose
     /// are zero: [`RestPoseSource::TPose`](crate::convert::RestPoseSource::TPose).
@@ -81,7 +81,7 @@ pub enum AppliedStep {
         /// Whether the feet were to be held as those of the source are.
         lock_feet: bool,
     },
-    /// [`process::name_joints`](crate::process::name_joints): joints were given other names.
+    /// [`Scene::name_joints`](crate::Scene::name_joints): joints were given other names.
     NameJoints {
         /// Those whose name is another.
         joints: Vec<NamedJoint>,

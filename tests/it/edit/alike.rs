@@ -4,7 +4,6 @@ use glam::Vec3;
 use mocap::Scene;
 use mocap::edit::{Blend, Concat, EditStep, Step, StepInput, StepReport};
 use mocap::figure::{Humanoid, HumanoidBone, humanoid};
-use mocap::process::trim;
 
 use super::*;
 
@@ -16,7 +15,7 @@ fn file(name: &str) -> String {
 
 fn part(scene: &Scene, first: usize, last: usize) -> Scene {
     let mut scene = scene.clone();
-    trim(&mut scene, first as f64, last as f64);
+    scene.trim(first as f64, last as f64);
     scene
 }
 

@@ -2,7 +2,7 @@
 
 use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp, WarpPathReport, WarpReport};
 use mocap::figure::{HumanoidBone, humanoid};
-use mocap::process::{convert_units, validate};
+
 use mocap::scene::UpAxis;
 use proptest::prelude::*;
 
@@ -42,7 +42,7 @@ proptest! {
         let points = places.iter().enumerate().map(|(place, (x, z))| point(4.3 * place as f64 / count as f64, *x, *z));
         let facing = if along { PathFacing::Along } else { PathFacing::Kept };
         let report = bend(&mut bent, points.collect(), facing).unwrap();
-        prop_assert_eq!(validate(&bent), []);
+        prop_assert_eq!(bent.validate(), []);
         let at = exact_positions(&bent);
         for (place, (x, z)) in places.iter().enumerate() {
             let frame = (4.3 * place as f64 / count as f64 * 120.0).round() as usize;
@@ -122,7 +122,7 @@ fn points_without_times_share_the_way() {
 fn the_unit_and_the_up_axis_change_nothing() {
     let metres = import(WALK);
     let mut inches = metres.clone();
-    convert_units(&mut inches, 1.0 / 0.0254, UpAxis::Y);
+    inches.convert_units(1.0 / 0.0254, UpAxis::Y);
     inches.metadata.metres_per_unit = Some(0.0254);
     let points = vec![point(0.0, 0.0, 0.0), point(2.0, 1.0, 2.0), point(4.0, 4.0, 2.0)];
     let bend = |mut scene: Scene| {
@@ -177,7 +177,7 @@ fn points_that_cannot_be_are_refused() {
     );
     assert_eq!(error.diagnostic().found.as_deref(), Some("5:0/0"));
     let mut one = walk.clone();
-    mocap::process::trim(&mut one, 0.0, 0.0);
+    one.trim(0.0, 0.0);
     let points = vec![point(0.0, 0.0, 0.0), point(1.0, 0.0, 0.0)];
     let error = bend(&mut one, points, PathFacing::Along).unwrap_err();
     assert_eq!(
@@ -188,6 +188,6 @@ fn points_that_cannot_be_are_refused() {
     let mut scene = walk.clone();
     let points = [0.0, 1.0, 2.0].map(|seconds| point(seconds, 3.0, 3.0)).to_vec();
     let report = bend(&mut scene, points, PathFacing::Along).unwrap();
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     assert!(report.length < 1e-9 && report.largest_turn == 0.0, "{report:?}");
 }

@@ -5,7 +5,6 @@ use mocap::edit::{BoneAxis, Step, StepInput};
 use mocap::fbx::{self, FbxOptions};
 use mocap::glam::Mat4;
 use mocap::gltf::{GltfOptions, write_glb};
-use mocap::process::validate;
 use mocap::scene::NodeKind;
 
 use super::*;
@@ -64,7 +63,7 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
             let mut scene = before.clone();
             let (was, _) = farthest_from_child(&before, axis);
             let report = BoneAxis::new().axis(axis).apply(&mut scene, &StepInput::new()).unwrap();
-            assert_eq!(validate(&scene), [], "{file}");
+            assert_eq!(scene.validate(), [], "{file}");
             let (now, joints) = farthest_from_child(&scene, axis);
             assert!(
                 was > 10.0 && now < 0.1 && joints > 10,

@@ -2,7 +2,6 @@
 
 use mocap::edit::{Despike, Fill, Smooth, SmoothFilter, Step, StepInput};
 use mocap::glam::Quat;
-use mocap::process::validate;
 use mocap::scene::Keys;
 
 use super::*;
@@ -57,7 +56,7 @@ fn smoothing_keeps_bones_ends_and_what_is_slow() {
         let smooth = Smooth::new().filter(filter).cut_off(15.0);
         smooth.apply(&mut scene, &StepInput::new()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
         let (old, new) = (positions(&before), positions(&scene));
         for frame in [0, old.len() - 1] {
             assert!(old[frame].iter().zip(&new[frame]).all(|(a, b)| a.distance(*b) < 1e-5));
@@ -197,7 +196,7 @@ fn gaps_are_filled_as_the_motion_went() {
     assert_eq!(report.longer, [[300, 399]]);
     let part = |scene: &Scene| {
         let mut scene = scene.clone();
-        mocap::process::trim(&mut scene, 0.0, 290.0);
+        scene.trim(0.0, 290.0);
         scene
     };
     let (off, off_held) = (

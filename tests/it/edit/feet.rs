@@ -2,7 +2,7 @@
 
 use mocap::edit::{ContactOptions, FootLockOptions, contacts, foot_lock};
 use mocap::figure::HumanoidBone;
-use mocap::process::{convert_units, validate};
+
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::UpAxis;
 
@@ -27,7 +27,7 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
         let found = contacts(&before, 0, None, &ContactOptions::default()).unwrap();
         let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
-        assert_eq!(validate(&scene), [], "{file}");
+        assert_eq!(scene.validate(), [], "{file}");
 
         // Measured here from the positions alone: the ball, in frames in which it rests.
         let at = positions(&scene);
@@ -239,7 +239,7 @@ fn what_holds_still_already_does_not_change() {
 fn the_unit_of_the_scene_changes_nothing() {
     let metres = import("z_up_dab.bvh");
     let mut inches = metres.clone();
-    convert_units(&mut inches, 1.0 / 0.0254, UpAxis::Y);
+    inches.convert_units(1.0 / 0.0254, UpAxis::Y);
     inches.metadata.metres_per_unit = Some(0.0254);
     let options = ContactOptions::new().hands(true);
     let (a, b) = (

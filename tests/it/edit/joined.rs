@@ -6,7 +6,7 @@ use mocap::edit::{
     Smooth, Step, StepInput, Warp, WarpReport, WarpTimeReport,
 };
 use mocap::figure::{HumanoidBone, humanoid};
-use mocap::process::{trim, validate};
+
 use proptest::prelude::*;
 
 use super::*;
@@ -32,7 +32,7 @@ fn warp_time(scene: &mut Scene, moments: &[(f64, f64)]) -> mocap::Result<WarpTim
 
 fn part(scene: &Scene, first: usize, last: usize) -> Scene {
     let mut scene = scene.clone();
-    trim(&mut scene, first as f64, last as f64);
+    scene.trim(first as f64, last as f64);
     scene
 }
 
@@ -57,7 +57,7 @@ proptest! {
         let report = concat(&mut first, &second).unwrap();
         prop_assert_eq!((report.seam, report.frames), (cut, 523));
         assert_same_motion(&whole, &first, 1e-5);
-        prop_assert_eq!(validate(&first), []);
+        prop_assert_eq!(first.validate(), []);
     }
 
     #[test]
@@ -147,7 +147,7 @@ fn a_loop_ends_as_it_begins() {
             .in_place(in_place)
             .apply(&mut scene, &StepInput::new())
             .unwrap();
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
         let at = positions(&scene);
         let last = at.len() - 1;
         assert_eq!(last, report.last - report.first);
@@ -222,7 +222,7 @@ fn a_blend_without_weight_is_the_first_and_with_all_weight_the_second() {
     let report = blend(&mut scene, &second, 0.5).unwrap();
     assert_eq!(report.frames, 281);
     assert_bones_keep_their_lengths(&part(&first, 0, 0), &part(&scene, 0, 0));
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     // A motion that is blended with itself, slower, is itself at a speed between.
     let mut slow = first.clone();
     warp_time(&mut slow, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
@@ -246,7 +246,7 @@ fn a_weight_may_change_over_time() {
     let curve = |points: &[(f64, f64)]| BlendWeight::Curve(points.to_vec());
     let mut scene = first.clone();
     blend(&mut scene, &second, curve(&[(0.5, 0.0), (1.5, 1.0)])).unwrap();
-    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     assert_bones_keep_their_lengths(&first, &scene);
     let (old, new) = (positions(&first), positions(&scene));
     for frame in 0..=60 {

@@ -1,7 +1,6 @@
 //! What every step keeps, and what each refuses.
 
 use mocap::edit::{EditStep, Mirror, Step, StepInput};
-use mocap::process::{trim, validate};
 
 use super::*;
 
@@ -55,7 +54,7 @@ fn no_step_changes_the_length_of_a_bone() {
     for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
         let mut before = import(file);
         let rate = before.animations[0].ticks_per_second;
-        trim(&mut before, 0.0, 2.5 * rate);
+        before.trim(0.0, 2.5 * rate);
         let mut other = before.clone();
         Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
         // `root-motion` adds a joint, so that nodes cannot be compared by their index.
@@ -63,7 +62,7 @@ fn no_step_changes_the_length_of_a_bone() {
             let mut scene = before.clone();
             apply(step, &mut scene, &other).unwrap_or_else(|error| panic!("{file}: {step}: {error}"));
             assert_bones_keep_their_lengths(&before, &scene);
-            assert_eq!(validate(&scene), [], "{file}: {step}");
+            assert_eq!(scene.validate(), [], "{file}: {step}");
         }
     }
 }
@@ -75,7 +74,7 @@ fn odd_motions_are_changed_or_refused() {
     let walk = import("cmu_12_01_walk.bvh");
     let part = |last: f64| {
         let mut scene = walk.clone();
-        trim(&mut scene, 0.0, last);
+        scene.trim(0.0, last);
         scene
     };
     let mut slow = part(20.0);
@@ -85,7 +84,7 @@ fn odd_motions_are_changed_or_refused() {
     let mut empty = walk.clone();
     empty.animations[0].channels.clear();
     let mut fraction = part(30.0);
-    trim(&mut fraction, 0.0, 20.5);
+    fraction.trim(0.0, 20.5);
     let arm = import("lecture_Test.bvh");
     let still = {
         let mut scene = part(40.0);
@@ -109,7 +108,7 @@ fn odd_motions_are_changed_or_refused() {
         for step in steps() {
             let mut changed = scene.clone();
             match apply(step, &mut changed, &scene) {
-                Ok(_) => assert_eq!(validate(&changed), [], "{name}: {step}"),
+                Ok(_) => assert_eq!(changed.validate(), [], "{name}: {step}"),
                 Err(_) => assert!(changed == scene, "{name}: {step} fails and changes the scene"),
             }
         }

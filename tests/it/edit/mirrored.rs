@@ -2,7 +2,6 @@
 
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{HumanoidBone, humanoid};
-use mocap::process::validate;
 
 use super::*;
 
@@ -33,7 +32,7 @@ fn twice_is_the_identity_and_once_keeps_the_bones() {
         let mut scene = before.clone();
         let report = Mirror::new().apply(&mut scene, &StepInput::new()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
-        assert_eq!(validate(&scene), [], "{file}");
+        assert_eq!(scene.validate(), [], "{file}");
         assert!(
             report.pairs >= 8 && report.without_partner.is_empty(),
             "{file}: {report:?}"

@@ -2,7 +2,7 @@
 
 use mocap::glam::DVec3;
 use mocap::gltf::{GltfOptions, write_glb};
-use mocap::process::{KeyTolerance, SkeletonMesh, collapse_keys, skeleton_mesh};
+use mocap::process::{KeyTolerance, SkeletonMesh};
 
 use super::read::Read;
 use crate::kinematics::{Capture, Root};
@@ -13,8 +13,8 @@ use crate::kinematics::{Capture, Root};
 fn assert_survives(file: &str) {
     let bytes = std::fs::read(format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let mut scene = mocap::Importer::new().read(&bytes, file).unwrap();
-    collapse_keys(&mut scene, KeyTolerance::default());
-    skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+    scene.collapse_keys(KeyTolerance::default());
+    scene.add_skeleton_mesh(SkeletonMesh::Skinned);
     let read = Read::glb(&write_glb(&scene, &GltfOptions::default()).unwrap());
 
     let capture = Capture::parse(&bytes);

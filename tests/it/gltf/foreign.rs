@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
-use mocap::process::validate;
 use mocap::scene::{NodeId, NodeKind, Scene};
 use mocap::{Clips, Code, Importer, Limits, Pose, SkeletonMesh};
 use serde_json::{Value, json};
@@ -81,7 +80,7 @@ impl Foreign {
     #[track_caller]
     fn read(&self) -> Scene {
         let scene = read(self.text().as_bytes()).unwrap();
-        assert_eq!(validate(&scene), []);
+        assert_eq!(scene.validate(), []);
         scene
     }
 

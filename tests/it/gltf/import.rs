@@ -3,7 +3,7 @@
 use mocap::Exporter;
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::{BufferPlace, GltfOptions, write_glb};
-use mocap::process::{root_motion, validate};
+
 use mocap::scene::{Node, NodeKind, Scene};
 use mocap::{Importer, Pose, SkeletonMesh};
 
@@ -34,7 +34,7 @@ fn assert_same(read: &Scene, written: &Scene) {
             }
         }
     }
-    assert_eq!(validate(read), []);
+    assert_eq!(read.validate(), []);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn names_that_had_to_change_come_back() {
 #[test]
 fn a_root_joint_and_uneven_keys_come_back() {
     let mut scene = walker(50);
-    root_motion(&mut scene);
+    scene.extract_root_motion();
     let keys = &mut scene.animations[0].channels[2].rotation_keys;
     keys.values = vec![Quat::IDENTITY, Quat::from_rotation_z(0.5), Quat::from_rotation_z(1.0)];
     keys.ticks = Some(vec![0.0, 3.5, 49.0]);
@@ -194,7 +194,7 @@ fn no_bytes_do_harm() {
             let mut bytes = glb.clone();
             bytes[place] ^= flip;
             if let Ok(scene) = read(&bytes) {
-                assert_eq!(validate(&scene), [], "byte {place} ^ {flip:#x}");
+                assert_eq!(scene.validate(), [], "byte {place} ^ {flip:#x}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use gltf::mesh::util::{ReadJoints, ReadWeights};
 use mocap::glam::{DVec3, Mat4, Vec3};
 use mocap::gltf::{Document, GltfOptions};
-use mocap::process::{SkeletonMesh, skeleton_mesh};
+use mocap::process::SkeletonMesh;
 use mocap::scene::{Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
 use super::read::Read;
@@ -109,7 +109,7 @@ fn a_skeleton_without_extent_has_a_marker() {
             nodes: vec![node("a", None, centre), node("b", Some(0), Vec3::ZERO)],
             ..Scene::default()
         };
-        skeleton_mesh(&mut scene, kind);
+        scene.add_skeleton_mesh(kind);
         let read = Read::scene(&scene);
         assert_eq!(read.document.skins().next().unwrap().joints().len(), 2);
         let holder = read.document.nodes().nth(2).unwrap();

@@ -20,7 +20,7 @@ fn bar() -> Value {
 #[test]
 fn a_skin_has_its_vertices_bones_and_texture() {
     let scene = Importer::new().gltf_meshes(true).import(BAR).unwrap();
-    assert_eq!(mocap::process::validate(&scene), []);
+    assert_eq!(scene.validate(), []);
     let mesh = &scene.meshes[0];
     assert_eq!((mesh.vertices.len(), mesh.faces().len()), (10, 8));
     assert_eq!(mesh.vertices[2], Vec3::new(-0.3, 0.5, 0.0));
@@ -122,7 +122,7 @@ fn what_is_broken_is_left_out_with_a_warning() {
         let mut file = bar();
         edit(&mut file);
         let scene = read(&file);
-        assert_eq!(mocap::process::validate(&scene), [], "{pointer}");
+        assert_eq!(scene.validate(), [], "{pointer}");
         assert_eq!(
             (scene.nodes.len(), &scene.animations),
             (sound.nodes.len(), &sound.animations),
@@ -199,7 +199,7 @@ fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
             let Ok(scene) = importer.read(file.to_string().as_bytes(), "bar.gltf") else {
                 continue;
             };
-            assert_eq!(mocap::process::validate(&scene), [], "{pointer} = {number}");
+            assert_eq!(scene.validate(), [], "{pointer} = {number}");
             let clip = Clip {
                 name: "bar",
                 scene: &scene,

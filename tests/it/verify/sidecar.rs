@@ -1,7 +1,7 @@
 //! What a file beside a BVH file says of it.
 
 use mocap::bvh::BvhOptions;
-use mocap::process::{convert_units, in_place, trim};
+
 use mocap::scene::UpAxis;
 use mocap::verify::Verifier;
 use mocap::{Code, Exporter, Importer, SkeletonMesh};
@@ -15,9 +15,9 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
         .import(source)
         .unwrap();
     // A unit that has no name, a part of the motion, and in place: nothing that the file alone could tell.
-    convert_units(&mut scene, 0.0123, UpAxis::Y);
-    trim(&mut scene, 10.0, 40.0);
-    in_place(&mut scene);
+    scene.convert_units(0.0123, UpAxis::Y);
+    scene.trim(10.0, 40.0);
+    scene.put_in_place();
     let (alone, beside) = (folder.path().join("alone.bvh"), folder.path().join("beside.bvh"));
     Exporter::new().export(&scene, &alone).unwrap();
     assert!(!Verifier::new().files(source, &alone).unwrap().is_within(1e-3));

@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
-use mocap::process::{convert_units, in_place};
+
 use mocap::scene::{NodeKind, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier, verify};
 use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
@@ -243,7 +243,7 @@ fn a_factor_that_is_no_unit_is_found() {
     ] {
         for extension in ["bvh", "glb"] {
             let mut scene = Importer::new().import(files.source()).unwrap();
-            convert_units(&mut scene, factor, UpAxis::Y);
+            scene.convert_units(factor, UpAxis::Y);
             let change: &dyn Fn(Vec<u8>) -> Vec<u8> = if extension == "bvh" { &whole } else { &foreign };
             let verified = files.verify(&scene, extension, change);
             assert_eq!(verified.is_within(1e-3), is_unit, "{factor} {extension}: {verified:?}");
@@ -363,7 +363,7 @@ fn the_source_that_a_file_names_is_its_source() {
 fn in_place_files_of_other_programs_are_not_their_source() {
     let files = Files::of_fixture("cmu_short.bvh");
     let mut scene = files.scene();
-    in_place(&mut scene);
+    scene.put_in_place();
     assert!(!files.verify(&scene, "glb", &foreign).is_within(1e-3));
 }
 
@@ -389,7 +389,7 @@ fn groups_that_move_are_compared_where_there_is_no_joint() {
 #[test]
 fn a_take_of_no_length_in_32_bits_is_one_pose() {
     let mut scene = Importer::new().import("fixtures/dialects/plain.bvh").unwrap();
-    mocap::process::trim(&mut scene, 0.0, 0.0);
+    scene.trim(0.0, 0.0);
     scene.animations[0].duration = 1e-50;
     let written = Exporter::new().write(&scene, Format::Gltf).unwrap();
     let again = Importer::new()

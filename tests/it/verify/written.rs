@@ -4,7 +4,6 @@
 use std::path::{Path, PathBuf};
 
 use mocap::glam::{Mat4, Vec3, Vec4};
-use mocap::process::convert_units;
 use mocap::scene::{NodeKind, UpAxis};
 use mocap::verify::verify;
 use mocap::vrma::{self, VrmaOptions};
@@ -107,7 +106,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
                 0 0 0 5 5 -5 5 5 -5\n0 0 0 10 20 30 40 100 60\n0 0 0 11 20 30 40 101 60\n0 0 0 12 20 30 40 102 60\n";
     let source = Importer::new().read(text.as_bytes(), "markers.bvh").unwrap();
     let mut scene = source.clone();
-    convert_units(&mut scene, 0.01, UpAxis::Y);
+    scene.convert_units(0.01, UpAxis::Y);
     let bytes = Exporter::new()
         .write(&scene, Format::Bvh)
         .unwrap()
@@ -116,7 +115,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
     let verified = verify(&source, &bytes).unwrap();
     assert!(verified.is_within(CLOSE), "{verified:?}");
     // One that is no unit is still found.
-    convert_units(&mut scene, 1.07, UpAxis::Y);
+    scene.convert_units(1.07, UpAxis::Y);
     let bytes = Exporter::new()
         .write(&scene, Format::Bvh)
         .unwrap()
@@ -152,7 +151,7 @@ fn the_unit_of_a_single_joint_is_found() {
     let source = Importer::new().read(text.as_bytes(), "marker.bvh").unwrap();
     for (unit, is_right) in [(0.01, true), (0.0254, true), (0.37, false)] {
         let mut scene = source.clone();
-        convert_units(&mut scene, unit, UpAxis::Y);
+        scene.convert_units(unit, UpAxis::Y);
         let bytes = Exporter::new()
             .write(&scene, Format::Bvh)
             .unwrap()

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use mocap::glam::{Quat, Vec3};
-use mocap::process::{KeyTolerance, collapse_keys};
+use mocap::process::KeyTolerance;
 use mocap::scene::{Animation, Channel, Keys};
 use mocap::{Importer, Scene, SkeletonMesh, Updater};
 
@@ -69,7 +69,7 @@ fn collapse(bencher: Bencher) {
     bencher
         .counter(ItemsCount::new(2 * KEYS))
         .with_inputs(|| scene.clone())
-        .bench_refs(|scene| collapse_keys(scene, KeyTolerance::default()));
+        .bench_refs(|scene| scene.collapse_keys(KeyTolerance::default()));
 }
 
 /// All node matrices at a tick between two keys.

@@ -5,7 +5,6 @@ mod written;
 
 use std::collections::BTreeSet;
 
-use mocap::process::validate;
 use mocap::{Diagnostic, Pose, SkeletonMesh};
 
 pub use self::inputs::{BVH, FORMATS, Input, fixture};
@@ -20,7 +19,7 @@ impl Input {
             let Ok(scene) = self.read(bytes, mesh) else {
                 return false;
             };
-            let violations = validate(&scene);
+            let violations = scene.validate();
             assert!(violations.is_empty(), "{mesh:?}: {violations:?}");
             for tick in [0.0, 0.5, f64::MAX, f64::NAN] {
                 // The positions are not specified then; it must only end without a panic.
@@ -38,7 +37,7 @@ impl Input {
         let Ok(scene) = self.read(bytes, SkeletonMesh::Segmented) else {
             return;
         };
-        let violations = validate(&scene);
+        let violations = scene.validate();
         assert!(violations.is_empty(), "{violations:?}");
         let _ = Pose::at_tick(&scene, 0, 0.5);
     }

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 
 use mocap::Scene;
-use mocap::process::{self, KeyTolerance};
+use mocap::process::KeyTolerance;
 
 use crate::abi::SCENE_NON_VERBOSE;
 use crate::properties::Properties;
@@ -87,22 +87,22 @@ pub(crate) fn validate(flags: u32) -> bool {
 /// Runs the steps in Assimp's order.
 pub(crate) fn run(scene: &mut Scene, flags: u32) -> Result<(), String> {
     if flags & VALIDATE_DATA_STRUCTURE != 0
-        && let Some(violation) = process::validate(scene).first()
+        && let Some(violation) = scene.validate().first()
     {
         return Err(format!("Validation failed: {violation}"));
     }
     if flags & FIND_DEGENERATES != 0 {
-        process::find_degenerates(scene);
+        scene.find_degenerates();
     }
     if flags & FIND_INVALID_DATA != 0 {
-        process::remove_sizeless_meshes(scene);
-        process::collapse_keys(scene, KeyTolerance::default());
+        scene.remove_sizeless_meshes();
+        scene.collapse_keys(KeyTolerance::default());
     }
     if flags & JOIN_IDENTICAL_VERTICES != 0 {
-        process::join_identical_vertices(scene);
+        scene.join_identical_vertices();
     }
     if flags & DEBONE != 0 {
-        process::debone(scene);
+        scene.debone();
     }
     Ok(())
 }

@@ -2,7 +2,6 @@
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process;
 use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Node, NodeId, NodeKind, Primitive, VertexWeight};
 
 use crate::abi::{
@@ -41,7 +40,7 @@ pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
         let mesh = unsafe { self::mesh(mesh, &to.nodes) }?;
         to.meshes.push(mesh);
     }
-    match process::validate(&to).first() {
+    match to.validate().first() {
         Some(violation) => Err(violation.to_string()),
         None => Ok(to),
     }

@@ -6,7 +6,6 @@ use mocap::convert::RestPoseSource;
 use mocap::figure::{HumanoidMap, humanoid};
 use mocap::files::ReplacePolicy;
 use mocap::job::JointNames;
-use mocap::process::name_joints;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
 use pyo3::exceptions::PyValueError;
@@ -135,7 +134,7 @@ pub(crate) fn convert(
         conversion.apply(&mut scene)?;
         if let Some(names) = &names {
             let bones = humanoid(&scene);
-            name_joints(&mut scene, &bones, names)?;
+            scene.name_joints(&bones, names)?;
         }
         exporter.export(&scene, &target)
     });

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::job::Job;
-use mocap::process::name_joints;
 use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed};
@@ -241,7 +240,7 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
         let bones = humanoid(&scene).with_map(&scene, known.chain(bones).collect())?;
-        name_joints(&mut scene, &bones, &names)?;
+        scene.name_joints(&bones, &names)?;
     }
     keep(scenes, Entry::new(scene, None).converted(), &assumptions)
 }

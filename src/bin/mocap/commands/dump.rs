@@ -4,7 +4,6 @@ use std::io::{self, BufWriter, Write};
 
 use mocap::SkeletonMesh;
 use mocap::dump::{self, Layout, SceneView, Section};
-use mocap::process;
 
 use crate::args::DumpArgs;
 use crate::{Failure, report, streams};
@@ -18,10 +17,10 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     let mut scene = streams::import(&importer, &args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
     if !args.raw {
-        process::find_degenerates(&mut scene);
-        process::remove_sizeless_meshes(&mut scene);
-        process::join_identical_vertices(&mut scene);
-        process::debone(&mut scene);
+        scene.find_degenerates();
+        scene.remove_sizeless_meshes();
+        scene.join_identical_vertices();
+        scene.debone();
     }
     if args.json {
         let mut out = BufWriter::new(report::stdout());

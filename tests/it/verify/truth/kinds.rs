@@ -2,7 +2,7 @@
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::{convert_units, trim};
+
 use mocap::scene::{Animation, Channel, Node, NodeId, NodeKind, UpAxis};
 
 /// What is done to a scene whose motion was converted, without a word about it in the file.
@@ -300,13 +300,13 @@ pub(super) const KINDS: &[Kind] = &[
         );
     }),
     wrong("the last frame lost", |scene| {
-        unsaid(scene, |scene| trim(scene, 0.0, 73.0))
+        unsaid(scene, |scene| scene.trim(0.0, 73.0))
     }),
     wrong("the first frame lost", |scene| {
-        unsaid(scene, |scene| trim(scene, 1.0, 74.0))
+        unsaid(scene, |scene| scene.trim(1.0, 74.0))
     }),
-    wrong("the first half", |scene| unsaid(scene, |scene| trim(scene, 0.0, 37.0))),
-    wrong("one frame", |scene| unsaid(scene, |scene| trim(scene, 0.0, 0.0))),
+    wrong("the first half", |scene| unsaid(scene, |scene| scene.trim(0.0, 37.0))),
+    wrong("one frame", |scene| unsaid(scene, |scene| scene.trim(0.0, 0.0))),
     wrong("a tenth slower", |scene| clip(scene).ticks_per_second *= 0.9),
     wrong("twice as fast", |scene| clip(scene).ticks_per_second *= 2.0),
     wrong("30 frames a second for 120", |scene| {
@@ -364,7 +364,7 @@ pub(super) const KINDS: &[Kind] = &[
             .for_each(|key| *key = Quat::from_rotation_z(TURN) * *key);
     }),
     wrong("Z up for Y up", |scene| {
-        unsaid(scene, |scene| convert_units(scene, 1.0, UpAxis::Z))
+        unsaid(scene, |scene| scene.convert_units(1.0, UpAxis::Z))
     }),
 ];
 

@@ -5,7 +5,6 @@ use std::fs;
 use mocap::arrays::{ArrayOptions, arrays};
 use mocap::compress::PackedClip;
 use mocap::gltf::Compression;
-use mocap::process::trim;
 use mocap::{Conversion, Exporter, Format, Scene};
 
 use super::fixture;
@@ -113,7 +112,7 @@ pub(super) fn vrma() -> Vec<Vec<u8>> {
     let mut scene = import("real/cmu_short.bvh");
     Conversion::new().apply(&mut scene).expect("the fixture is converted");
     let written = [4.0, 0.0].map(|last| {
-        trim(&mut scene, 0.0, last);
+        scene.trim(0.0, last);
         let written = Exporter::new().write(&scene, Format::Vrma);
         let bytes = written.and_then(mocap::Written::into_bytes);
         bytes.expect("the fixture is written")
