@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::frames::Frames;
 use super::inertia::ease;
-use super::limb::{LimbChain, Swivel};
+use super::limb::{LimbChain, Natural, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
 use crate::math::quaternion::{exp, in_hemisphere_of, log};
@@ -86,24 +86,12 @@ pub(super) fn hold(
     goal: impl Fn(&Pose) -> Vec3,
 ) -> LimbReport {
     let mut pose = Pose::rest(scene);
-    let trunks = window.frames(frames.len()).map(|(frame, _)| {
-        frames.pose(frame, &mut pose);
-        chain.trunk(&pose)
-    });
-    let trunks: Vec<Quat> = trunks.collect();
-    let bell = Bell::new(CALM, frames.rate);
-    let trunks: Vec<Quat> = (0..trunks.len()).map(|at| bell.mean(&trunks, at)).collect();
-    let swivels = window.frames(frames.len()).zip(&trunks).map(|((frame, _), trunk)| {
-        frames.pose(frame, &mut pose);
-        chain.swivel(&pose, goal(&pose), *trunk)
-    });
-    let swivels: Vec<Swivel> = swivels.collect();
-    let planes = trunks.into_iter().zip(calm(&swivels, &bell));
+    let planes = planes(scene, frames, chain, window, &goal);
     let mut solved: Vec<Solved> = Vec::new();
-    for ((frame, weight), swivel) in window.frames(frames.len()).zip(planes) {
+    for ((frame, weight), plane) in window.frames(frames.len()).zip(planes) {
         frames.pose(frame, &mut pose);
         let (goal, before) = (goal(&pose), pose.position(chain.tip));
-        let left = chain.bring(&mut pose, goal, swivel);
+        let left = chain.bring(&mut pose, goal, plane);
         solved.push(Solved {
             frame,
             weight,
@@ -192,30 +180,85 @@ impl Bell {
         })
     }
 
+    /// The frames around one of `count` that are no farther than the standard deviation.
+    fn near(&self, at: usize, count: usize) -> std::ops::Range<usize> {
+        let radius = self.deviation.round() as usize;
+        at.saturating_sub(radius)..(at + radius + 1).min(count)
+    }
+
+    /// The mean of values around one of `count`.
+    fn mean_of<T>(&self, count: usize, at: usize, value: impl Fn(usize) -> T) -> T
+    where
+        T: Default + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
+    {
+        let (mut sum, mut total) = (T::default(), 0.0);
+        for (other, part) in self.around(at, count) {
+            sum = sum + value(other) * part;
+            total += part;
+        }
+        sum * (1.0 / total)
+    }
+
     /// The mean of the rotations around one.
     fn mean(&self, rotations: &[Quat], at: usize) -> Quat {
         let own = rotations[at];
-        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-        for (other, part) in self.around(at, rotations.len()) {
-            sum += part * log(own.inverse() * rotations[other]);
-            total += part;
-        }
-        (own * exp(sum / total)).normalize()
+        let turn = |other: usize| log(own.inverse() * rotations[other]);
+        (own * exp(self.mean_of(rotations.len(), at, turn))).normalize()
     }
 }
 
 /// Frames of a standard deviation at most, so that the time is no product of two numbers of frames.
 const LONGEST_BELL: f32 = 500.0;
 
+/// The plane of a limb in the frames of a window: where it is most natural, and how far it is turned from there.
+///
+/// What is most natural follows the trunk and the direction of the goal slowly. Both may jump in one frame of a motion,
+/// and the elbow or the knee would jump farther.
+fn planes(
+    scene: &Scene,
+    frames: &Frames,
+    chain: &LimbChain,
+    window: &Window,
+    goal: impl Fn(&Pose) -> Vec3,
+) -> Vec<(Natural, f32)> {
+    let mut pose = Pose::rest(scene);
+    let numbers: Vec<usize> = window.frames(frames.len()).map(|(frame, _)| frame).collect();
+    let (mut trunks, mut ways) = (Vec::new(), Vec::new());
+    for frame in &numbers {
+        frames.pose(*frame, &mut pose);
+        trunks.push(chain.trunk(&pose));
+        ways.push(chain.to_goal(&pose, goal(&pose)));
+    }
+    let bell = Bell::new(CALM, frames.rate);
+    let natural = |at: usize| {
+        chain.natural(
+            bell.mean(&trunks, at),
+            bell.mean_of(ways.len(), at, |other| ways[other]),
+        )
+    };
+    let naturals: Vec<Natural> = (0..numbers.len()).map(natural).collect();
+    let swivels = numbers.iter().zip(&naturals).map(|(frame, natural)| {
+        frames.pose(*frame, &mut pose);
+        chain.swivel(&pose, goal(&pose), *natural)
+    });
+    let swivels: Vec<Swivel> = swivels.collect();
+    naturals.into_iter().zip(calm(&swivels, &bell)).collect()
+}
+
 /// The angles of the plane of a limb, from frame to frame. Where it goes far, they are the means of what is around: how
 /// an arm swung does not matter to one that holds the head.
 fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
-    let mut angles: Vec<f32> = Vec::with_capacity(swivels.len());
-    for swivel in swivels {
-        let before = angles.last().copied().unwrap_or(0.0);
-        let turns = ((before - swivel.angle) / TAU).round();
-        angles.push(swivel.angle + turns * TAU);
-    }
+    // The nearest turn to the last angle that is known: one that is not may be anywhere, and would take those after it
+    // along by a whole turn.
+    let mut reference = 0.0;
+    let unwrapped = swivels.iter().map(|swivel| {
+        let angle = swivel.angle + ((reference - swivel.angle) / TAU).round() * TAU;
+        if swivel.known > 0.0 {
+            reference = angle;
+        }
+        angle
+    });
+    let angles: Vec<f32> = unwrapped.collect();
     let mean = |at: usize| {
         // Where nothing is known the angle goes to 0.
         let (mut sum, mut total) = (0.0, 1e-3);
@@ -225,11 +268,18 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
         }
         sum / total
     };
-    let of_frame = |(at, swivel): (usize, &Swivel)| {
-        let (mean, detail) = (mean(at), swivel.detail * swivel.known);
+    // A limb that passes near to where it is brought would take up all of its swing at once, and lose it again.
+    let details: Vec<f32> = swivels.iter().map(|swivel| swivel.detail * swivel.known).collect();
+    let least = |at: usize| {
+        bell.near(at, details.len())
+            .fold(1.0, |least: f32, other| least.min(details[other]))
+    };
+    let least: Vec<f32> = (0..details.len()).map(least).collect();
+    let of_frame = |at: usize| {
+        let (mean, detail) = (mean(at), bell.mean_of(least.len(), at, |other| least[other]));
         mean + detail * (angles[at] - mean)
     };
-    swivels.iter().enumerate().map(of_frame).collect()
+    (0..swivels.len()).map(of_frame).collect()
 }
 
 /// Rounds off the moments at which a goal comes within reach or leaves it: there each rotation is the mean of those

@@ -174,7 +174,7 @@ impl LimbChain {
 
     /// Where the limb is in a pose, and where it goes. A hand is one with its forearm, so that its tip is the end of
     /// the lower bone; a foot keeps its rotation, so that its ankle goes where the tip then is at the goal.
-    fn aim(&self, pose: &Pose, goal: Vec3, trunk: Quat) -> Aim {
+    fn aim(&self, pose: &Pose, goal: Vec3, natural: Natural) -> Aim {
         let (last, goal) = match self.is_arm {
             true => (self.tip, goal),
             false => (self.end, goal - (pose.position(self.tip) - pose.position(self.end))),
@@ -187,7 +187,20 @@ impl LimbChain {
             goal,
             along: to_goal.try_normalize(),
             normal: plane_normal(joints, hinge),
-            natural: trunk * (arc(self.natural[0], trunk.inverse() * to_goal) * self.natural[1]),
+            natural: arc(natural.towards, to_goal) * natural.normal,
+        }
+    }
+
+    /// From the first joint to the goal of what goes there.
+    pub(super) fn to_goal(&self, pose: &Pose, goal: Vec3) -> Vec3 {
+        goal - self.reach(pose).0
+    }
+
+    /// How the limb bends most naturally towards a direction, with the trunk turned so.
+    pub(super) fn natural(&self, trunk: Quat, towards: Vec3) -> Natural {
+        Natural {
+            towards,
+            normal: trunk * (arc(self.natural[0], trunk.inverse() * towards) * self.natural[1]),
         }
     }
 
@@ -207,9 +220,9 @@ impl LimbChain {
     }
 
     /// How the plane of the limb is turned about the line to the goal from where it is most natural there, if it goes
-    /// along with the limb by the shortest rotation. `trunk` says how the trunk is turned.
-    pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, trunk: Quat) -> Swivel {
-        let aim = self.aim(pose, goal, trunk);
+    /// along with the limb by the shortest rotation.
+    pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: Natural) -> Swivel {
+        let aim = self.aim(pose, goal, natural);
         let old = aim.joints[2] - aim.joints[0];
         let angle = old.angle_between(aim.goal - aim.joints[0]);
         let length = aim.joints[0].distance(aim.joints[1]) + aim.joints[1].distance(aim.joints[2]);
@@ -230,9 +243,9 @@ impl LimbChain {
     /// Turns the limb of `pose` so that its tip comes to `goal`, in the world, with the plane in which it bends turned
     /// by `swivel` from where it is most natural. Returns how far the tip stays away. A hand turns with its forearm, a
     /// foot keeps its rotation.
-    pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (trunk, swivel): (Quat, f32)) -> f32 {
+    pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (Natural, f32)) -> f32 {
         let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
-        let aim = self.aim(pose, goal, trunk);
+        let aim = self.aim(pose, goal, natural);
         let along = aim.along.unwrap_or(Vec3::Y);
         let plane = Quat::from_axis_angle(along, swivel) * aim.natural;
         if let Some(found) = hinge_rotations(aim.joints, aim.goal, [aim.normal, plane]) {
@@ -245,6 +258,14 @@ impl LimbChain {
         }
         pose.position(self.tip).distance(goal)
     }
+}
+
+/// How a limb bends most naturally towards a direction, in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Natural {
+    towards: Vec3,
+    /// The normal of its plane.
+    normal: Vec3,
 }
 
 /// A limb in a pose, and where it goes.

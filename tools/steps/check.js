@@ -64,12 +64,14 @@ function judge(source, result, { limb, bones, metres, range, seconds, targets, g
   const chain = limb.map((bone) => bones[bone]);
   const reach = (pose) => length(sub(pose.places[chain[1]], pose.places[chain[0]])) + length(sub(pose.places[chain[2]], pose.places[chain[1]]));
   const long = reach(source[0]);
+  const [upper, lower] = [1, 2].map((at) => length(sub(source[0].places[chain[at]], source[0].places[chain[at - 1]])));
+  const short = Math.abs(upper - lower) / long;
   let farthest = 0;
   let outOfReach = 0;
   const passing = Math.ceil(PASSING / seconds);
   const away = source.map((pose, frame) => length(sub(goal(pose, result[frame]), pose.places[chain[0]])) / long);
   const isNear = (of) => (frame) => away.slice(Math.max(0, frame - passing), frame + passing + 1).some(of);
-  const isOut = isNear((part) => part > LONG_ENOUGH);
+  const isOut = isNear((part) => part > LONG_ENOUGH || part < short + 1 - LONG_ENOUGH);
   const isHard = isNear((part) => part > LONG_ENOUGH || part < FOLDED);
   for (let frame = range[0]; frame <= range[1]; frame += 1) {
     const to = goal(source[frame], result[frame]);
@@ -108,9 +110,10 @@ function sourceOf(path) {
   return { bones: bonesOf(map, joints.map(({ name }) => name)), joints, seconds, poses, metres: map.unit_m };
 }
 
-function run(path, step) {
+/** The unit is that of the map, for targets are in metres. */
+function run(path, metres, step) {
   const out = join(folder, "out.bvh");
-  const done = spawnSync(MOCAP, ["edit", path, "-o", out, "--force", "--step", step], { encoding: "utf8" });
+  const done = spawnSync(MOCAP, ["edit", path, "-o", out, "--force", "--unit", String(metres), "--step", step], { encoding: "utf8" });
   return done.status === 0 ? readBvh(out).poses : console.log(`${basename(path)} ${step}: ${done.stderr}`);
 }
 
@@ -120,7 +123,7 @@ function tried(path, source, [limb, step, targets, goal]) {
   const half = Math.max(1, Math.floor(Math.min(source.poses.length / 5, 1 / source.seconds)));
   const range = [middle - half, middle + half];
   const text = `${step},range=${range[0]}f..${range[1]}f`;
-  const result = run(path, text);
+  const result = run(path, source.metres, text);
   if (!result) return (counts.failed += 1);
   const poses = source.poses.slice(source.poses.length - result.length);
   poses.joints = source.joints;

@@ -65,6 +65,46 @@ fn a_limb_reaches_its_target() {
     }
 }
 
+/// An elbow or a knee is not swung about where the limb is far from where it was, where it comes near to it for a moment,
+/// nor where the body jumps in one frame: its acceleration is at most 1.3 times the largest of the source.
+#[test]
+fn the_middle_of_a_limb_is_not_swung_about() {
+    let arm = ["leftLowerArm", "leftHand", "head"];
+    let leg = ["rightLowerLeg", "rightFoot", "rightFoot"];
+    let motions = [
+        ("cmu_mixed_rotation_orders.bvh", arm, "left-hand,to=head", 37..88),
+        (
+            "perception_neuron_moving_positions.bvh",
+            arm,
+            "left-hand,to=0.218/1.291/-0.055",
+            127..296,
+        ),
+        ("z_up_dab.bvh", leg, "right-foot,to=0.128/0.257/-0.110", 139..200),
+    ];
+    for (file, bones, limb, part) in motions {
+        let before = import(file);
+        let joints = bones.map(|bone| joint(&before, bone));
+        let mut scene = before.clone();
+        let (first, last) = (part.start, part.end - 1);
+        apply(&mut scene, &format!("reach:limb={limb},range={first}f..{last}f")).unwrap();
+        let rate = before.animations[0].ticks_per_second;
+        let largest = |scene: &Scene, joints: &[usize], frames: std::ops::Range<usize>| {
+            let at = exact_positions(scene);
+            let of = |joint: usize, frame: usize| at[frame + 1][joint] - 2.0 * at[frame][joint] + at[frame - 1][joint];
+            let all = frames.flat_map(|frame| {
+                joints
+                    .iter()
+                    .map(|joint| of(*joint, frame).length() * rate * rate)
+                    .collect::<Vec<_>>()
+            });
+            all.fold(0.0, f64::max)
+        };
+        let was = largest(&before, &joints, 1..exact_positions(&before).len() - 1);
+        let is = largest(&scene, &joints[..2], first + 1..last);
+        assert!(is <= 1.3 * was, "{file}: {is} m/s2, {was} in the source");
+    }
+}
+
 /// What is left is said, and the limb is straight towards its target.
 #[test]
 fn a_target_out_of_reach_is_said() {
