@@ -50,7 +50,8 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
     vrm_humanoid_shown(scene, None, known)
 }
 
-/// The same where `other`, with other frames of the motion, shows the T-pose, if no step has changed the skeleton.
+/// As [`vrm_humanoid`]. The T-pose is read from `other`, which has other frames of the motion, unless a step changed
+/// the skeleton.
 pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";

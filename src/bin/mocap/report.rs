@@ -112,6 +112,12 @@ pub(crate) fn say(message: &str) {
     }
 }
 
+/// A count with its noun, which takes an `s` but after 1.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
 /// Standard output for text and data; [`visible_lines`] if it is a terminal, else the bytes as they are.
 pub(crate) fn stdout() -> impl Write {
     let out = io::stdout().lock();

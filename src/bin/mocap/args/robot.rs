@@ -35,7 +35,7 @@ pub(crate) struct RobotArgs {
     pub(crate) output: PathBuf,
     /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
     /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, isaaclab, protomotions, mimickit
-    /// and twist are what these programs load [default: what the name of the output says, else npz]
+    /// and twist write the files that the programs of these names load [default: the extension of the output, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so

@@ -114,10 +114,10 @@ fn tell(graph: &MotionGraph, output: &Path) {
         ));
     }
     report::say(&format!(
-        "{}: {} transitions among {} clips; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
+        "{}: {} among {}; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
         output.display(),
-        graph.transitions.len(),
-        graph.clips.len(),
+        report::counted(graph.transitions.len(), "transition"),
+        report::counted(graph.clips.len(), "clip"),
         seconds(inside),
         seconds(all)
     ));

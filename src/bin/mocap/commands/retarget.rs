@@ -26,12 +26,11 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         false if reports.len() > MOST_TOLD => tell_all(&reports),
         false => reports.iter().for_each(|found| tell(found)),
     }
-    let count = reports.len();
-    let plural = if count == 1 { "" } else { "s" };
     let would_be = if given.is_dry_run() { "would be " } else { "" };
     report::say(&format!(
-        "{}: {count} clip{plural} {would_be}added",
-        args.output.display()
+        "{}: {} {would_be}added",
+        args.output.display(),
+        report::counted(reports.len(), "clip")
     ));
     super::require(&maker, &made.clips)?;
     let failed = made.left_out.len();

@@ -69,7 +69,8 @@ pub(super) fn read(layer: &Layer, options: &ReadOptions, warnings: &mut Warnings
                 false => layer.prims[prim.parent.unwrap_or(index)].name.clone(),
             },
             transform(placed).ok_or_else(|| {
-                let message = "the transform above the skeleton is none: its last column must be 0 0 0 1";
+                let message =
+                    "the matrix of the prims above the skeleton is no transform: its last column must be 0 0 0 1";
                 Diagnostic::new(Code::InvalidUsd, message)
             })?,
         );
@@ -271,7 +272,10 @@ fn above(layer: &Layer, skeleton: usize, warnings: &mut Warnings) -> Result<DMat
             let found = prim.attributes.get(name);
             if found.is_some_and(|attribute| attribute.samples.len() > 1) {
                 warnings.push(Code::IgnoredChannel, || {
-                    let message = format!("{} moves, and was taken as it is at first", layer.path(index));
+                    let message = format!(
+                        "{}: {name} is animated; only its first value was read",
+                        layer.path(index)
+                    );
                     Diagnostic::new(Code::IgnoredChannel, message).help("put the motion on the root joint")
                 });
             }
