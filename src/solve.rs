@@ -53,15 +53,30 @@ use crate::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeI
 ///
 /// # Errors
 /// [`Code::NoMotion`] where there is no motion; [`Code::InvalidValue`] where the scene does not have the points of the
-/// set.
+/// set; [`Code::NumberRange`] where positions are too far apart to compute with.
 pub fn solve(scene: &mut Scene, set: &JointSet) -> Result<()> {
     let mut points = Points::of_scene(scene, set)?;
     let up = points.up(set);
     points.turn(up);
     let rules = rules::Rules::new(set, &points);
     let (rest, rotations) = turn::turn(set, &rules, &points);
+    check_finite(set, &rotations)?;
     scene.warnings.append(&mut points.warnings);
     write(scene, set, &points, &rest, rotations, up);
+    Ok(())
+}
+
+/// Products of distances may be beyond the numbers that 32 bits hold.
+fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
+    for (joint, rotations) in set.joints.iter().zip(rotations) {
+        if let Some(frame) = rotations.iter().position(|rotation| !rotation.is_finite()) {
+            let message = format!("the joints are too far apart in frame {frame} for rotations to be solved");
+            return Err(Diagnostic::new(Code::NumberRange, message)
+                .in_joint(&joint.name)
+                .help("correct the positions in that frame, or leave it out")
+                .into());
+        }
+    }
     Ok(())
 }
 

@@ -357,7 +357,8 @@ impl Verifier {
         verification.frames = errors.frames;
         verification.max_error = errors.max;
         verification.rms_error = errors.rms();
-        verification.turn_error = errors.turn;
+        // Points have no rotations.
+        verification.turn_error = errors.turn.filter(|_| !output.is_of_points());
         verification.resampling = has_lost.then(|| Resampling {
             frames: lost.frames,
             max_error: lost.max,

@@ -100,8 +100,10 @@ impl Pairs {
             "are not in the file",
         );
         let renamed = self.list.iter().filter_map(|&(a, b)| {
+            let is_named_by_parent = is_named_by_parent(theirs, b);
             let (ours, theirs) = (&ours.joints[a].name, &theirs.joints[b].name);
-            (!is_kept(ours, theirs)).then(|| format!("\"{ours}\" as \"{theirs}\""))
+            let is_renamed = !is_kept(ours, theirs) && !is_named_by_parent;
+            is_renamed.then(|| format!("\"{ours}\" as \"{theirs}\""))
         });
         find(
             FindingKind::RenamedJoint,
@@ -293,6 +295,13 @@ fn is_kept(ours: &str, theirs: &str) -> bool {
         name.trim().chars().map(stands_for).collect()
     };
     ours.trim().is_empty() || kept(ours) == kept(theirs)
+}
+
+/// Whether it is an end site with the name that it has where a format gives it none, as in BVH.
+fn is_named_by_parent(skeleton: &Skeleton, joint: usize) -> bool {
+    let joint = &skeleton.joints[joint];
+    let parent = joint.parent.map_or("", |parent| &skeleton.joints[parent].name);
+    joint.kind == NodeKind::EndSite && joint.name.strip_prefix("EndSite_") == Some(parent)
 }
 
 fn quoted(joint: &Joint) -> String {

@@ -160,7 +160,8 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         // Clips may differ in their frame time.
         let of_clip = stated.clip_frame_times.get(index).copied().unwrap_or(0.0);
         let of_clip = valid_frame_time(of_clip, "/asset/extras")?.or(frame_time);
-        let step = own.or(of_clip).unwrap_or_else(|| find_frame_time(&tracks));
+        let step = own.or(of_clip).filter(|step| fits(*step, &tracks));
+        let step = step.unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let end = end_of(&tracks);
         let frames = ((f64::from(end) / step).floor() as u64).saturating_add(1);
@@ -342,6 +343,14 @@ fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
         1 => Keys::every_tick(values),
         _ => Keys::at_ticks(values, ticks),
     }
+}
+
+/// Whether keys can have a frame time that the file states: a motion within less than one frame was changed since.
+fn fits(step: f64, tracks: &[Track]) -> bool {
+    /// Of a frame: by so much times are rounded.
+    const ROUNDING: f64 = 1e-3;
+    let end = f64::from(end_of(tracks));
+    end <= 0.0 || end >= step * (1.0 - ROUNDING)
 }
 
 /// The frame time of an animation that states none, in seconds.

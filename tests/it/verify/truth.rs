@@ -15,7 +15,7 @@ use self::kinds::KINDS;
 use crate::sample::Sample;
 
 /// The formats, and the name under which another program wrote the file.
-const FORMATS: [&str; 9] = [
+const FORMATS: [&str; 11] = [
     "glb",
     "glb of another program",
     "gltf",
@@ -23,6 +23,8 @@ const FORMATS: [&str; 9] = [
     "bvh",
     "mclip",
     "vrma",
+    "usda",
+    "usdz",
     "npz",
     "csv",
 ];
@@ -110,4 +112,34 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Whole files are accepted in every written format, and none that ends early, with the last row of numbers too.
+#[test]
+fn a_file_that_was_cut_off_is_refused_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("walk.bvh");
+    std::fs::write(&source, crate::cut::first_frames("real/cmu_short.bvh", 12)).unwrap();
+    let mut scene = mocap::import(&source).unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    for extension in [
+        "glb", "fbx", "bvh", "mclip", "vrma", "usda", "usdz", "trc", "npz", "csv",
+    ] {
+        let path = folder.path().join(format!("out.{extension}"));
+        let bytes = written(&scene, &path).unwrap();
+        for length in [
+            bytes.len(),
+            bytes.len() - 20,
+            bytes.len() * 2 / 3,
+            bytes.len() / 9,
+            3,
+            0,
+        ] {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            let verdict = Verifier::new().files(&source, &path);
+            let passes = verdict.as_ref().is_ok_and(|verified| verified.is_within(1e-3));
+            let of = bytes.len();
+            assert_eq!(passes, length == of, "{extension}, {length} bytes of {of}: {verdict:?}");
+        }
+    }
 }

@@ -272,3 +272,37 @@ fn a_vrm_animation_is_written_with_the_t_pose_that_it_has() {
     let source = Importer::new().read(&glb.to_vec().unwrap(), "a.vrma").unwrap();
     accepted(&source, Format::Vrma);
 }
+
+/// BVH has no name for an end site, which is called after its parent.
+#[test]
+fn end_sites_lose_their_names_in_bvh_and_no_other_joint_does() {
+    let mut source = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    let is_end = |node: &&mut mocap::scene::Node| node.kind == NodeKind::EndSite;
+    for node in source.nodes.iter_mut().filter(is_end) {
+        node.name = node.name.to_uppercase();
+    }
+    let bytes = accepted(&source, Format::Bvh);
+    let text = String::from_utf8(bytes).unwrap();
+    let renamed = text.replace("JOINT LeftForeArm", "JOINT leftforearm");
+    let verified = verify(&source, renamed.as_bytes()).unwrap();
+    assert!(!verified.is_within(CLOSE), "{verified:?}");
+}
+
+/// The key times of a file were changed after its frame time was stated: the motion is still there.
+#[test]
+fn a_frame_time_longer_than_the_motion_is_not_believed() {
+    let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let bytes = Exporter::new()
+        .write(&scene, Format::Gltf)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let mut glb = gltf::Glb::from_slice(&bytes).unwrap();
+    let mut file: Value = serde_json::from_slice(&glb.json).unwrap();
+    file["asset"]["extras"]["mocap"]["frame_time"] = json!(1.0);
+    glb.json = serde_json::to_vec(&file).unwrap().into();
+    let source = Importer::new().read(&glb.to_vec().unwrap(), "a.glb").unwrap();
+    assert_eq!(source.animations[0].frame_count(), 75);
+    accepted(&source, Format::Bvh);
+}
