@@ -122,3 +122,18 @@ fn errors_carry_the_help_and_the_server_goes_on() {
     assert_eq!(found[2]["error"]["code"], -32601);
     assert_eq!(content(3)["frames"], 75);
 }
+
+/// A link out of the folder of a file is that of its user, who made it. A server opens nothing outside of its root.
+#[cfg(unix)]
+#[test]
+fn links_out_of_a_folder_are_followed_by_the_program_and_not_by_a_server() {
+    let outside = Folder::of_real(&["cmu_short.bvh"]);
+    outside.succeeds("convert cmu_short.bvh pair.gltf");
+    let root = Folder::of_real(&[]);
+    root.write("take.gltf", &outside.read("pair.gltf"));
+    std::os::unix::fs::symlink(outside.path("pair.bin"), root.path("pair.bin")).unwrap();
+    root.succeeds("info take.gltf");
+    let answer = &answers(&root, &[call("inspect", json!({"input": "take.gltf"}))])[0];
+    assert_eq!(answer["result"]["isError"], true, "{answer}");
+    assert!(answer.to_string().contains("leads out of"), "{answer}");
+}

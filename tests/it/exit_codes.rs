@@ -213,6 +213,47 @@ fn the_arguments_are_at_fault() {
     folder.refuses("run none.json", 1, "none.json");
 }
 
+/// Commands that take something else than a motion, and files beside it.
+#[test]
+fn another_file_is_at_fault() {
+    let folder = folder();
+    let points = fs::read("fixtures/arrays/points_smpl22.npy").unwrap();
+    folder.write("p.npy", &points);
+    folder.write("bad.npy", &points[..900]);
+    folder.write("own.glb", &points);
+    folder.write("empty/notes", b"");
+    for (status, arguments) in [
+        (1, "solve none.npy --joints smpl22 -o new.glb"),
+        (1, "solve bad.npy --joints smpl22 -o new.glb"),
+        (1, "solve p.npy --joints smpl22 -o none/new.glb"),
+        (1, "solve own.glb --joints smpl22 -o own.glb --force"),
+        (2, "solve p.npy --joints nonsense -o new.glb"),
+        (2, "solve p.npy --joints smpl22 -o new.glb --clip 7"),
+        (2, "solve p.npy --joints smpl22 -o new.glb --nonsense"),
+        (3, "solve p.npy bad.npy --joints smpl22 -o many/"),
+        (1, "merge-manifest none"),
+        (1, "merge-manifest empty"),
+        (2, "merge-manifest"),
+        (2, "formats --nonsense"),
+        (1, "mcp --root none"),
+        (1, "mcp --root w.bvh"),
+        (2, "mcp"),
+        (1, "record vmc:0 -o none/new.glb --seconds 0"),
+        (2, "record vmc:0 -o new.xyz"),
+        (2, "record vmc:0 -o new.glb --seconds nan"),
+        (1, "find none.mdb --pose w.bvh@0"),
+        (2, "find moves.mdb --pose w.bvh@99999"),
+        (1, "match w.bvh --path 0/0+0/1 --on w.bvh -o new.glb"),
+        (2, "match moves.mdb --path nonsense --on w.bvh -o new.glb"),
+        (1, "retarget w.bvh --character none.glb -o new.glb"),
+        (1, "robot w.bvh --robot w.bvh -o new.npz"),
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
+        assert!(!folder.path("new.glb").exists(), "{arguments}");
+    }
+}
+
 #[test]
 fn some_of_many_files_failed() {
     let folder = folder();

@@ -95,6 +95,61 @@ fn an_output_that_is_an_input_is_refused() {
     assert!(record["output"].is_null());
 }
 
+/// Files that options name are inputs too, and so is the job of `run`.
+#[test]
+fn an_output_that_an_option_names_is_refused() {
+    let folder = Folder::of_real(&["cmu_short.bvh", "cmu_02.asf", "cmu_02_01.amc", "hand_take.c3d"]);
+    folder.succeeds("index cmu_short.bvh -o moves.mdb");
+    let real = |name: &str| folder.read(name);
+    let fixture = |name: &str| fs::read(format!("fixtures/{name}")).unwrap();
+    let job = br#"{"source": {"inputs": ["cmu_short.bvh"]}, "write": {"output": "own.glb", "force": true}}"#;
+    folder.write("p.npy", &fixture("arrays/points_smpl22.npy"));
+    folder.write("smplh.npz", &fixture("arrays/shaped_smplh.npz"));
+    for (bytes, arguments) in [
+        (
+            real("cmu_short.bvh"),
+            "convert smplh.npz own.glb --body own.glb --force",
+        ),
+        (
+            real("cmu_02.asf"),
+            "convert cmu_02_01.amc own.glb --skeleton own.glb --force",
+        ),
+        (
+            real("hand_take.c3d"),
+            "solve hand_take.c3d --markers auto --static own.glb -o own.glb --force",
+        ),
+        (
+            b"{}".to_vec(),
+            "solve hand_take.c3d --markers own.glb -o own.glb --force",
+        ),
+        (b"[]".to_vec(), "solve p.npy --joints own.glb -o own.glb --force"),
+        (
+            real("moves.mdb"),
+            "match own.glb --path 0/0+0/1 --on cmu_short.bvh -o own.glb --force",
+        ),
+        (
+            fixture("robots/h1.urdf"),
+            "robot cmu_short.bvh --robot own.glb -o own.glb --force",
+        ),
+        (job.to_vec(), "run own.glb"),
+    ] {
+        folder.write("own.glb", &bytes);
+        folder.refuses(arguments, 1, "error[output-is-input]");
+        assert!(folder.read("own.glb") == bytes, "{arguments}");
+    }
+    for (arguments, input) in [
+        ("survey own.json -o own.json", "own.json"),
+        ("survey cmu_short.bvh own.html -o new.json --html own.html", "own.html"),
+        ("clean own.json -o new.glb --report own.json", "own.json"),
+        ("edit own.json -o new.glb --step mirror --contacts own.json", "own.json"),
+        ("index own.mdb -o own.mdb", "own.mdb"),
+    ] {
+        folder.write(input, &real("cmu_short.bvh"));
+        folder.refuses(&format!("{arguments} --force"), 1, "error[output-is-input]");
+        assert!(folder.read(input) == real("cmu_short.bvh"), "{arguments}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_output_that_is_an_input_through_a_link_is_refused() {

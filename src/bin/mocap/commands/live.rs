@@ -1,6 +1,6 @@
 //! `mocap record` and `mocap play`: motion from and to programs that speak the VMC protocol.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,6 +28,12 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let nothing: [&str; 0] = [];
     let policy = ReplacePolicy::new(nothing).force(args.force.force);
     policy.check(&args.output)?;
+    // A recording cannot be made again.
+    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let error = io::Error::new(ErrorKind::NotFound, "there is no such folder for the recording");
+        return Err(Failure::Folder(folder.to_owned(), error));
+    }
     let socket = UdpSocket::bind(args.source.0).map_err(|error| of_socket(args.source.0, &error))?;
     socket.set_read_timeout(Some(PATIENCE))?;
     let is_over = over_at_a_signal()?;

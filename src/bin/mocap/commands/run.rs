@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
+use mocap::files::ReplacePolicy;
 use mocap::job::{Job, JobReport};
 
 use super::{MANY, TO_OF_FILE, many, print_json};
@@ -28,6 +29,9 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
         return many::run(&job, given, &args.inputs, &args.spread, args.resume);
     }
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
+    if !job.write.is_stream() {
+        ReplacePolicy::new([file]).check_inputs(&job.write.output)?;
+    }
     if streams::is_standard(file) && job.source.inputs.iter().any(|input| streams::is_standard(input)) {
         let message = "the job and a motion cannot both come from standard input: name the file of one";
         return Err(Failure::Usage(message.to_owned()));
