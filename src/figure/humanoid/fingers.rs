@@ -227,6 +227,9 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
             .iter()
             .any(|word| tree.names[*node].without_side.ends_with(word))
     };
+    // The thumb has three joints with its metacarpal, which VRM calls so; other fingers have three without.
+    let is_metacarpal_of_thumb =
+        |node: &usize| kind == FingerKind::Thumb && tree.names[*node].without_side.contains("thumbmetacarpal");
     let mut joints: Vec<usize> = chain.iter().copied().filter(|node| !is_end(node)).collect();
     if kind != FingerKind::Thumb {
         let palm = joints.iter().take_while(|node| of_palm(node)).count();
@@ -235,13 +238,15 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
         }
     }
     // Helpers as MakeHuman's `__Thumb1` in front of `Thumb1`.
-    let helpers = joints.iter().take_while(|node| tree.names[**node].is_helper).count();
+    let is_helper = |node: &&usize| tree.names[**node].is_helper && !is_metacarpal_of_thumb(node);
+    let helpers = joints.iter().take_while(is_helper).count();
     if helpers < joints.len() {
         joints.drain(..helpers);
     }
     // Among joints with the names of fingers, one that says nothing is a tip, or carries another.
+    let says_something = |node: &usize| !tree.names[*node].meaning.is_empty() || is_metacarpal_of_thumb(node);
     if joints.iter().any(|node| tree.names[*node].says(Part::Finger)) {
-        joints.retain(|node| !tree.names[*node].meaning.is_empty());
+        joints.retain(says_something);
     }
     let from_wrist = |node: usize| tree.between(hand, node) / forearm.max(f32::MIN_POSITIVE);
     // Four joints: one of the palm, or a tip. The knuckle is at a third of the forearm.
