@@ -231,6 +231,14 @@ part("without-t-pose", function* () {
   }
 });
 
+/** The half turn about its arm of a hand of the chosen character that rests with its palm up, which no T-pose has. */
+function palmDown(bone) {
+  const [, side] = bone.match(/^(left|right)Hand$/) ?? [];
+  if (!side) return [0, 0, 0, 1];
+  const at = (finger) => chosen.rest.places[chosen.bones[`${side}${finger}Proximal`]];
+  return at("Index")[2] > at("Little")[2] ? [0, 0, 0, 1] : [1, 0, 0, 0];
+}
+
 /** A motion whose rotations are the identity in the T-pose: each bone of a character in T-pose has the same rotation. */
 function truth() {
   if (!isChosen("truth")) return;
@@ -248,7 +256,7 @@ function truth() {
     const errors = Object.entries(bones).map(([bone, joint]) => {
       // Of several joints that share the twist of a thigh or an upper arm, the last has all of it.
       const last = /Upper/.test(bone) ? chosen.parents[chosen.bones[bone.replace("Upper", "Lower")]] : chosen.bones[bone];
-      const rest = inverse(chosen.rest.rotations[last]);
+      const rest = inverse(multiply(palmDown(bone), chosen.rest.rotations[last]));
       const angles = rows.map((row, frame) => between(poses[row].rotations[joint], multiply(moved[frame].rotations[last], rest)));
       return [bone, angles.reduce((sum, value) => sum + value, 0) / angles.length];
     });

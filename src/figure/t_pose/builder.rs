@@ -24,7 +24,8 @@ const POINTED_FOOT: f32 = 0.9;
 /// bone is turned about itself: arms that hang down turn by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
 
-/// The roll of a palm that looks forward or back in a rest pose that stands, in radians.
+/// The roll of a palm that looks forward or back in a rest pose that stands, in radians. One that is rolled further
+/// looks up.
 const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 
 /// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21
@@ -192,8 +193,9 @@ impl Builder {
 
     /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
     /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
-    /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose
-    /// palm looks up has its whole arm turned.
+    /// stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest. That a palm
+    /// looks up must be seen in the thumb too, which begins on the side of the index finger: fingers whose names are
+    /// in the opposite order would turn the hand over.
     fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.way(joint, self.knuckles.of(finger.on(side))?));
@@ -205,7 +207,11 @@ impl Builder {
         };
         let along = self.axes * direction;
         let angle = angle_about(along, turn * across, self.axes * forward)?;
-        let counts = self.source == TPoseSource::Computed || SIDEWAYS_PALM.contains(&angle.abs());
+        let is_up = || {
+            let beside_index = thumb().is_some_and(|thumb| thumb.dot(across) > 0.0);
+            angle.abs() > *SIDEWAYS_PALM.end() && knuckles.is_some() && beside_index
+        };
+        let counts = self.source == TPoseSource::Computed || SIDEWAYS_PALM.contains(&angle.abs()) || is_up();
         counts.then(|| (Quat::from_axis_angle(along, angle) * turn, TPoseReason::Knuckles))
     }
 
