@@ -155,6 +155,8 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
         lying: seen.lying,
         self_collision: seen.collisions.share,
         too_fast: joints.share_too_fast,
+        infeasible: seen.dynamics.as_ref().map(|found| 1.0 - found.share_feasible),
+        over_effort: seen.dynamics.as_ref().and_then(|found| found.share_over_effort),
         unmeasured_limbs: seen.unmeasured_limbs,
         guessed_parts: seen.guessed.len(),
     };

@@ -36,6 +36,9 @@ pub(super) struct Measures {
     pub(super) lying: f64,
     pub(super) self_collision: f64,
     pub(super) too_fast: f64,
+    /// The fraction of frames that need more than the floor gives, and of samples above the efforts of motors.
+    pub(super) infeasible: Option<f64>,
+    pub(super) over_effort: Option<f64>,
     /// How many limbs of the source could not be compared, and how many parts of the robot were guessed.
     pub(super) unmeasured_limbs: usize,
     pub(super) guessed_parts: usize,
@@ -43,7 +46,7 @@ pub(super) struct Measures {
 
 impl Measures {
     /// Each measure with its bounds: the name, the value, up to what it is good and up to what fair.
-    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 12] {
+    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 14] {
         let count = |count: usize| Some(count as f64);
         [
             ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
@@ -56,6 +59,9 @@ impl Measures {
             ("share_lying", Some(self.lying), 0.5, None),
             ("share_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
             ("share_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
+            // Never poor by these: hands on a table carry too, and inverse dynamics knows soles alone.
+            ("share_infeasible", self.infeasible, 0.05, None),
+            ("share_over_effort", self.over_effort, 0.01, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
             ("guessed_parts", count(self.guessed_parts), 0.0, None),
         ]
@@ -114,8 +120,16 @@ mod tests {
         );
         let guessed = Measures {
             guessed_parts: 1,
-            ..good
+            ..good.clone()
         };
+        // A robot without masses has no figure here, and is judged by the others.
+        for (infeasible, wanted) in [(Some(0.04), Verdict::Good), (Some(0.9), Verdict::Fair)] {
+            let measured = Measures {
+                infeasible,
+                ..good.clone()
+            };
+            assert_eq!(measured.verdict().1, wanted);
+        }
         assert_eq!(guessed.verdict().1, Verdict::Fair);
         assert_eq!(Measures::default().verdict().1, Verdict::Poor);
     }

@@ -33,14 +33,20 @@ const SMALL: f64 = 1e-3;
 /// The largest step of a frame in a round.
 const LARGEST: f64 = 0.5;
 
-/// Squares of weights: of a joint's acceleration in rad/s2 (a direction follows its goal up to about 5 Hz), of its
-/// velocity in rad/s, both of the base in metres against those.
-const ACCELERATION: f64 = 1e-6;
+/// Squares of weights: of a joint's acceleration in rad/s2 and of its velocity in rad/s, and how many times as much
+/// that velocity of the base counts in m/s.
+const ACCELERATION: f64 = 3e-6;
 const VELOCITY: f64 = 4e-7;
 const BASE: f64 = 9.0;
 
-/// The deviation of the bell that smooths the accelerations of the first pass, in seconds: it keeps half of 6 Hz.
-const BELL: f64 = 0.03;
+/// Squares of weights of the acceleration of the base, in m/s2 and rad/s2. It carries the mass of the robot: what
+/// jitters there is a force that no floor gives, while limbs take a little of it without a visible change.
+const BASE_ACCELERATION: [f64; 2] = [1e-3, 3e-5];
+
+/// The deviations of the bells that smooth the accelerations of the first pass, in seconds: for the base, of which half
+/// of 3 Hz stays (people walk with two steps a second), and for joints half of 5 Hz.
+const BASE_BELL: f64 = 0.06;
+const JOINT_BELL: f64 = 0.04;
 
 /// Squares of weights of a metre below the floor, of a metre of links in each other, and of a radian of a step that is
 /// too long.
@@ -107,12 +113,9 @@ impl Windows {
         }
     }
 
-    /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bell.
+    /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bells.
     fn want(&mut self, bound: &Bound<'_>, motion: &RobotMotion) {
         let (size, frames, count) = (self.terms.size(), motion.frames(), motion.dof_names.len());
-        let reach = (3.0 * BELL * motion.fps).ceil().min(frames as f64) as usize;
-        let bell = |apart: usize| (-0.5 * (apart as f64 / (BELL * motion.fps)).powi(2)).exp();
-        let bell: Vec<f64> = (0..=reach).map(bell).collect();
         let mut steps = vec![0.0; frames * size];
         for frame in 1..frames {
             let (way, turn) = root_step(motion, frame);
@@ -126,16 +129,8 @@ impl Windows {
             }
         }
         let mut smooth = vec![0.0; frames * size];
-        for frame in 1..frames {
-            let near = frame.saturating_sub(reach).max(1)..(frame + reach + 1).min(frames);
-            let whole: f64 = near.clone().map(|other| bell[other.abs_diff(frame)]).sum();
-            for other in near {
-                let weight = bell[other.abs_diff(frame)] / whole;
-                let from = &steps[other * size..(other + 1) * size];
-                for (sum, step) in smooth[frame * size..(frame + 1) * size].iter_mut().zip(from) {
-                    *sum += weight * step;
-                }
-            }
+        for (part, deviation) in [(0..ROOT, BASE_BELL), (ROOT..size, JOINT_BELL)] {
+            smoothed(&steps, size, part, deviation * motion.fps, &mut smooth);
         }
         self.wanted = steps;
         for frame in 2..frames {
@@ -198,21 +193,26 @@ impl Windows {
 
     fn add_root(&mut self, motion: &RobotMotion, range: Range<usize>) {
         let fps = motion.fps;
-        let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
+        let velocity = VELOCITY * fps * fps;
+        let [along, about] = BASE_ACCELERATION.map(|weight| weight * fps.powi(4));
         let size = self.terms.size();
         let step = |frame: usize| root_step(motion, frame);
         for frame in range.start.max(1)..range.end {
             let (way, turn) = step(frame);
             let before = (frame > 1).then(|| step(frame - 1));
             for axis in 0..3 {
-                for (unknown, weight, now) in [(axis, BASE, way[axis]), (3 + axis, 1.0, turn[axis])] {
+                let rates = [
+                    (axis, BASE * velocity, along, way[axis]),
+                    (3 + axis, velocity, about, turn[axis]),
+                ];
+                for (unknown, velocity, acceleration, now) in rates {
                     let pair = [(frame - 1, -1.0), (frame, 1.0)];
-                    self.add(range.start, unknown, &pair, weight * velocity, now);
+                    self.add(range.start, unknown, &pair, velocity, now);
                     if let Some((way, turn)) = before {
                         let was = if unknown < 3 { way[axis] } else { turn[axis] };
                         let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
                         let wanted = self.wanted[frame * size + unknown];
-                        self.add(range.start, unknown, &three, weight * acceleration, now - was - wanted);
+                        self.add(range.start, unknown, &three, acceleration, now - was - wanted);
                     }
                 }
             }
@@ -303,6 +303,26 @@ impl Windows {
             }
         }
         greatest
+    }
+}
+
+/// Smooths columns of the rows of frames by Gauss's bell of a deviation in frames. The first row is no step, and stays
+/// out.
+fn smoothed(steps: &[f64], size: usize, columns: Range<usize>, deviation: f64, smooth: &mut [f64]) {
+    let frames = steps.len() / size;
+    let reach = (3.0 * deviation).ceil().min(frames as f64) as usize;
+    let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();
+    let bell: Vec<f64> = (0..=reach).map(bell).collect();
+    let row = |frame: usize| frame * size + columns.start..frame * size + columns.end;
+    for frame in 1..frames {
+        let near = frame.saturating_sub(reach).max(1)..(frame + reach + 1).min(frames);
+        let whole: f64 = near.clone().map(|other| bell[other.abs_diff(frame)]).sum();
+        for other in near {
+            let weight = bell[other.abs_diff(frame)] / whole;
+            for (sum, step) in smooth[row(frame)].iter_mut().zip(&steps[row(other)]) {
+                *sum += weight * step;
+            }
+        }
     }
 }
 

@@ -77,11 +77,13 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     );
     let urdf = String::from_utf8(folder.read("robot.urdf")).unwrap();
     folder.write("robot.urdf", urdf.replace(" velocity=", " speed=").as_bytes());
-    let said = folder.succeeds(command);
+    // One pass leaves jitter, which needs forces that no floor gives.
+    let said = folder.succeeds(&command.replace("good", "fair"));
     assert!(
         said.contains("the fastest joint is ") && !said.contains("allows"),
         "{said}"
     );
+    assert!(said.contains("a: fair because share infeasible is "), "{said}");
     without_shapes(&folder);
     let said = folder.ends_with(1, command);
     assert!(

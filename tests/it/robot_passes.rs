@@ -43,12 +43,23 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
     assert!(second.skate.unwrap() < second.source_skate.unwrap() + 0.005);
     assert_eq!((second.share_of_jumps, second.limit_violations), (0.0, 0));
     assert!(second.share_in_self_collision < first.share_in_self_collision);
-    assert!(
+    let value = |name: &str| {
         second
             .criteria
             .iter()
-            .any(|criterion| criterion.name == "share_of_jumps")
+            .find(|criterion| criterion.name == name)
+            .unwrap()
+            .value
+    };
+    assert_eq!(value("share_of_jumps"), 0.0);
+    // A base that jitters needs forces that no floor gives.
+    let [before, after] = [&first, &second].map(|report| report.dynamics.as_ref().unwrap());
+    assert!(
+        after.share_feasible > 0.9 && after.residual_force < 0.5 * before.residual_force,
+        "{after:?} {before:?}"
     );
+    assert_eq!(value("share_infeasible"), 1.0 - after.share_feasible);
+    assert_eq!(value("share_over_effort"), after.share_over_effort.unwrap());
     assert_eq!(two.fps, 60.0);
     for (dof, link) in robot.moving_joints().into_iter().enumerate() {
         let most = robot.links[link].joint.limits.velocity.unwrap();

@@ -4,7 +4,8 @@ acceleration of joints, velocities beyond the limits, and what `check.py` has to
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [-- OPTION...]
 
 Options after `--` go to `mocap robot`. `--against` names the JSON of another program; the ratio of accelerations and the
-difference of angles are then printed too. A motion that is called good and has jumps, or soles below the floor, is a failure."""
+difference of angles are then printed too. A position beyond a limit is a failure, and so is a motion that is
+called good beyond a bound of GOOD."""
 
 import argparse
 import json
@@ -22,7 +23,8 @@ from check import ROBOTS, ROOT, Judge, run, source_joints
 # A joint that moves farther than this in WINDOW seconds jumps, where no joint of that limb of the source, or of the trunk,
 # turns by half of it in the same time.
 JUMP, WINDOW = 0.5, 1 / 30
-DEEP = 0.01
+# What a motion that is called good keeps to.
+GOOD = {"jumps": 0.0, "below": 0.01, "beyond_velocity": 0, "more_skate": 0.005, "collide": 0.03, "degrees": 8.0}
 LIMBS = {
     "left arm": ["leftShoulder", "leftUpperArm", "leftLowerArm", "leftHand"],
     "right arm": ["rightShoulder", "rightUpperArm", "rightLowerArm", "rightHand"],
@@ -123,6 +125,7 @@ def measured(judge, mocap, motion, folder, options):
         "deepest": deepest,
         "skate": skate,
         "source_skate": report["source_skate"],
+        "more_skate": None if None in (skate, report["source_skate"]) else skate - report["source_skate"],
         "own_degrees": report["mean_degrees"],
         "collide": judge.shapes.share(written["dof_names"], positions) if judge.shapes else None,
         "own_collide": report["share_in_self_collision"],
@@ -174,10 +177,18 @@ def main():
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
     total(rows, before)
-    wrong = [row for row in rows if row["verdict"] == "good" and (row["jumps"] > 0 or row["below"] > 0.01)]
-    for row in wrong:
-        print(f"FAIL {row['robot']} {row['clip']}: called good with {100 * row['jumps']:.2f} % jumps")
+    wrong = [(row, name) for row in rows for name in beyond(row)]
+    for row, name in wrong:
+        print(f"FAIL {row['robot']} {row['clip']}: {name} is {row[name]}, called {row['verdict']}")
     sys.exit(bool(wrong))
+
+
+def beyond(row):
+    """What of a row is beyond its bound: limits of position always, the rest where the motion is called good."""
+    names = [name for name in ["beyond_position"] if row[name] > 0]
+    if row["verdict"] == "good":
+        names += [name for name, bound in GOOD.items() if row[name] is not None and row[name] > bound]
+    return names
 
 
 def total(rows, before):
