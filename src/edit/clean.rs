@@ -227,7 +227,7 @@ fn remove_noise(work: &mut Work<'_>) -> noise::Smoothed {
     let noisy = work.frames.clone();
     let done = noise::remove(work, &bank);
     if done.rotations + done.positions > 0 && work.has_no_scale() {
-        points::follow(work, &noisy, &bank);
+        points::follow(work, &noisy, &bank, done.in_most);
     }
     done
 }

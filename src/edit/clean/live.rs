@@ -104,11 +104,11 @@ impl LiveClean {
         let rotations: Vec<DQuat> = track.clone().map(|trs| trs.rotation.as_dquat().normalize()).collect();
         let positions: Vec<DVec3> = track.map(|trs| trs.translation.as_dvec3()).collect();
         let (rate, bank) = (self.rate, &self.bank);
-        if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, is_noise_of_angle) {
+        if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, false, is_noise_of_angle) {
             trs.rotation = in_hemisphere_of(trs.rotation, smoothed[frame].as_quat());
         }
         let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
-        if let Some((smoothed, _)) = without_noise::<Positions>(&positions, &[], rate, bank, is_noise) {
+        if let Some((smoothed, _)) = without_noise::<Positions>(&positions, &[], rate, bank, false, is_noise) {
             trs.translation = smoothed[frame].as_vec3();
         }
         trs

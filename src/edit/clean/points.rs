@@ -23,13 +23,13 @@ const PER_RADIAN: f32 = 0.03;
 const LARGEST: f32 = 15.0;
 
 /// Moves the joints of the smoothed frames of `work` to where `noisy`, the frames before, have them without noise.
-pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank) {
+pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: bool) {
     let Some(carrier) = work.carrier() else { return };
     let carrier = work.frames.nodes()[carrier];
     let nodes: Vec<NodeId> = crate::edit::body::and_below(work.scene, carrier).collect();
     let goals: Vec<Vec<Vec3>> = tracks(noisy, work.scene, &nodes)
         .into_iter()
-        .map(|track| smoothed(track, work, bank))
+        .map(|track| smoothed(track, work, bank, in_most))
         .collect();
     let skeleton = Skeleton::new(work, &nodes);
     let mut pose = Pose::rest(work.scene);
@@ -64,10 +64,10 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank) {
 }
 
 /// A track without its noise, where it has any.
-fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Vec<Vec3> {
+fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|place| place.as_dvec3()).collect();
     let is_noise = |noise: f64| noise * f64::from(work.metres) >= LEAST_DISTANCE;
-    match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, is_noise) {
+    match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise) {
         Some((smoothed, _)) => smoothed.into_iter().map(glam::DVec3::as_vec3).collect(),
         None => track,
     }
