@@ -27,8 +27,6 @@ TOUCHING, SPARE_FORCE, SPARE_LEVER, FRICTION, GRAVITY = 0.02, 0.1, 0.05, 1.0, 9.
 FEASIBLE = {
     ("g1", "cmu_12_01_walk.bvh"): 0.95,
     ("h1", "cmu_12_01_walk.bvh"): 0.86,
-    ("g1", "motionbuilder_vicon_walk.bvh"): 0.86,
-    ("h1", "motionbuilder_vicon_walk.bvh"): 0.46,
 }
 WALKS = ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "makehuman_zombie_walk.bvh"]
 
