@@ -65,8 +65,8 @@ fn a_limb_reaches_its_target() {
     }
 }
 
-/// An elbow or a knee is not swung about where the limb is far from where it was, where it comes near to it for a moment,
-/// nor where the body jumps in one frame: its acceleration is at most 1.3 times the largest of the source.
+/// An elbow or a knee is not swung about where the limb is far from where it was, where it comes near to it for a
+/// moment, nor where the body jumps in one frame: its acceleration is at most 1.3 times the largest of the source.
 #[test]
 fn the_middle_of_a_limb_is_not_swung_about() {
     let arm = ["leftLowerArm", "leftHand", "head"];
