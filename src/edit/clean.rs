@@ -193,7 +193,17 @@ impl Clean {
         let what = match part {
             CleanPart::Time => time::mend(work).to_string(),
             CleanPart::Flips => mend_flips(work).to_string(),
-            CleanPart::Noise => remove_noise(work).to_string(),
+            CleanPart::Noise => {
+                let mut what = remove_noise(work, pace::STRENGTHS[0]);
+                for strength in &pace::STRENGTHS[1..] {
+                    if what.is_nothing() || !report.is_worse(part, work) {
+                        break;
+                    }
+                    *work = before.clone();
+                    what = remove_noise(work, *strength);
+                }
+                what.to_string()
+            }
             CleanPart::Lengths => match lengths::hold(work) {
                 0 => String::new(),
                 held => format!("{held} bones that breathed got one length"),
@@ -221,12 +231,12 @@ pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize)
     Ok([done.height, done.slope, done.drift])
 }
 
-/// Smooths the rotations of joints, and then where these are in the world.
-fn remove_noise(work: &mut Work<'_>) -> noise::Smoothed {
-    let bank = pace::Bank::new(work.frames.rate);
+/// Smooths the rotations of joints, and then where these are in the world, with one of [`pace::STRENGTHS`].
+fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::Smoothed {
+    let bank = pace::Bank::new(work.frames.rate, strength);
     let noisy = work.frames.clone();
     let done = noise::remove(work, &bank);
-    if done.rotations + done.positions > 0 && work.has_no_scale() {
+    if !done.is_nothing() && work.has_no_scale() {
         points::follow(work, &noisy, &bank, done.in_most);
     }
     done

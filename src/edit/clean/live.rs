@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::{DQuat, DVec3};
 
 use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
-use super::pace::Bank;
+use super::pace::{Bank, STRENGTHS};
 use super::smoother::{Positions, Rotations};
 use crate::error::{Code, Result};
 use crate::limits::{not_negative, positive};
@@ -60,7 +60,7 @@ impl LiveClean {
             rate,
             delay: delay_frames,
             longest: (delay_frames + past).max(LEAST_FRAMES),
-            bank: Bank::new(rate),
+            bank: Bank::new(rate, STRENGTHS[0]),
             seen: VecDeque::new(),
             given: 0,
         })

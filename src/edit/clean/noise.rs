@@ -46,6 +46,12 @@ pub(super) struct Smoothed {
     pub(super) in_most: bool,
 }
 
+impl Smoothed {
+    pub(super) fn is_nothing(&self) -> bool {
+        self.rotations + self.positions == 0
+    }
+}
+
 /// The noise of the rotations of each joint, as how far the farthest joint below it moves by it, in metres.
 pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let nodes = work.frames.nodes().iter().enumerate();
@@ -132,8 +138,8 @@ pub(super) fn is_noise_of_angle(noise: f64) -> bool {
     noise.to_degrees() >= LEAST_ANGLE
 }
 
-/// Values without their noise, and its standard deviation per axis; `None` where that `is_noise` says no. `in_most` says
-/// whether most joints have noise.
+/// Values without their noise, and its standard deviation per axis; `None` where `is_noise` says no of that. `in_most`
+/// says whether most joints have noise.
 pub(super) fn without_noise<S: Values>(
     values: &[S::Value],
     missing: &[bool],

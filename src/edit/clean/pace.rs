@@ -18,9 +18,10 @@ const HIGHEST: f64 = 0.4;
 const AROUND: f64 = 0.06;
 /// ... and frames at least.
 const AROUND_FRAMES: f64 = 2.5;
-/// How much less jerk the smoother allows than predicts best: it sees both sides of a moment, a prediction one. Chosen on
-/// seed 1 of `tools/clean`.
-const LESS: f64 = 0.5;
+/// How much jerk the smoother allows, as a fraction of what predicts best. Less than that is better, for it sees both
+/// sides of a moment, and a prediction one: 0.5 was chosen on seed 1 of `tools/clean`. The others are for motions whose
+/// peaks the first would cut.
+pub(super) const STRENGTHS: [f64; 3] = [0.5, 1.0, 4.0];
 
 /// A filter of the bank, for noise of variance 1.
 #[derive(Clone, Debug)]
@@ -37,10 +38,12 @@ pub(super) struct Bank {
     members: Vec<Member>,
     /// How much less the likelihood of a frame counts for each frame of distance.
     decay: f64,
+    /// One of [`STRENGTHS`].
+    strength: f64,
 }
 
 impl Bank {
-    pub(super) fn new(rate: f64) -> Self {
+    pub(super) fn new(rate: f64, strength: f64) -> Self {
         let mut cut_offs = vec![LOWEST.min(HIGHEST * rate)];
         while let Some(next) = cut_offs.last().map(|last| last * RATIO)
             && next <= HIGHEST * rate
@@ -52,6 +55,7 @@ impl Bank {
         Self {
             members: cut_offs.into_iter().map(member).collect(),
             decay: (-1.0 / (AROUND * rate).max(AROUND_FRAMES)).exp(),
+            strength,
         }
     }
 
@@ -78,7 +82,7 @@ impl Bank {
                 sum += weight * member.jerk.ln();
                 weights += weight;
             }
-            noise * LESS * (sum / weights).exp()
+            noise * self.strength * (sum / weights).exp()
         };
         (0..frames).map(mean).collect()
     }

@@ -137,6 +137,11 @@ impl CleanReport {
         self.parts.iter().any(is_noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
+    /// Whether [`Self::take`] would say that a part made a measure worse.
+    pub(super) fn is_worse(&self, part: CleanPart, work: &Work<'_>) -> bool {
+        self.after.worse(&CleanMeasures::new(work), part).is_some()
+    }
+
     /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
     pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>) -> bool {
         if about.is_empty() {
