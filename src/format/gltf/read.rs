@@ -150,6 +150,9 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     let stated = file.provenance().unwrap_or_default();
     let frame_time = valid_frame_time(stated.frame_time, "/asset/extras")?;
     tell_bends(&clips, &mut scene);
+    for (index, (_, tracks)) in clips.iter_mut().enumerate() {
+        scene.warnings.extend(keep_one_pose(tracks, index));
+    }
     let most = options.limits.expanded_values(source.bytes.len() as u64);
     let mut left = most;
     for (index, (name, tracks)) in clips.into_iter().enumerate() {
@@ -288,6 +291,21 @@ fn build_nodes(
     Ok(placed)
 }
 
+/// Keeps the first keys of a motion that ends before the first frame of the highest rate: nothing could play or write
+/// the others.
+fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Diagnostic> {
+    let end = f64::from(end_of(tracks));
+    let is_too_short = end > 0.0 && end < key_distance();
+    is_too_short.then(|| {
+        tracks.iter_mut().for_each(Track::keep_first);
+        let message =
+            format!("the motion ends after {end:e} s, less than any frame lasts: its first keys alone were read");
+        Diagnostic::new(Code::FrameTime, message)
+            .at_pointer(format!("/animations/{animation}"))
+            .help("export it again with times in seconds")
+    })
+}
+
 /// The time of the last key, in seconds.
 fn end_of(tracks: &[Track]) -> f32 {
     let ends = tracks.iter().filter_map(|track| track.times.last());
@@ -363,6 +381,11 @@ fn find_frame_time(tracks: &[Track]) -> f64 {
     step / (step * 30.0).round().max(1.0)
 }
 
+/// How near two keys may be, in seconds: a tenth of a frame of the highest rate.
+fn key_distance() -> f64 {
+    MOST_FRAMES_PER_SECOND.recip() / 10.0
+}
+
 /// The time between two keys: that of the track with the most keys where they are even, else that of the usual frame
 /// rate on whose frames all keys stand, else the shortest; a thirtieth of a second where no track has two.
 fn key_step(tracks: &[Track]) -> f64 {
@@ -374,7 +397,7 @@ fn key_step(tracks: &[Track]) -> f64 {
         let expected = (0..times.len()).map(|key| f64::from(*first) + key as f64 * mean);
         let is_even =
             std::iter::zip(times, expected).all(|(time, expected)| (f64::from(*time) - expected).abs() < 0.1 * mean);
-        if is_even && mean >= MOST_FRAMES_PER_SECOND.recip() / 10.0 {
+        if is_even && mean >= key_distance() {
             return mean;
         }
     }

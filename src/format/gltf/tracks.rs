@@ -56,6 +56,16 @@ impl Values {
 }
 
 impl Track {
+    /// Leaves out all keys but the first.
+    pub(super) fn keep_first(&mut self) {
+        self.times.truncate(1);
+        self.bent = None;
+        match &mut self.values {
+            Values::Translations(values) | Values::Scales(values) => values.truncate(1),
+            Values::Rotations(values) => values.truncate(1),
+        }
+    }
+
     /// The seconds at which the file has keys.
     pub(super) fn key_times(&self) -> &[f32] {
         self.bent.as_ref().map_or(&self.times, |(_, times)| times)

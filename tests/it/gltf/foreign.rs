@@ -171,6 +171,21 @@ fn steps_hold_until_the_next_key() {
     }
 }
 
+#[test]
+fn a_motion_shorter_than_any_frame_is_a_pose_and_is_said_to_be() {
+    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let values = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let target = json!({ "node": 0, "path": "translation" });
+    file.clip("s", target, &[0.0, f32::from_bits(1)], &values, "LINEAR");
+    let scene = file.read();
+    assert_eq!(scene.animations[0].channels[0].position_keys.values, [Vec3::X]);
+    assert_eq!(scene.warnings[0].code, Code::FrameTime);
+    // What is written of it is what was read.
+    let bvh = mocap::Exporter::new().write(&scene, mocap::scene::Format::Bvh).unwrap();
+    let again = Importer::new().read(&bvh.files[0].bytes(), "again.bvh").unwrap();
+    assert_eq!(again.animations[0].frame_count(), 1);
+}
+
 /// glTF's equation, written out for one component.
 fn hermite(t: f64, seconds: f64, [start, out, into, end]: [f64; 4]) -> f64 {
     (2.0 * t.powi(3) - 3.0 * t.powi(2) + 1.0) * start
