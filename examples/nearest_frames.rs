@@ -13,9 +13,9 @@ use std::io::BufReader;
 use std::path::Path;
 use std::time::Instant;
 
-use mocap::matching::{Database, FEATURES, FeatureTree};
+use mocap::matching::{Database, FeatureTree};
 
-type Row = [f32; FEATURES];
+type Row = [f32; Database::FEATURES];
 
 /// Numbers from -1 to 1, by the generator SplitMix64.
 struct Random(u64);
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut rows: Vec<Row> = Vec::with_capacity(frames);
     while rows.len() < frames {
         // A copy is another take of the motion: every feature a little larger or smaller, and moved.
-        let copy: [(f32, f32); FEATURES] =
+        let copy: [(f32, f32); Database::FEATURES] =
             std::array::from_fn(|_| (1.0 + 0.2 * random.number(), 0.1 * random.number()));
         rows.extend(own.iter().take(frames - rows.len()).map(|row| {
             std::array::from_fn(|place| copy[place].0 * row[place] + copy[place].1 + 0.005 * random.number())

@@ -9,7 +9,7 @@ use std::error::Error;
 use std::io::{self, BufRead, Write};
 
 use mocap::glam::Vec3;
-use mocap::ik::two_bone_rotations;
+use mocap::ik::TwoBone;
 
 fn main() -> Result<(), Box<dyn Error>> {
     run(&mut io::stdin().lock(), &mut io::stdout().lock())
@@ -22,7 +22,7 @@ pub(crate) fn run(input: &mut impl BufRead, out: &mut impl Write) -> Result<(), 
             return Err(format!("expected 12 numbers in a line, got {}", numbers.len()).into());
         }
         let point = |index: usize| Vec3::from_slice(&numbers[3 * index..]);
-        let found = two_bone_rotations([point(0), point(1), point(2)], point(3), None);
+        let found = TwoBone::solve([point(0), point(1), point(2)], point(3), None);
         let values = [found.middle.to_array(), found.end.to_array()];
         let rotations = [found.upper.to_array(), found.lower.to_array()];
         let values = values.iter().flatten().chain(rotations.iter().flatten());

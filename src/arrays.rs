@@ -1,7 +1,8 @@
 //! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
-//! [`arrays()`] makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the feature `arrow` tables, and
-//! with `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such methods, too.
+//! [`Arrays::of`](crate::arrays::Arrays::of) makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the
+//! feature `arrow` tables, and with `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such
+//! methods, too.
 //!
 //! | array | shape | values |
 //! |---|---|---|
@@ -59,7 +60,7 @@ pub use crate::convert::Moment;
 
 /// A motion as arrays, and their description.
 ///
-/// [`arrays()`](crate::arrays::arrays()) has an example.
+/// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arrays {
@@ -121,7 +122,7 @@ impl Arrays {
 
 /// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
 ///
-/// [`arrays()`](crate::arrays::arrays()) has an example.
+/// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Header {
@@ -152,80 +153,83 @@ impl Header {
     }
 }
 
-/// The first animation of `scene` as arrays. Long motions are computed by several threads; the values do not depend on
-/// their number.
-///
-/// ```
-/// use mocap::arrays::{ArrayOptions, arrays};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let motion = arrays(&scene, &ArrayOptions::default())?;
-/// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
-/// assert_eq!(motion.joints()[1].name, "Elbow");
-/// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and rotated by 5 degrees.
-/// let elbow = &motion.positions[3..6];
-/// assert!((f64::from(elbow[0]) - (0.1 + 2.0 * 5f64.to_radians().cos())).abs() < 1e-6);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::InvalidValue`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
-/// begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the default
-/// [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not finite.
-pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
-    let mut provenance = Provenance::of(scene);
-    let frame = frame::Frame::new(scene, options, &mut provenance)?;
-    let joints = joints::Selection::new(scene, options, frame.scale)?;
-    let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
-    let width = 6 + options.rotation.width();
-    check_size(&timeline, joints.nodes.len() * width)?;
-    provenance.frames = timeline.frames as u64;
-    provenance.frame_time = timeline.frame_time();
+impl Arrays {
+    /// The first animation of `scene` as arrays. Long motions are computed by several threads; the values do not depend
+    /// on their number.
+    ///
+    /// ```
+    /// use mocap::arrays::{ArrayOptions, Arrays};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let motion = Arrays::of(&scene, &ArrayOptions::default())?;
+    /// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
+    /// assert_eq!(motion.joints()[1].name, "Elbow");
+    /// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and rotated by 5 degrees.
+    /// let elbow = &motion.positions[3..6];
+    /// assert!((f64::from(elbow[0]) - (0.1 + 2.0 * 5f64.to_radians().cos())).abs() < 1e-6);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where an option is not valid, such as a pattern that matches no joint's name, or a part
+    /// that begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the
+    /// default [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not
+    /// finite.
+    pub fn of(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
+        let mut provenance = Provenance::of(scene);
+        let frame = frame::Frame::new(scene, options, &mut provenance)?;
+        let joints = joints::Selection::new(scene, options, frame.scale)?;
+        let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
+        let width = 6 + options.rotation.width();
+        check_size(&timeline, joints.nodes.len() * width)?;
+        provenance.frames = timeline.frames as u64;
+        provenance.frame_time = timeline.frame_time();
 
-    let rows = timeline.frames * joints.nodes.len();
-    let mut positions = vec![0.0; rows * 3];
-    let mut rotations = vec![0.0; rows * options.rotation.width()];
-    let mut feet = contacts::Feet::new(scene, &frame, &joints, options, timeline.frames)?;
-    if let Some(animation) = scene.animations.first().filter(|_| rows > 0) {
-        let source = rows::Source {
-            scene,
-            animation,
-            options,
-            frame: &frame,
-            joints: &joints,
-            timeline: &timeline,
-            feet: &feet.joints,
+        let rows = timeline.frames * joints.nodes.len();
+        let mut positions = vec![0.0; rows * 3];
+        let mut rotations = vec![0.0; rows * options.rotation.width()];
+        let mut feet = contacts::Feet::new(scene, &frame, &joints, options, timeline.frames)?;
+        if let Some(animation) = scene.animations.first().filter(|_| rows > 0) {
+            let source = rows::Source {
+                scene,
+                animation,
+                options,
+                frame: &frame,
+                joints: &joints,
+                timeline: &timeline,
+                feet: &feet.joints,
+            };
+            source.fill(rows::Rows {
+                positions: &mut positions,
+                rotations: &mut rotations,
+                feet: &mut feet.positions,
+            });
+        }
+        let frame_rate = timeline.frame_rate;
+        let velocities = options
+            .velocities
+            .then(|| velocity::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
+        let arrays = Arrays {
+            frames: timeline.frames,
+            positions,
+            rotations,
+            velocities,
+            contacts: feet.contacts(&frame, frame_rate),
+            header: Header {
+                frame_rate,
+                metres_per_unit: frame.metres_per_unit,
+                up: frame.up,
+                space: options.space,
+                rotation: options.rotation,
+                rotation_space: options.rotation_space,
+                contacts: options.contacts.clone(),
+                joints: joints.joints,
+                provenance,
+            },
         };
-        source.fill(rows::Rows {
-            positions: &mut positions,
-            rotations: &mut rotations,
-            feet: &mut feet.positions,
-        });
+        arrays.check()?;
+        Ok(arrays)
     }
-    let frame_rate = timeline.frame_rate;
-    let velocities = options
-        .velocities
-        .then(|| velocity::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
-    let arrays = Arrays {
-        frames: timeline.frames,
-        positions,
-        rotations,
-        velocities,
-        contacts: feet.contacts(&frame, frame_rate),
-        header: Header {
-            frame_rate,
-            metres_per_unit: frame.metres_per_unit,
-            up: frame.up,
-            space: options.space,
-            rotation: options.rotation,
-            rotation_space: options.rotation_space,
-            contacts: options.contacts.clone(),
-            joints: joints.joints,
-            provenance,
-        },
-    };
-    arrays.check()?;
-    Ok(arrays)
 }
 
 /// A frame rate of the caller decides the memory, so it is checked like a count in a file.

@@ -11,7 +11,7 @@
 //! for assumption in Conversion::new().apply(&mut scene)? {
 //!     eprintln!("{assumption}"); // unit: cmu, because from ankle to head there are 20.6820 units of bone, ...
 //! }
-//! let glb = gltf::write_glb(&scene, &gltf::GltfOptions::default())?; // in metres, with +Y up
+//! let glb = gltf::GltfOptions::default().write_glb(&scene)?; // in metres, with +Y up
 //! # let _ = glb;
 //! # Ok::<(), mocap::Error>(())
 //! ```
@@ -255,8 +255,8 @@ impl Conversion {
     }
 
     /// Joints of the file for bones of the humanoid, where the guess of
-    /// [`humanoid`](crate::figure::humanoid()) is wrong or finds none; `None` for a bone that the skeleton does not
-    /// have.
+    /// [`Humanoid::of`](crate::figure::Humanoid::of) is wrong or finds none; `None` for a bone that the skeleton does
+    /// not have.
     ///
     /// Default: empty.
     ///
@@ -309,7 +309,7 @@ impl Conversion {
     /// Default: the file's own frames.
     ///
     /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
-    /// [cut](crate::figure::cuts). If the file's frame time is rounded, and the frames of both rates coincide only
+    /// [cut](crate::Scene::cuts). If the file's frame time is rounded, and the frames of both rates coincide only
     /// without the rounding, the exact rate is used, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// ```

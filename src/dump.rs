@@ -6,13 +6,13 @@
 //! Schema](SceneView::SCHEMA).
 //!
 //! ```
-//! use mocap::dump::{Layout, Section, text};
+//! use mocap::dump::{Layout, Section};
 //! use mocap::scene::{Node, Scene};
 //!
 //! let shoulder = Node { name: "Shoulder".into(), ..Node::default() };
 //! let scene = Scene { nodes: vec![shoulder], ..Scene::default() };
 //! assert_eq!(
-//!     text(&scene, Layout::default(), &[Section::Tree]),
+//!     Layout::default().text(&scene, &[Section::Tree]),
 //!     "==================== Node Data ===========================\n\
 //!      Node Name: Shoulder  Parent: NO PARENT  nchild = 0  nmesh = 0\n\
 //!      Transformation:  1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 \n"
@@ -116,18 +116,20 @@ impl Layout {
     }
 }
 
-/// The sections of a scene, in the order given. A section that the layout does not have is left out.
-pub fn text(scene: &Scene, layout: Layout, sections: &[Section]) -> String {
-    let mut text = String::new();
-    for section in sections.iter().filter(|section| layout.sections().contains(section)) {
-        let print = match section {
-            Section::Scene => print_scene_info,
-            Section::Mesh => print_mesh_info,
-            Section::Tree => print_tree_info,
-            Section::Bone => print_bone_info,
-            Section::Anim => print_anim_info,
-        };
-        print(&mut text, scene, layout).expect("writing to a string cannot fail");
+impl Layout {
+    /// The sections of a scene, in the order given. A section that the layout does not have is left out.
+    pub fn text(self, scene: &Scene, sections: &[Section]) -> String {
+        let mut text = String::new();
+        for section in sections.iter().filter(|section| self.sections().contains(section)) {
+            let print = match section {
+                Section::Scene => print_scene_info,
+                Section::Mesh => print_mesh_info,
+                Section::Tree => print_tree_info,
+                Section::Bone => print_bone_info,
+                Section::Anim => print_anim_info,
+            };
+            print(&mut text, scene, self).expect("writing to a string cannot fail");
+        }
+        text
     }
-    text
 }

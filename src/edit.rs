@@ -2,7 +2,7 @@
 //!
 //! A step is a value that has its options, and a type that is a [`Step`]; [`EditStep`] is any of them. It changes one
 //! animation of a scene. No step calls another. Those that need to know the body take the bones that
-//! [`humanoid`](crate::figure::humanoid()) finds, unless the [`StepInput`] has them, and fail with
+//! [`Humanoid::of`](crate::figure::Humanoid::of) finds, unless the [`StepInput`] has them, and fail with
 //! [`Code::NotHumanoid`](crate::Code::NotHumanoid) if there are none. Bones keep their lengths.
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
@@ -36,7 +36,7 @@ mod window;
 
 pub(crate) use self::clean::MotionErrors;
 pub(crate) use self::contacts::contacts_of;
-pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
+pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::frames_report::FramesReport;
 pub use self::held::LimbReport;
@@ -46,7 +46,7 @@ pub(crate) use self::sequence::Fitted;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::target::ReachTarget;
 pub(crate) use self::value::metres;
-pub use self::walk::{WalkReport, walk};
+pub use self::walk::WalkReport;
 pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
 pub use self::warp_time::WarpTimeReport;
 

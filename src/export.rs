@@ -158,7 +158,8 @@ impl Exporter {
         }
     }
 
-    /// Which joints are which bones, for a VRM animation. Default: [`humanoid`](crate::figure::humanoid()) finds them.
+    /// Which joints are which bones, for a VRM animation. Default: [`Humanoid::of`](crate::figure::Humanoid::of) finds
+    /// them.
     #[must_use]
     pub fn humanoid(mut self, humanoid: Humanoid) -> Self {
         self.options.humanoid = Some(humanoid);

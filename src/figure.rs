@@ -40,11 +40,10 @@ pub use crate::scene::{Confidence, HumanoidBone, Side};
 
 pub use self::axis::{Axis, RestPose};
 pub use self::bone_names::BoneNames;
-pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 use self::ground::Ground;
 pub use self::humanoid::{
-    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid,
+    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides,
 };
 pub(crate) use self::poses::is_at_rest_alike;
 use self::rate::frame_rate;
@@ -106,29 +105,31 @@ pub(crate) fn up(scene: &Scene) -> Axis {
     if let Some(up) = scene.metadata.up {
         return Axis::from(up);
     }
-    let humanoid = humanoid(scene);
+    let humanoid = Humanoid::of(scene);
     let of_body = measure::Measures::new(scene, &humanoid).up().map(|up| up.value);
     of_body.unwrap_or_else(|| Axis::from(extent::Extent::new(scene).up().value))
 }
 
-/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
-/// used, and the guesses of [`Figure::assumptions`].
-pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
-    let mut assumptions = scene.metadata.assumptions.clone();
-    if let Some(used) = &scene.metadata.root_offset {
-        let choice = match used.policy {
-            RootOffset::Add => "add",
-            RootOffset::Auto | RootOffset::Replace => "replace",
-        };
-        assumptions.push(Assumption {
-            topic: Topic::RootOffset,
-            choice: choice.to_owned(),
-            reason: used.reason.clone(),
-            confidence: Some(used.confidence),
-        });
+impl Scene {
+    /// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
+    /// used, and the guesses of [`Figure::assumptions`].
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let mut assumptions = self.metadata.assumptions.clone();
+        if let Some(used) = &self.metadata.root_offset {
+            let choice = match used.policy {
+                RootOffset::Add => "add",
+                RootOffset::Auto | RootOffset::Replace => "replace",
+            };
+            assumptions.push(Assumption {
+                topic: Topic::RootOffset,
+                choice: choice.to_owned(),
+                reason: used.reason.clone(),
+                confidence: Some(used.confidence),
+            });
+        }
+        assumptions.extend(Figure::new(self).assumptions());
+        assumptions
     }
-    assumptions.extend(Figure::new(scene).assumptions());
-    assumptions
 }
 
 /// The body in a scene: everything that is known and guessed about it. It is found once for a scene, and then read by
@@ -183,7 +184,7 @@ impl PartialEq for Figure {
 impl Figure {
     /// Finds the figure of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        Self::with_bones(scene, humanoid(scene))
+        Self::with_bones(scene, Humanoid::of(scene))
     }
 
     /// Finds the figure of `scene`, some of whose bones are known.
@@ -191,7 +192,7 @@ impl Figure {
     /// # Errors
     /// [`Code::InvalidValue`](crate::Code::InvalidValue) where a name of the map is not that of a joint.
     pub fn mapped(scene: &Scene, map: &HumanoidMap) -> Result<Self> {
-        let humanoid = humanoid(scene).with_map(scene, map.clone())?;
+        let humanoid = Humanoid::of(scene).with_map(scene, map.clone())?;
         Ok(Self::with_bones(scene, humanoid))
     }
 

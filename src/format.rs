@@ -1,7 +1,8 @@
 //! The table of formats that can be read and written.
 //!
-//! To add a format: a folder in `format/` with its row, which [`FORMATS`] lists, and fixtures with their origin. A row
-//! with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and options from here.
+//! To add a format: a folder in `format/` with its row, which [`FormatInfo::ALL`] lists, and fixtures with their
+//! origin. A row with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and
+//! options from here.
 
 mod array_files;
 mod asf_amc;
@@ -57,9 +58,9 @@ pub(crate) type Failure = Box<Diagnostic>;
 /// The row of a format: its names, how it is recognised, how it is read and written, and what can be chosen of that.
 ///
 /// ```
-/// use mocap::{FORMATS, Format, FormatInfo};
+/// use mocap::{Format, FormatInfo};
 ///
-/// let written = FORMATS.iter().filter(|row| row.writes()).flat_map(|row| row.extensions);
+/// let written = FormatInfo::ALL.iter().filter(|row| row.writes()).flat_map(|row| row.extensions);
 /// assert!(written.copied().any(|extension| extension == "glb"));
 /// assert_eq!(FormatInfo::of_output("walk.VRMA".as_ref()).unwrap().format, Format::Vrma);
 /// ```
@@ -112,14 +113,17 @@ impl FormatInfo {
     /// The row of a format.
     pub fn of(format: Format) -> &'static Self {
         // A test sees to it that every format has its row.
-        FORMATS.iter().find(|row| row.format == format).unwrap_or(&FORMATS[0])
+        FormatInfo::ALL
+            .iter()
+            .find(|row| row.format == format)
+            .unwrap_or(&FormatInfo::ALL[0])
     }
 
     /// The written format that the extension of `path` names, in any case.
     pub fn of_output(path: &Path) -> Option<&'static Self> {
         let extension = path.extension()?;
         let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
-        let mut written = FORMATS.iter().filter(|row| row.writes());
+        let mut written = FormatInfo::ALL.iter().filter(|row| row.writes());
         written.find(|row| row.extensions.iter().any(is_its))
     }
 
@@ -130,7 +134,7 @@ impl FormatInfo {
     /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz or .mclip");
     /// ```
     pub fn written_extensions() -> String {
-        let written = FORMATS.iter().filter(|row| row.writes());
+        let written = FormatInfo::ALL.iter().filter(|row| row.writes());
         let extensions = written.flat_map(|row| row.extensions.iter());
         words(extensions.map(|extension| format!(".{extension}")), "or")
     }
@@ -182,26 +186,28 @@ pub(crate) struct Source<'a> {
     pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
 }
 
-/// The formats, in the order in which detection by contents tries them.
-pub const FORMATS: &[FormatInfo] = &[
-    bvh::FORMAT,
-    // Before glTF, for it is glTF too.
-    gltf::VRM_ANIMATION,
-    gltf::FORMAT,
-    asf_amc::FORMAT,
-    c3d::FORMAT,
-    trc::FORMAT,
-    fbx::FORMAT,
-    usd::FORMAT,
-    mclip::FORMAT,
-    bip::FORMAT,
-    urdf::FORMAT,
-    mjcf::FORMAT,
-    array_files::NPZ,
-    array_files::NPY,
-    array_files::TORCH,
-    array_files::PICKLE,
-];
+impl FormatInfo {
+    /// The formats, in the order in which detection by contents tries them.
+    pub const ALL: &[FormatInfo] = &[
+        bvh::FORMAT,
+        // Before glTF, for it is glTF too.
+        gltf::VRM_ANIMATION,
+        gltf::FORMAT,
+        asf_amc::FORMAT,
+        c3d::FORMAT,
+        trc::FORMAT,
+        fbx::FORMAT,
+        usd::FORMAT,
+        mclip::FORMAT,
+        bip::FORMAT,
+        urdf::FORMAT,
+        mjcf::FORMAT,
+        array_files::NPZ,
+        array_files::NPY,
+        array_files::TORCH,
+        array_files::PICKLE,
+    ];
+}
 
 /// Options of a format's reader.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -337,7 +343,7 @@ mod tests {
     #[test]
     fn every_format_has_a_row() {
         for format in Format::ALL {
-            let rows = FORMATS.iter().filter(|row| row.format == format).count();
+            let rows = FormatInfo::ALL.iter().filter(|row| row.format == format).count();
             assert_eq!(rows, 1, "{format}");
         }
     }

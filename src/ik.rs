@@ -1,8 +1,8 @@
 //! Inverse kinematics: turns joints so that the end of a limb comes to a goal.
 //!
-//! [`two_bone()`] solves arms and legs exactly; [`chain()`] solves chains of any length, with limits, step by step.
-//! Both change a [`Pose`](crate::Pose). [`two_bone_rotations()`] and [`chain_positions()`] are these solvers on
-//! plain positions.
+//! [`Pose::bend_limb`](crate::Pose::bend_limb) solves arms and legs exactly;
+//! [`Pose::bend_chain`](crate::Pose::bend_chain) solves chains of any length, with limits, step by step. Both change a
+//! [`Pose`](crate::Pose). [`TwoBone::solve`] and [`ChainOptions::bend_positions`] are these solvers on plain positions.
 //!
 //! No goal gives a pose that is not finite: one that is not finite itself, or that asks for what the bones cannot do,
 //! changes nothing, or as much as is possible.
@@ -13,11 +13,11 @@ mod hinge;
 mod limit;
 mod two_bone;
 
-pub use self::chain::{ChainOptions, chain, chain_positions};
+pub use self::chain::ChainOptions;
 pub use self::goal::Goal;
 pub(crate) use self::hinge::{hinge_rotations, plane_normal};
 pub use self::limit::JointLimit;
-pub use self::two_bone::{TwoBone, two_bone, two_bone_rotations};
+pub use self::two_bone::TwoBone;
 
 use glam::{DQuat, DVec3};
 

@@ -16,7 +16,7 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FORMATS`] lists what is read |
+//! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FormatInfo::ALL`] lists what is read |
 //! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] |
 //! | write glTF, BVH, FBX, a VRM animation or a packed clip, small within an error bound | [`Exporter`] |
 //! | have all that one format takes | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips |
@@ -102,7 +102,7 @@ pub use crate::convert::Conversion;
 pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible};
 pub use crate::export::Exporter;
 pub use crate::format::gltf::vrma;
-pub use crate::format::{FORMATS, FormatInfo, WriteOption, Written, WrittenFile, bvh, fbx, gltf};
+pub use crate::format::{FormatInfo, WriteOption, Written, WrittenFile, bvh, fbx, gltf};
 pub use crate::import::{Clips, Importer, MemoryFile, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};

@@ -2,10 +2,10 @@
 //! it that are most like another. `docs/search.md` has the features, the file and the sources.
 //!
 //! ```
-//! use mocap::matching::{Database, FindOptions, Query, index};
+//! use mocap::matching::{Database, FindOptions, Query};
 //! # fn main() -> mocap::Result<()> {
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-//! let database = Database::new(index(&walk, "walk.bvh", false));
+//! let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
 //! // A second of the same walk, on another skeleton or not.
 //! let second = Query::part(&walk, 0, "1..2".parse().unwrap())?;
 //! let found = database.find(&second, &FindOptions::new());
@@ -26,11 +26,10 @@ mod moves;
 mod query;
 mod tree;
 
-pub use self::clip::{IndexedClip, index};
+pub use self::clip::IndexedClip;
 pub use self::controller::{Controller, Trajectory};
 pub use self::database::Database;
-pub use self::features::{FEATURE_RATE, FEATURES};
-pub use self::follow::{Followed, follow};
+pub use self::follow::Followed;
 pub use self::like::{FindOptions, Found};
 pub use self::moves::Moves;
 pub use self::query::Query;

@@ -45,8 +45,7 @@ use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::body::Body;
 use crate::figure::ground;
 use crate::figure::ticks::ticks;
-pub use crate::figure::vrm_humanoid::vrm_humanoid;
-use crate::figure::{Figure, Humanoid, humanoid};
+use crate::figure::{Figure, Humanoid};
 use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
@@ -74,7 +73,7 @@ pub enum Scale {
 pub struct RetargetOptions {
     /// How large the steps of the target are.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
+    /// Which joints of the source are which bones. Default: [`Humanoid::of`](crate::figure::Humanoid::of) finds them.
     pub source: Option<Humanoid>,
     /// Which joints of the target are which bones. Default: as for the source.
     pub target: Option<Humanoid>,
@@ -128,7 +127,7 @@ impl Retargeter {
     /// onto which no pose can be put.
     pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
         let figure = |scene: &Scene, bones: &Option<Humanoid>| {
-            let bones = bones.clone().unwrap_or_else(|| humanoid(scene));
+            let bones = bones.clone().unwrap_or_else(|| Humanoid::of(scene));
             Figure::with_bones(scene, bones)
         };
         let figures = (figure(source, &options.source), figure(target, &options.target));

@@ -39,7 +39,7 @@ use self::source::{Mover, Moving};
 pub use self::target::Target;
 use crate::convert::{Conversion, FirstFrame, RootMotion};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid, HumanoidBone, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidBone};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::SkeletonMesh;
@@ -101,9 +101,9 @@ impl Retargeting {
         let bones = match &target {
             Target::Character(character) => {
                 let stated = character.humanoid().cloned();
-                Some(stated.unwrap_or_else(|| humanoid(character.scene())))
+                Some(stated.unwrap_or_else(|| Humanoid::of(character.scene())))
             }
-            Target::Skeleton(scene) => Some(humanoid(scene)),
+            Target::Skeleton(scene) => Some(Humanoid::of(scene)),
             Target::Robot(robot) => {
                 robot.bones(Some(&options.target_bones))?;
                 None
@@ -213,7 +213,7 @@ impl Retargeting {
         let scene = source.shows_t_pose();
         let bones = match &source.bones {
             Some(bones) => bones.clone(),
-            None => humanoid(scene).with_map(scene, self.options.source_bones.clone())?,
+            None => Humanoid::of(scene).with_map(scene, self.options.source_bones.clone())?,
         };
         let from = Figure::with_bones(scene, bones);
         let of_scene = from.clone();

@@ -35,35 +35,37 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::math::up_axis::to_y_up;
 use crate::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
 
-/// Puts a skeleton with rotations in the place of the points of `scene`, which keeps its name, its rate and its unit.
-/// Its joints are those of `set`. Axes become +Y up: up is where the body's spine points on the average.
-///
-/// ```
-/// use mocap::solve::{JointSet, solve};
-///
-/// let mut scene = mocap::import("fixtures/real/hand_take.c3d")?;
-/// let set = r#"[{"name": "hips", "bone": "hips", "points": ["no such marker"]}]"#;
-/// let error = solve(&mut scene, &JointSet::from_json("my joints", set)?).unwrap_err();
-/// assert!(error.to_string().contains("missing: no such marker"));
-/// // Readers do it where the joints are named, and for arrays with those of SMPL.
-/// let scene = mocap::import("fixtures/arrays/points_smpl22.npy")?;
-/// assert!(scene.animations[0].channels.iter().any(|channel| channel.rotation_keys.len() > 1));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NoMotion`] where there is no motion; [`Code::InvalidValue`] where the scene does not have the points of the
-/// set; [`Code::NumberRange`] where positions are too far apart to compute with.
-pub fn solve(scene: &mut Scene, set: &JointSet) -> Result<()> {
-    let mut points = Points::of_scene(scene, set)?;
-    let up = points.up(set);
-    points.turn(up);
-    let rules = rules::Rules::new(set, &points);
-    let (rest, rotations) = turn::turn(set, &rules, &points);
-    check_finite(set, &rotations)?;
-    scene.warnings.append(&mut points.warnings);
-    write(scene, set, &points, &rest, rotations, up);
-    Ok(())
+impl JointSet {
+    /// Puts a skeleton with rotations in the place of the points of `scene`, which keeps its name, its rate and its
+    /// unit. Its joints are those of `set`. Axes become +Y up: up is where the body's spine points on the average.
+    ///
+    /// ```
+    /// use mocap::solve::JointSet;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/hand_take.c3d")?;
+    /// let set = r#"[{"name": "hips", "bone": "hips", "points": ["no such marker"]}]"#;
+    /// let error = JointSet::from_json("my joints", set)?.solve(&mut scene).unwrap_err();
+    /// assert!(error.to_string().contains("missing: no such marker"));
+    /// // Readers do it where the joints are named, and for arrays with those of SMPL.
+    /// let scene = mocap::import("fixtures/arrays/points_smpl22.npy")?;
+    /// assert!(scene.animations[0].channels.iter().any(|channel| channel.rotation_keys.len() > 1));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where there is no motion; [`Code::InvalidValue`] where the scene does not have the points of
+    /// the set; [`Code::NumberRange`] where positions are too far apart to compute with.
+    pub fn solve(&self, scene: &mut Scene) -> Result<()> {
+        let mut points = Points::of_scene(scene, self)?;
+        let up = points.up(self);
+        points.turn(up);
+        let rules = rules::Rules::new(self, &points);
+        let (rest, rotations) = turn::turn(self, &rules, &points);
+        check_finite(self, &rotations)?;
+        scene.warnings.append(&mut points.warnings);
+        write(scene, self, &points, &rest, rotations, up);
+        Ok(())
+    }
 }
 
 /// Products of distances may be beyond the numbers that 32 bits hold.

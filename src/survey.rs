@@ -2,10 +2,10 @@
 //! to choose. `docs/survey.md` has every rule.
 //!
 //! ```
-//! use mocap::survey::{ClipRow, Quality, Thresholds, examine};
+//! use mocap::survey::{ClipRow, Quality, Thresholds};
 //! # fn main() -> mocap::Result<()> {
 //! let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-//! let clips = examine(&scene, "cmu_12_01_walk.bvh", &Thresholds::default());
+//! let clips = Thresholds::default().examine(&scene, "cmu_12_01_walk.bvh");
 //! let row: &ClipRow = &clips[0].row;
 //! assert!(row.walking > row.standing && row.verdict != Quality::Unreadable);
 //! # Ok(())
@@ -44,16 +44,18 @@ pub use self::row::{ClipRow, Defect, Quality};
 pub use self::thresholds::{DefectKind, Thresholds};
 pub(crate) use self::twins::mirrored_row;
 
-/// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
-///
-/// The [module](crate::survey) has an example.
-pub fn examine(scene: &Scene, file: &str, thresholds: &Thresholds) -> Vec<Examined> {
-    let mut clips = Vec::new();
-    examine_each(scene, &Figure::new(scene), file, thresholds, |row, motion| {
-        let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
-        clips.push(Examined { row, fingerprint });
-    });
-    clips
+impl Thresholds {
+    /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
+    ///
+    /// The [module](crate::survey) has an example.
+    pub fn examine(&self, scene: &Scene, file: &str) -> Vec<Examined> {
+        let mut clips = Vec::new();
+        examine_each(scene, &Figure::new(scene), file, self, |row, motion| {
+            let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
+            clips.push(Examined { row, fingerprint });
+        });
+        clips
+    }
 }
 
 /// Hands over the row of every clip of a file, with the motion where it has one that can be read.

@@ -56,33 +56,34 @@ use crate::import::Importer;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 
-/// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is read,
-/// with `source`, the scene that its source file reads as, before any step that moves things.
-///
-/// ```
-/// use mocap::gltf::{GltfOptions, write_glb};
-/// use mocap::verify::verify;
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let verified = verify(&scene, &write_glb(&scene, &GltfOptions::default())?)?;
-/// assert_eq!((verified.frames, verified.joints), (10, 4));
-/// assert!(verified.is_within(1e-6));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// Where the bytes cannot be read, have their buffer in another file, or have no joint in common with `source`.
-pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
-    let refuse = |other: &Path| {
-        let message = format!("the buffer is in another file, \"{}\"", other.display());
-        Err(Diagnostic::new(Code::InvalidGltf, message)
-            .help("verify the files, not their bytes")
-            .into())
-    };
-    let verifier = Verifier::new();
-    let read = |rate| Output::read(output, "output".as_ref(), &refuse, rate);
-    let output = verifier.sampled(read(None)?, source, &read)?;
-    verifier.compare(source, None, &output)
+impl Verification {
+    /// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is
+    /// read, with `source`, the scene that its source file reads as, before any step that moves things.
+    ///
+    /// ```
+    /// use mocap::gltf::GltfOptions;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let verified = Verification::of(&scene, &GltfOptions::default().write_glb(&scene)?)?;
+    /// assert_eq!((verified.frames, verified.joints), (10, 4));
+    /// assert!(verified.is_within(1e-6));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the bytes cannot be read, have their buffer in another file, or have no joint in common with `source`.
+    pub fn of(source: &Scene, output: &[u8]) -> Result<Verification> {
+        let refuse = |other: &Path| {
+            let message = format!("the buffer is in another file, \"{}\"", other.display());
+            Err(Diagnostic::new(Code::InvalidGltf, message)
+                .help("verify the files, not their bytes")
+                .into())
+        };
+        let verifier = Verifier::new();
+        let read = |rate| Output::read(output, "output".as_ref(), &refuse, rate);
+        let output = verifier.sampled(read(None)?, source, &read)?;
+        verifier.compare(source, None, &output)
+    }
 }
 
 /// Compares files, where more is known than they say.

@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 use mocap::compress::PackedClip;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::matching::{Controller, Database, Moves, Trajectory, index};
+use mocap::matching::{Controller, Database, IndexedClip, Moves, Trajectory};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
@@ -153,7 +153,7 @@ fn a_pose_from_a_packed_clip_takes_none() {
 #[test]
 fn a_frame_of_motion_matching_takes_none() {
     let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
-    let database = Database::new(index(&walk, "walk.bvh", false));
+    let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
     let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
     Conversion::new().apply(&mut hero).unwrap();
     let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new()).unwrap();

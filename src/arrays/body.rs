@@ -8,7 +8,6 @@ use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 use super::npz;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::format::SMPL_ROOT;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::Pose;
@@ -109,7 +108,7 @@ impl BodyArrays {
         let mut scene = scene.clone();
         scene.animations.truncate(1);
         Conversion::new().apply(&mut scene)?;
-        let body = vrm_humanoid(&scene, None)?;
+        let body = scene.vrm_humanoid(None)?;
         let Some(animation) = body.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to write").into());
         };

@@ -15,9 +15,9 @@ impl Arrays {
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```
-    /// use mocap::arrays::{ArrayOptions, arrays};
+    /// use mocap::arrays::ArrayOptions;
     ///
-    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// let text = motion.to_csv();
     /// let mut lines = text.lines().skip(1);
     /// assert_eq!(lines.next(), Some("frame,time,joint,x,y,z,qx,qy,qz,qw"));

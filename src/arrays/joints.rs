@@ -11,7 +11,7 @@ use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 /// A joint or an end site of the output.
 ///
-/// [`arrays()`](crate::arrays::arrays()) has an example.
+/// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Joint {

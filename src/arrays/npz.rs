@@ -35,9 +35,9 @@ impl Arrays {
     /// | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
     ///
     /// ```
-    /// use mocap::arrays::{ArrayOptions, arrays};
+    /// use mocap::arrays::ArrayOptions;
     ///
-    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// assert!(motion.to_npz().starts_with(b"PK"));
     /// # Ok::<(), mocap::Error>(())
     /// ```

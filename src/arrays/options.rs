@@ -13,7 +13,7 @@ use crate::scene::UpAxis;
 /// parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
-/// use mocap::arrays::{ArrayOptions, Moment, Rotation, arrays};
+/// use mocap::arrays::{ArrayOptions, Moment, Rotation, Arrays};
 /// use mocap::scene::UpAxis;
 ///
 /// let options = ArrayOptions::new()
@@ -23,7 +23,7 @@ use crate::scene::UpAxis;
 ///     .out_up(UpAxis::Z)
 ///     .first(Moment::Seconds(0.5))
 ///     .joints("Foot|Hips".to_owned());
-/// let motion = arrays(&mocap::import("fixtures/real/cmu_01_01.bvh")?, &options)?;
+/// let motion = Arrays::of(&mocap::import("fixtures/real/cmu_01_01.bvh")?, &options)?;
 /// assert_eq!(motion.joints()[0].name, "Hips");
 /// # Ok::<(), mocap::Error>(())
 /// ```
@@ -41,7 +41,7 @@ pub struct ArrayOptions {
     /// Default: all.
     pub joints: Option<String>,
     /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by
-    /// slerp; at a [cut](crate::figure::cuts) the nearer side is used. Default: the file's own frames.
+    /// slerp; at a [cut](crate::Scene::cuts) the nearer side is used. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
@@ -102,9 +102,9 @@ pub enum Space {
     Local,
 }
 
-/// Foot contacts, by the rule of [`edit::contacts()`](crate::edit::contacts()): a point of a foot is in contact when
-/// it is low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08 seconds are
-/// dropped, gaps shorter than 0.05 seconds closed.
+/// Foot contacts, by the rule of [`ContactOptions::detect`](crate::edit::ContactOptions::detect): a point of a foot is
+/// in contact when it is low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08
+/// seconds are dropped, gaps shorter than 0.05 seconds closed.
 ///
 /// Heights are along the up axis, above the level on which the points rest: the fifth percentile of the height of the
 /// lowest one, so that a rest pose in the first frame does not count. Ankles have a level, and the balls of the feet

@@ -55,7 +55,7 @@ use arrow_array::{
 use arrow_schema::{Field, Schema};
 use sha2::{Digest, Sha256};
 
-use crate::arrays::{self, ArrayOptions, Arrays, Joint};
+use crate::arrays::{ArrayOptions, Arrays, Joint};
 use crate::error::Result;
 use crate::figure::{Figure, Survey};
 use crate::scene::{Animation, Scene};
@@ -70,9 +70,9 @@ impl Arrays {
     /// The [table](crate::arrays::table) with one row for each frame and joint.
     ///
     /// ```
-    /// use mocap::arrays::{ArrayOptions, arrays};
+    /// use mocap::arrays::ArrayOptions;
     ///
-    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// let rows = motion.to_table("lecture");
     /// assert_eq!((rows.num_rows(), rows.num_columns()), (10 * 4, 4 + 3 + 4));
     /// # Ok::<(), mocap::Error>(())
@@ -123,10 +123,10 @@ impl Arrays {
 /// the arrays were made with.
 ///
 /// ```
-/// use mocap::arrays::{ArrayOptions, arrays, table};
+/// use mocap::arrays::{ArrayOptions, table};
 ///
 /// let options = ArrayOptions::default();
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &options)?;
+/// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &options)?;
 /// let rows = table::clips(&[("lecture", Ok(&motion)), ("broken", Err("empty file"))], &options);
 /// assert_eq!(rows.num_rows(), 2);
 /// # Ok::<(), mocap::Error>(())
@@ -199,7 +199,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     };
     let joints: Vec<Option<Vec<Joint>>> = scenes
         .iter()
-        .map(|scene| arrays::arrays(&motionless((*scene)?), &ArrayOptions::default()).ok())
+        .map(|scene| Arrays::of(&motionless((*scene)?), &ArrayOptions::default()).ok())
         .map(|arrays| arrays.map(|arrays| arrays.header.joints))
         .collect();
     let animations = || scenes.iter().map(|scene| scene.map(|scene| scene.animations.first()));

@@ -48,7 +48,7 @@ impl Timeline {
         let (frame_rate, step, cuts) = match options.frames_per_second {
             Some(frames_per_second) => {
                 steps.push(AppliedStep::Resample { frames_per_second });
-                let cuts = figure::cuts(scene, 0);
+                let cuts = scene.cuts(0);
                 (
                     frames_per_second,
                     figure::rate_before(old_rate, frames_per_second) / frames_per_second,

@@ -3,7 +3,7 @@
 use super::StepInput;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::body::Body;
-use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// The joints of a leg.
@@ -15,7 +15,7 @@ pub(super) struct Leg {
 
 /// The figure of a scene, which has to be a humanoid. Its bones are found, unless `known` has them.
 pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figure> {
-    let humanoid = known.cloned().unwrap_or_else(|| humanoid(scene));
+    let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if !humanoid.found {
         let message = format!("the skeleton is not a humanoid: {}", humanoid.reason);
         return Err(Diagnostic::new(Code::NotHumanoid, message).into());
@@ -41,7 +41,7 @@ impl Leg {
 
 /// The figure of a scene, of whatever kind it is.
 pub(super) fn any_figure_of(scene: &Scene, input: &StepInput<'_>) -> Figure {
-    let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+    let humanoid = input.bones().cloned().unwrap_or_else(|| Humanoid::of(scene));
     Figure::with_bones(scene, humanoid)
 }
 

@@ -19,7 +19,7 @@ use crate::scene::{Animation, NodeId, Scene};
 /// A point is at rest when it is low and slow, and until it is `release` times too high or too fast. Heights are those
 /// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
 ///
-/// [`contacts()`](crate::edit::contacts()) has an example.
+/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
@@ -97,7 +97,7 @@ impl ContactOptions {
 
 /// A point of a foot or a hand, and when it is at rest.
 ///
-/// [`contacts()`](crate::edit::contacts()) has an example.
+/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ContactPoint {
@@ -135,7 +135,7 @@ impl ContactPoint {
 
 /// The contacts of an animation.
 ///
-/// [`contacts()`](crate::edit::contacts()) has an example.
+/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DetectedContacts {
@@ -156,33 +156,30 @@ impl DetectedContacts {
     }
 }
 
-/// Finds when the feet are at rest, and the hands if `options` asks for them. `humanoid` has the bones where the caller
-/// knows them.
-///
-/// ```
-/// use mocap::edit::{ContactOptions, contacts};
-/// use mocap::figure::HumanoidBone;
-///
-/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let found = contacts(&scene, 0, None, &ContactOptions::default())?;
-/// let steps = found.point(HumanoidBone::LeftToes).unwrap().intervals();
-/// assert!(steps.len() >= 2, "{steps:?}");
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this animation;
-/// [`Code::InvalidValue`](crate::Code::InvalidValue) for a threshold that is negative or not finite.
-pub fn contacts(
-    scene: &Scene,
-    animation: usize,
-    humanoid: Option<&Humanoid>,
-    options: &ContactOptions,
-) -> Result<DetectedContacts> {
-    options.check()?;
-    let figure = figure_of(scene, humanoid)?;
-    let frames = Frames::new(scene, animation, &[])?;
-    Ok(detect(scene, &frames, &figure, options))
+impl ContactOptions {
+    /// Finds when the feet are at rest, and the hands if `options` asks for them. `humanoid` has the bones where the
+    /// caller knows them.
+    ///
+    /// ```
+    /// use mocap::edit::ContactOptions;
+    /// use mocap::figure::HumanoidBone;
+    ///
+    /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let found = ContactOptions::default().detect(&scene, 0, None)?;
+    /// let steps = found.point(HumanoidBone::LeftToes).unwrap().intervals();
+    /// assert!(steps.len() >= 2, "{steps:?}");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// animation; [`Code::InvalidValue`](crate::Code::InvalidValue) for a threshold that is negative or not finite.
+    pub fn detect(&self, scene: &Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<DetectedContacts> {
+        self.check()?;
+        let figure = figure_of(scene, humanoid)?;
+        let frames = Frames::new(scene, animation, &[])?;
+        Ok(detect(scene, &frames, &figure, self))
+    }
 }
 
 /// The contacts of an animation of `scene` whose figure is known, by the rule of all commands.

@@ -2,7 +2,7 @@
 //!
 //! In contact, the step by which a foot's point of contact slides from frame to frame is taken back, so that a foot may
 //! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the
-//! world; [two-bone inverse kinematics](crate::ik::two_bone()) lets the leg follow. Between contacts the shift eases
+//! world; [two-bone inverse kinematics](crate::Pose::bend_limb) lets the leg follow. Between contacts the shift eases
 //! out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture
 //! editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length
 //! that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
@@ -130,9 +130,9 @@ pub struct FootLockReport {
 /// ```
 ///
 /// # Errors
-/// As [`contacts()`](crate::edit::contacts()); [`Code::NotHumanoid`] also where a leg lacks a joint, and
-/// [`Code::InvalidValue`] where known contacts have another number of frames, or the floor is more than a leg above
-/// the feet. `scene` is then unchanged.
+/// As [`ContactOptions::detect`](crate::edit::ContactOptions::detect); [`Code::NotHumanoid`] also where a leg lacks a
+/// joint, and [`Code::InvalidValue`] where known contacts have another number of frames, or the floor is more than a
+/// leg above the feet. `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
     not_negative(Code::InvalidValue, "blend", options.blend)?;

@@ -15,7 +15,7 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::convert::TimeRange;
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::humanoid;
+use crate::figure::Humanoid;
 use crate::limits::{not_negative, positive};
 use crate::math::quaternion::{exp, log, log_without_branches};
 use crate::math::wide;
@@ -155,7 +155,7 @@ impl Smooth {
             None => Vec::new(),
         };
         if !self.joints.is_empty() {
-            let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+            let humanoid = input.bones().cloned().unwrap_or_else(|| Humanoid::of(scene));
             for name in &self.joints {
                 nodes.push(node_named(scene, name, |bone| humanoid.joint(bone))?);
             }

@@ -111,7 +111,7 @@ impl<'a> StepInput<'a> {
         self
     }
 
-    /// The bones where the caller knows them. Default: those that [`humanoid`](crate::figure::humanoid()) finds.
+    /// The bones where the caller knows them. Default: those that [`Humanoid::of`](crate::figure::Humanoid::of) finds.
     #[must_use]
     pub fn humanoid(mut self, humanoid: impl Into<Option<&'a Humanoid>>) -> Self {
         self.humanoid = humanoid.into();

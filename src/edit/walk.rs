@@ -18,9 +18,9 @@ use crate::graph::distance::Alignment;
 use crate::pose::{Binding, Trs, have_the_same_joints};
 use crate::scene::{Animation, NodeId, Scene};
 
-/// What [`walk`] made.
+/// What [`Walk::motion`] made.
 ///
-/// [`walk`](crate::edit::walk()) has an example.
+/// [`Walk::motion`](crate::graph::Walk::motion) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct WalkReport {
@@ -57,54 +57,55 @@ impl fmt::Display for WalkReport {
     }
 }
 
-/// Makes a motion of a walk over a motion graph, whose clips are these animations of these scenes, in their order. From
-/// piece to piece two clips are blended for the length of a window, aligned over the ground; then feet are held still
-/// as [`foot_lock()`] does it. The frame rate is the highest of the clips.
-///
-/// ```
-/// use mocap::edit::walk;
-/// use mocap::graph::{GraphBuilder, GraphOptions};
-///
-/// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let mut builder = GraphBuilder::new(&GraphOptions::new().threshold(0.1))?;
-/// builder.add("walk.bvh", &clip)?;
-/// let graph = builder.build()?;
-/// let found = builder.network(&graph)?.random(6.0, 1)?;
-/// let (scene, report) = walk(&found, &[(&clip, 0)])?;
-/// assert_eq!((scene.animations[0].frame_count(), report.frames), (721, 721)); // 6 s at 120 Hz
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
-pub fn walk(walk: &Walk, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
-    let mut joined = Joined::new(walk, clips)?;
-    // The skeleton of the first clip is that of the graph.
-    let base = clips[0].0;
-    let figure = Figure::new(base);
-    let space = CloudSpace::new(base, &figure)?;
-    let rate = joined.rate;
-    let count = (walk.seconds() * rate + 1e-6).floor() as usize + 1;
-    let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
-    for frame in 0..count {
-        rows.push(joined.row(frame as f64 / rate, &space)?);
+impl Walk {
+    /// Makes a motion of a walk over a motion graph, whose clips are these animations of these scenes, in their order.
+    /// From piece to piece two clips are blended for the length of a window, aligned over the ground; then feet are
+    /// held still as [`foot_lock()`] does it. The frame rate is the highest of the clips.
+    ///
+    /// ```
+    /// use mocap::graph::{GraphBuilder, GraphOptions};
+    ///
+    /// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let mut builder = GraphBuilder::new(&GraphOptions::new().threshold(0.1))?;
+    /// builder.add("walk.bvh", &clip)?;
+    /// let graph = builder.build()?;
+    /// let found = builder.network(&graph)?.random(6.0, 1)?;
+    /// let (scene, report) = found.motion(&[(&clip, 0)])?;
+    /// assert_eq!((scene.animations[0].frame_count(), report.frames), (721, 721)); // 6 s at 120 Hz
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
+    pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
+        let mut joined = Joined::new(self, clips)?;
+        // The skeleton of the first clip is that of the graph.
+        let base = clips[0].0;
+        let figure = Figure::new(base);
+        let space = CloudSpace::new(base, &figure)?;
+        let rate = joined.rate;
+        let count = (self.seconds() * rate + 1e-6).floor() as usize + 1;
+        let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
+        for frame in 0..count {
+            rows.push(joined.row(frame as f64 / rate, &space)?);
+        }
+        let mut report = WalkReport {
+            frames: count,
+            seconds: (count - 1) as f64 / rate,
+            transitions: joined.starts(),
+            largest_distance: self.pieces.iter().map(|piece| piece.distance).fold(0.0, f32::max),
+            feet: None,
+        };
+        report.transitions.retain(|seconds| *seconds < report.seconds);
+        let mut scene = empty(base, rate);
+        if let Some(frames) = joined.frames.iter().flatten().next() {
+            frames.with_rows(rows).write_all(&mut scene, 0);
+        }
+        if figure_of(&scene, None).is_ok() {
+            report.feet = Some(foot_lock(&mut scene, 0, &FootLockOptions::new())?);
+        }
+        Ok((scene, report))
     }
-    let mut report = WalkReport {
-        frames: count,
-        seconds: (count - 1) as f64 / rate,
-        transitions: joined.starts(),
-        largest_distance: walk.pieces.iter().map(|piece| piece.distance).fold(0.0, f32::max),
-        feet: None,
-    };
-    report.transitions.retain(|seconds| *seconds < report.seconds);
-    let mut scene = empty(base, rate);
-    if let Some(frames) = joined.frames.iter().flatten().next() {
-        frames.with_rows(rows).write_all(&mut scene, 0);
-    }
-    if figure_of(&scene, None).is_ok() {
-        report.feet = Some(foot_lock(&mut scene, 0, &FootLockOptions::new())?);
-    }
-    Ok((scene, report))
 }
 
 /// The scene of a clip with a motion that has no keys yet. What is known of a file does not hold for it.

@@ -23,14 +23,16 @@ const RESTING: f32 = 0.035;
 /// Fraction of the joints that rest in a rest pose. CMU's has the legs a little apart.
 const RESTING_SHARE: f32 = 0.75;
 
-/// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.
-///
-/// In a jump a node moves far within one frame, compared with the skeleton's size and with the frames around it. Fast
-/// motion does not count, because the frames before and after it are fast too.
-pub fn cuts(scene: &Scene, animation: usize) -> Vec<usize> {
-    let frames = scene.animations.get(animation).map_or(0, Animation::frame_count);
-    let (steps, size) = steps(scene, animation, frames);
-    (0..steps.len()).filter(|&frame| is_cut(&steps, frame, size)).collect()
+impl Scene {
+    /// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.
+    ///
+    /// In a jump a node moves far within one frame, compared with the skeleton's size and with the frames around it.
+    /// Fast motion does not count, because the frames before and after it are fast too.
+    pub fn cuts(&self, animation: usize) -> Vec<usize> {
+        let frames = self.animations.get(animation).map_or(0, Animation::frame_count);
+        let (steps, size) = steps(self, animation, frames);
+        (0..steps.len()).filter(|&frame| is_cut(&steps, frame, size)).collect()
+    }
 }
 
 /// Whether the first frame of the first animation is a rest pose and the motion jumps away from it, as in the BVH

@@ -81,10 +81,10 @@ impl Sides {
 /// The joints of a scene that are bones of the VRM humanoid.
 ///
 /// ```
-/// use mocap::figure::{Confidence, HumanoidBone, humanoid};
+/// use mocap::figure::{Confidence, HumanoidBone, Humanoid};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let found = humanoid(&scene);
+/// let found = Humanoid::of(&scene);
 /// let thigh = &found.bones[&HumanoidBone::LeftUpperLeg];
 /// assert_eq!(scene.nodes[thigh.joint.index()].name, "LeftUpLeg");
 /// assert_eq!(thigh.confidence, Confidence::Sure);
@@ -118,7 +118,7 @@ impl Humanoid {
 
     /// Why the joints of `scene` are read as the bones that they are: what each table of the guess says of the chosen
     /// reading, and what came second. `None` where the file states the bones, and where no two chains can be legs.
-    /// Where [`humanoid`] refuses the skeleton, it is the reading that was refused.
+    /// Where [`Humanoid::of`] refuses the skeleton, it is the reading that was refused.
     ///
     /// ```
     /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -223,49 +223,51 @@ impl Humanoid {
     }
 }
 
-/// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.
-pub fn humanoid(scene: &Scene) -> Humanoid {
-    let stated = scene.nodes.iter().enumerate();
-    let stated = stated.filter_map(|(index, node)| Some((node.humanoid_bone?, NodeId::new(index))));
-    let stated: BTreeMap<_, _> = stated.collect();
-    if !stated.is_empty() {
-        let reason = match scene.metadata.format {
-            Some(Format::Urdf | Format::Mjcf) => OF_ROBOT,
-            _ => STATED,
+impl Humanoid {
+    /// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.
+    pub fn of(scene: &Scene) -> Humanoid {
+        let stated = scene.nodes.iter().enumerate();
+        let stated = stated.filter_map(|(index, node)| Some((node.humanoid_bone?, NodeId::new(index))));
+        let stated: BTreeMap<_, _> = stated.collect();
+        if !stated.is_empty() {
+            let reason = match scene.metadata.format {
+                Some(Format::Urdf | Format::Mjcf) => OF_ROBOT,
+                _ => STATED,
+            };
+            return Humanoid::stated(stated, reason);
+        }
+        #[cfg(test)]
+        super::found::count();
+        let tree = Tree::new(scene);
+        let Some(mut body) = body::find(&tree) else {
+            return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
         };
-        return Humanoid::stated(stated, reason);
-    }
-    #[cfg(test)]
-    super::found::count();
-    let tree = Tree::new(scene);
-    let Some(mut body) = body::find(&tree) else {
-        return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
-    };
-    if let Some((kind, reason)) = creature::find(scene, &tree, &body) {
-        return Humanoid {
-            creature: Some(kind),
-            ..Humanoid::refused(reason)
+        if let Some((kind, reason)) = creature::find(scene, &tree, &body) {
+            return Humanoid {
+                creature: Some(kind),
+                ..Humanoid::refused(reason)
+            };
+        }
+        let named = refusal::is_named(&tree, &body);
+        if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
+            return Humanoid::refused(reason);
+        }
+        body::move_hips(&tree, &mut body);
+        let sides = Found::new(scene, &tree, &body);
+        let bones = map::bones(&tree, &body, &sides);
+        let reason = if named {
+            "the joints have names of a body, and its shape".to_owned()
+        } else {
+            "two legs, two arms and a trunk have the lengths of a body; the names do not say what they are".to_owned()
         };
-    }
-    let named = refusal::is_named(&tree, &body);
-    if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
-        return Humanoid::refused(reason);
-    }
-    body::move_hips(&tree, &mut body);
-    let sides = Found::new(scene, &tree, &body);
-    let bones = map::bones(&tree, &body, &sides);
-    let reason = if named {
-        "the joints have names of a body, and its shape".to_owned()
-    } else {
-        "two legs, two arms and a trunk have the lengths of a body; the names do not say what they are".to_owned()
-    };
-    Humanoid {
-        found: true,
-        reason,
-        creature: None,
-        bones,
-        sides: sides.value,
-        sides_confidence: sides.confidence,
-        sides_reason: sides.reason,
+        Humanoid {
+            found: true,
+            reason,
+            creature: None,
+            bones,
+            sides: sides.value,
+            sides_confidence: sides.confidence,
+            sides_reason: sides.reason,
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, humanoid, is_at_rest_alike};
+use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
@@ -27,27 +27,29 @@ const ENDS: [Bone; 5] = [
     Bone::RightFoot,
 ];
 
-/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid:
-/// the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no node has a
-/// rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move otherwise than
-/// by rotation. `known` has the bones, where they are not to be searched for.
-///
-/// ```
-/// use mocap::{Conversion, retarget::vrm_humanoid};
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// Conversion::new().apply(&mut scene)?;
-/// let humanoid = vrm_humanoid(&scene, None)?;
-/// let bones = |scene: &mocap::Scene| scene.nodes.iter().filter(|node| node.humanoid_bone.is_some()).count();
-/// assert_eq!(bones(&humanoid), humanoid.nodes.len());
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
-/// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
-pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
-    vrm_humanoid_shown(scene, None, known)
+impl Scene {
+    /// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the
+    /// humanoid: the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no
+    /// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
+    /// otherwise than by rotation. `known` has the bones, where they are not to be searched for.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// Conversion::new().apply(&mut scene)?;
+    /// let humanoid = scene.vrm_humanoid(None)?;
+    /// let bones = |scene: &mocap::Scene| scene.nodes.iter().filter(|node| node.humanoid_bone.is_some()).count();
+    /// assert_eq!(bones(&humanoid), humanoid.nodes.len());
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
+    /// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
+    pub fn vrm_humanoid(&self, known: Option<Humanoid>) -> Result<Scene> {
+        vrm_humanoid_shown(self, None, known)
+    }
 }
 
 /// As [`vrm_humanoid`]. The T-pose is read from `other`, which has other frames of the motion, unless a step changed
@@ -59,7 +61,7 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
             .help("convert the scene before: Conversion::new().apply(&mut scene)")
             .into());
     }
-    let known = with_feet(scene, known.unwrap_or_else(|| humanoid(scene)));
+    let known = with_feet(scene, known.unwrap_or_else(|| Humanoid::of(scene)));
     let shows = other.filter(|other| is_at_rest_alike(other, scene)).unwrap_or(scene);
     let figure = Figure::with_bones(shows, known);
     // It is that of the figure from here on.

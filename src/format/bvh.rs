@@ -17,7 +17,7 @@ mod write;
 use crate::format::{FormatInfo, WriteOption};
 use crate::scene::Format;
 
-pub use self::write::{BvhOptions, Channels, write};
+pub use self::write::{BvhOptions, Channels};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bvh,

@@ -16,7 +16,7 @@ use crate::format::provenance::Provenance;
 use crate::format::{FormatInfo, WriteOption};
 use crate::scene::Format;
 
-pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion, write};
+pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,

@@ -30,7 +30,7 @@ pub use self::character::Character;
 pub use self::compression::Compression;
 pub(crate) use self::file::File;
 pub(crate) use self::tracks::{Bend, Values};
-pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, write_glb};
+pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport};
 pub use crate::format::provenance::Provenance;
 pub use crate::format::{Achieved, Renamed};
 

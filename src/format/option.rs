@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{FORMATS, FormatInfo};
+use super::FormatInfo;
 use crate::error::{Code, Diagnostic};
 
 /// An option of writing. A format's row says which of them change its files.
@@ -150,7 +150,7 @@ impl FormatInfo {
             true => format!(".{extension}"),
             false => self.name.to_owned(),
         };
-        let taking: Vec<&FormatInfo> = FORMATS.iter().filter(|row| row.takes(option)).collect();
+        let taking: Vec<&FormatInfo> = FormatInfo::ALL.iter().filter(|row| row.takes(option)).collect();
         let extensions = taking.iter().flat_map(|row| row.extensions.iter().copied());
         let extensions: Vec<&str> = only.map_or_else(|| extensions.collect(), |only| vec![only]);
         let applies_to = match only {
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn every_option_is_taken_by_some_format_and_only_by_written_ones() {
         for option in WriteOption::ALL {
-            let taking: Vec<_> = FORMATS.iter().filter(|row| row.takes(option)).collect();
+            let taking: Vec<_> = FormatInfo::ALL.iter().filter(|row| row.takes(option)).collect();
             assert!(!taking.is_empty(), "{option}");
             assert!(taking.iter().all(|row| row.writes()), "{option}");
         }

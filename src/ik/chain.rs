@@ -10,14 +10,14 @@ use glam::{DVec3, Vec3};
 use super::arc;
 use super::goal::Goal;
 use super::limit::JointLimit;
-use super::two_bone::two_bone_rotations;
+use super::two_bone::TwoBone;
 use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// Options of [`chain()`].
+/// Options of [`Pose::bend_chain`](crate::Pose::bend_chain).
 ///
-/// [`chain()`](crate::ik::chain()) has an example.
+/// [`Pose::bend_chain`](crate::Pose::bend_chain) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions {
@@ -47,33 +47,35 @@ setters! {
     }
 }
 
-/// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first joint
-/// and the distances between neighbours stay. Returns how far the end is from the goal.
-///
-/// Out of reach, the chain is straight towards the goal.
-///
-/// ```
-/// use mocap::glam::Vec3;
-/// use mocap::ik::chain_positions;
-///
-/// let mut tail = [0.0, 1.0, 2.0, 3.0].map(|x| Vec3::new(x, 0.0, 0.0));
-/// assert!(chain_positions(&mut tail, Vec3::new(1.0, 1.0, 0.5), 1e-4, 100) < 1e-4);
-/// assert!((tail[2].distance(tail[1]) - 1.0).abs() < 1e-6);
-/// ```
-pub fn chain_positions(positions: &mut [Vec3], goal: Vec3, tolerance: f32, passes: usize) -> f32 {
-    let Some(end) = positions.last().copied() else {
-        return 0.0;
-    };
-    let mut points: Vec<DVec3> = positions.iter().map(|point| point.as_dvec3()).collect();
-    if goal.is_finite() && points.iter().all(|point| point.is_finite()) {
-        fabrik(&mut points, goal.as_dvec3(), f64::from(tolerance), passes);
-        if points.iter().all(|point| point.as_vec3().is_finite()) {
-            for (position, point) in positions.iter_mut().zip(&points) {
-                *position = point.as_vec3();
+impl ChainOptions {
+    /// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first
+    /// joint and the distances between neighbours stay. Returns how far the end is from the goal.
+    ///
+    /// The limits do not count. Out of reach, the chain is straight towards the goal.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::ChainOptions;
+    ///
+    /// let mut tail = [0.0, 1.0, 2.0, 3.0].map(|x| Vec3::new(x, 0.0, 0.0));
+    /// assert!(ChainOptions::default().bend_positions(&mut tail, Vec3::new(1.0, 1.0, 0.5)) < 1e-4);
+    /// assert!((tail[2].distance(tail[1]) - 1.0).abs() < 1e-6);
+    /// ```
+    pub fn bend_positions(&self, positions: &mut [Vec3], goal: Vec3) -> f32 {
+        let Some(end) = positions.last().copied() else {
+            return 0.0;
+        };
+        let mut points: Vec<DVec3> = positions.iter().map(|point| point.as_dvec3()).collect();
+        if goal.is_finite() && points.iter().all(|point| point.is_finite()) {
+            fabrik(&mut points, goal.as_dvec3(), f64::from(self.tolerance), self.passes);
+            if points.iter().all(|point| point.as_vec3().is_finite()) {
+                for (position, point) in positions.iter_mut().zip(&points) {
+                    *position = point.as_vec3();
+                }
             }
         }
+        positions.last().unwrap_or(&end).distance(goal)
     }
-    positions.last().unwrap_or(&end).distance(goal)
 }
 
 fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
@@ -172,7 +174,7 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     }
     // Near the origin of the chain, where single precision has its digits.
     let local = |point: DVec3| (point - start).as_vec3();
-    let found = two_bone_rotations(
+    let found = TwoBone::solve(
         [Vec3::ZERO, local(points[joint]), local(points[last])],
         local(goal),
         None,
@@ -192,53 +194,55 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     points[last].distance(goal) <= tolerance.max(1e-6 * distance)
 }
 
-/// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself where
-/// the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
-///
-/// # Panics
-/// If the pose lacks one of the nodes.
-///
-/// ```
-/// use mocap::glam::Vec3;
-/// use mocap::ik::{ChainOptions, Goal, JointLimit, chain};
-/// use mocap::{Pose, scene::NodeId};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
-/// let arm: Vec<NodeId> = (0..4).map(NodeId::new).collect(); // shoulder, elbow, wrist, and the tip of the hand
-/// // The shoulder is free, the elbow a hinge.
-/// let elbow = JointLimit::Hinge { rest: Default::default(), axis: Vec3::Z, min: -3.0, max: 3.0 };
-/// let options = ChainOptions::new().limits(vec![JointLimit::Free, elbow]).tolerance(1e-3);
-/// let goal = pose.position(arm[0]) + Vec3::new(1.0, 2.0, 0.0);
-/// assert!(chain(&mut pose, &arm, &Goal::at(goal), &options) < 0.01);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn chain(pose: &mut Pose, nodes: &[NodeId], goal: &Goal, options: &ChainOptions) -> f32 {
-    let Some((&end, joints)) = nodes.split_last() else {
-        return 0.0;
-    };
-    let mut distance = 0.0;
-    if let Some(position) = goal.position_from(pose.position(end)) {
-        if options.limits.iter().all(|limit| *limit == JointLimit::Free) {
-            let mut positions: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
-            chain_positions(&mut positions, position, options.tolerance, options.passes);
-            for (index, &node) in joints.iter().enumerate() {
-                let from = pose.position(nodes[index + 1]) - pose.position(node);
-                turn(pose, node, from, positions[index + 1] - pose.position(node));
+impl Pose {
+    /// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself
+    /// where the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+    ///
+    /// # Panics
+    /// If the pose lacks one of the nodes.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::{ChainOptions, Goal, JointLimit};
+    /// use mocap::{Pose, scene::NodeId};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+    /// let arm: Vec<NodeId> = (0..4).map(NodeId::new).collect(); // shoulder, elbow, wrist, and the tip of the hand
+    /// // The shoulder is free, the elbow a hinge.
+    /// let elbow = JointLimit::Hinge { rest: Default::default(), axis: Vec3::Z, min: -3.0, max: 3.0 };
+    /// let options = ChainOptions::new().limits(vec![JointLimit::Free, elbow]).tolerance(1e-3);
+    /// let goal = pose.position(arm[0]) + Vec3::new(1.0, 2.0, 0.0);
+    /// assert!(pose.bend_chain(&arm, &Goal::at(goal), &options) < 0.01);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn bend_chain(&mut self, nodes: &[NodeId], goal: &Goal, options: &ChainOptions) -> f32 {
+        let Some((&end, joints)) = nodes.split_last() else {
+            return 0.0;
+        };
+        let mut distance = 0.0;
+        if let Some(position) = goal.position_from(self.position(end)) {
+            if options.limits.iter().all(|limit| *limit == JointLimit::Free) {
+                let mut positions: Vec<Vec3> = nodes.iter().map(|node| self.position(*node)).collect();
+                options.bend_positions(&mut positions, position);
+                for (index, &node) in joints.iter().enumerate() {
+                    let from = self.position(nodes[index + 1]) - self.position(node);
+                    turn(self, node, from, positions[index + 1] - self.position(node));
+                }
+            } else {
+                for (&node, limit) in joints.iter().zip(&options.limits) {
+                    clamp(self, node, limit);
+                }
+                cyclic_coordinate_descent(self, nodes, position, options);
             }
-        } else {
-            for (&node, limit) in joints.iter().zip(&options.limits) {
-                clamp(pose, node, limit);
-            }
-            cyclic_coordinate_descent(pose, nodes, position, options);
+            distance = self.position(end).distance(position);
         }
-        distance = pose.position(end).distance(position);
+        let rotation = Trs::from_matrix(self.node_to_world[end.index()]).rotation;
+        if let Some(rotation) = goal.rotation_from(rotation) {
+            self.rotate(end, rotation);
+        }
+        distance
     }
-    let rotation = Trs::from_matrix(pose.node_to_world[end.index()]).rotation;
-    if let Some(rotation) = goal.rotation_from(rotation) {
-        pose.rotate(end, rotation);
-    }
-    distance
 }
 
 fn cyclic_coordinate_descent(pose: &mut Pose, nodes: &[NodeId], goal: Vec3, options: &ChainOptions) {
@@ -333,7 +337,7 @@ mod tests {
         fn a_goal_within_reach_is_reached(bones in bones(), rotations in prop::collection::vec(rotation(), 8)) {
             let (mut pose, nodes) = pose_of(&bones);
             let goal = turned(&bones, &rotations).position(nodes[bones.len()]);
-            let distance = chain(&mut pose, &nodes, &Goal::at(goal), &ChainOptions::default());
+            let distance = pose.bend_chain(&nodes, &Goal::at(goal), &ChainOptions::default());
             prop_assert!(distance < 1e-3, "{distance}");
             for (index, bone) in bones.iter().enumerate() {
                 let length = pose.position(nodes[index]).distance(pose.position(nodes[index + 1]));
@@ -348,7 +352,7 @@ mod tests {
         fn beyond_reach_the_chain_is_straight_towards_the_goal(bones in bones(), way in unit(), beyond in 1.001f32..1e4) {
             let (mut pose, nodes) = pose_of(&bones);
             let reach: f32 = bones.iter().map(|bone| bone.length()).sum();
-            chain(&mut pose, &nodes, &Goal::at(way * (reach * beyond)), &ChainOptions::default());
+            pose.bend_chain(&nodes, &Goal::at(way * (reach * beyond)), &ChainOptions::default());
             let mut length = 0.0;
             for (bone, node) in bones.iter().zip(&nodes[1..]) {
                 length += bone.length();
@@ -363,7 +367,7 @@ mod tests {
             let mut limits: Vec<JointLimit> = bones.iter().map(cone).collect();
             limits[1] = JointLimit::Hinge { rest: Quat::IDENTITY, axis: Vec3::X, min: -0.2, max: swing };
             let options = ChainOptions { limits: limits.clone(), ..ChainOptions::default() };
-            chain(&mut pose, &nodes, &Goal::at(goal), &options);
+            pose.bend_chain(&nodes, &Goal::at(goal), &options);
             for (index, bone) in bones.iter().enumerate() {
                 let rotation = Trs::from_matrix(pose.node_to_parent[index]).rotation;
                 if index == 1 {
@@ -389,7 +393,7 @@ mod tests {
             let before = pose.position(end).distance(goal);
             let limit = |bone: &Vec3| JointLimit::Cone { rest: Quat::IDENTITY, axis: *bone, swing: 0.6, twist: 0.6 };
             let options = ChainOptions { limits: bones.iter().map(limit).collect(), ..ChainOptions::default() };
-            let distance = chain(&mut pose, &nodes, &Goal::at(goal), &options);
+            let distance = pose.bend_chain(&nodes, &Goal::at(goal), &options);
             prop_assert!(distance <= 1e-3 || distance < 0.5 * before, "{distance} of {before}");
         }
 
@@ -401,7 +405,7 @@ mod tests {
             for limits in limits {
                 let (mut pose, nodes) = pose_of(&bones);
                 let options = ChainOptions { limits, ..ChainOptions::default() };
-                chain(&mut pose, &nodes, &Goal::at(Vec3::from(values)), &options);
+                pose.bend_chain(&nodes, &Goal::at(Vec3::from(values)), &options);
                 prop_assert!(pose.node_to_world.iter().all(Mat4::is_finite));
             }
         }
@@ -416,12 +420,12 @@ mod tests {
             rotation_weight: 0.5,
             ..Goal::at(Vec3::new(1.0, 1.0, 0.0)).with_rotation(quarter)
         };
-        chain(&mut pose, &nodes, &goal, &ChainOptions::default());
+        pose.bend_chain(&nodes, &goal, &ChainOptions::default());
         assert!(pose.position(nodes[3]).distance(Vec3::new(2.0, 0.5, 0.0)) < 1e-3);
         // Half of the rotation from the one that the chain gives it.
         let mut without = pose_of(&[Vec3::X, Vec3::X, Vec3::X]).0;
         let position = Goal { rotation: None, ..goal };
-        chain(&mut without, &nodes, &position, &ChainOptions::default());
+        without.bend_chain(&nodes, &position, &ChainOptions::default());
         let rotation = |pose: &Pose| Trs::from_matrix(pose.node_to_world[3]).rotation;
         let (whole, half) = (
             quarter * rotation(&without).inverse(),

@@ -6,7 +6,7 @@ use crate::math::quaternion::twist_angle;
 
 /// The rotations that a joint may have to its parent, from its rest rotation. Angles are in radians.
 ///
-/// [`chain()`](crate::ik::chain()) has an example.
+/// [`Pose::bend_chain`](crate::Pose::bend_chain) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum JointLimit {

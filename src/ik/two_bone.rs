@@ -12,7 +12,7 @@ pub(super) const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
 ///
-/// [`two_bone()`](crate::ik::two_bone()) has an example.
+/// [`Pose::bend_limb`](crate::Pose::bend_limb) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TwoBone {
@@ -28,74 +28,76 @@ pub struct TwoBone {
     pub distance: f32,
 }
 
-/// The rotations that bring the end of two bones to `goal`. `joints` are the positions of the first joint, of the one
-/// between the bones, and of the end.
-///
-/// Out of reach, the bones are straight towards the goal; nearer than they can fold, folded. The plane in which they
-/// bend turns with the direction of the end by the smallest rotation, so that nothing twists; with `pole`, a position,
-/// the middle joint bends towards it.
-///
-/// ```
-/// use mocap::glam::Vec3;
-/// use mocap::ik::two_bone_rotations;
-///
-/// let leg = [Vec3::Y, Vec3::new(0.0, 0.5, 0.1), Vec3::ZERO];
-/// let found = two_bone_rotations(leg, Vec3::new(0.2, 0.3, 0.0), None);
-/// let end = leg[0] + found.upper * (leg[1] - leg[0]) + found.lower * (leg[2] - leg[1]);
-/// assert!(end.distance(Vec3::new(0.2, 0.3, 0.0)) < 1e-6);
-/// ```
-pub fn two_bone_rotations(joints: [Vec3; 3], goal: Vec3, pole: Option<Vec3>) -> TwoBone {
-    let still = TwoBone {
-        upper: Quat::IDENTITY,
-        lower: Quat::IDENTITY,
-        middle: joints[1],
-        end: joints[2],
-        distance: joints[2].distance(goal),
-    };
-    let [start, middle, end] = joints.map(Vec3::as_dvec3);
-    let goal = goal.as_dvec3();
-    let (first, second) = (middle - start, end - middle);
-    let (a, b) = (first.length(), second.length());
-    if !((a + b).is_finite() && a + b > 0.0 && goal.is_finite()) {
-        return still;
-    }
-    let nothing = NO_DIRECTION * (a + b);
-    // The direction from the first joint to the end, and from there to the goal.
-    let old = direction(end - start, nothing)
-        .or_else(|| direction(first, 0.0))
-        .or_else(|| direction(second, 0.0))
-        .unwrap_or(DVec3::X);
-    let way = goal - start;
-    let new = direction(way, nothing).unwrap_or(old);
-    // The middle joint comes `along` the direction to the goal, and `aside` of it.
-    let Triangle { reach, along, aside } = Triangle::new(a, b, way.length());
+impl TwoBone {
+    /// The rotations that bring the end of two bones to `goal`. `joints` are the positions of the first joint, of the
+    /// one between the bones, and of the end.
+    ///
+    /// Out of reach, the bones are straight towards the goal; nearer than they can fold, folded. The plane in which
+    /// they bend turns with the direction of the end by the smallest rotation, so that nothing twists; with `pole`, a
+    /// position, the middle joint bends towards it.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::TwoBone;
+    ///
+    /// let leg = [Vec3::Y, Vec3::new(0.0, 0.5, 0.1), Vec3::ZERO];
+    /// let found = TwoBone::solve(leg, Vec3::new(0.2, 0.3, 0.0), None);
+    /// let end = leg[0] + found.upper * (leg[1] - leg[0]) + found.lower * (leg[2] - leg[1]);
+    /// assert!(end.distance(Vec3::new(0.2, 0.3, 0.0)) < 1e-6);
+    /// ```
+    pub fn solve(joints: [Vec3; 3], goal: Vec3, pole: Option<Vec3>) -> TwoBone {
+        let still = TwoBone {
+            upper: Quat::IDENTITY,
+            lower: Quat::IDENTITY,
+            middle: joints[1],
+            end: joints[2],
+            distance: joints[2].distance(goal),
+        };
+        let [start, middle, end] = joints.map(Vec3::as_dvec3);
+        let goal = goal.as_dvec3();
+        let (first, second) = (middle - start, end - middle);
+        let (a, b) = (first.length(), second.length());
+        if !((a + b).is_finite() && a + b > 0.0 && goal.is_finite()) {
+            return still;
+        }
+        let nothing = NO_DIRECTION * (a + b);
+        // The direction from the first joint to the end, and from there to the goal.
+        let old = direction(end - start, nothing)
+            .or_else(|| direction(first, 0.0))
+            .or_else(|| direction(second, 0.0))
+            .unwrap_or(DVec3::X);
+        let way = goal - start;
+        let new = direction(way, nothing).unwrap_or(old);
+        // The middle joint comes `along` the direction to the goal, and `aside` of it.
+        let Triangle { reach, along, aside } = Triangle::new(a, b, way.length());
 
-    let mut turn = arc(old, new, old.any_orthonormal_vector());
-    let bend_now = direction(first.reject_from_normalized(old), nothing).map(|bend| turn * bend);
-    let to_pole = pole.map(|pole| pole.as_dvec3() - start).filter(|way| way.is_finite());
-    let to_pole = to_pole.and_then(|way| direction(way.reject_from_normalized(new), nothing));
-    if let (Some(from), Some(to)) = (bend_now, to_pole) {
-        turn = arc(from, to, new) * turn;
-    }
-    let bend = to_pole.or(bend_now).unwrap_or_else(|| new.any_orthonormal_vector());
-    // Both exactly perpendicular, or the bones would not keep their lengths.
-    let bend = bend.reject_from_normalized(new).normalize();
-    let normal = new.cross(bend);
+        let mut turn = arc(old, new, old.any_orthonormal_vector());
+        let bend_now = direction(first.reject_from_normalized(old), nothing).map(|bend| turn * bend);
+        let to_pole = pole.map(|pole| pole.as_dvec3() - start).filter(|way| way.is_finite());
+        let to_pole = to_pole.and_then(|way| direction(way.reject_from_normalized(new), nothing));
+        if let (Some(from), Some(to)) = (bend_now, to_pole) {
+            turn = arc(from, to, new) * turn;
+        }
+        let bend = to_pole.or(bend_now).unwrap_or_else(|| new.any_orthonormal_vector());
+        // Both exactly perpendicular, or the bones would not keep their lengths.
+        let bend = bend.reject_from_normalized(new).normalize();
+        let normal = new.cross(bend);
 
-    let upper_way = new * along + bend * aside;
-    let lower_way = new * reach - upper_way;
-    let upper = arc(turn * first, upper_way, normal) * turn;
-    let lower = arc(turn * second, lower_way, normal) * turn;
-    let (middle, end) = (start + upper_way, start + new * reach);
-    let found = TwoBone {
-        upper: upper.normalize().as_quat(),
-        lower: lower.normalize().as_quat(),
-        middle: middle.as_vec3(),
-        end: end.as_vec3(),
-        distance: end.distance(goal) as f32,
-    };
-    let is_finite = found.upper.is_finite() && found.lower.is_finite() && found.middle.is_finite();
-    if is_finite { found } else { still }
+        let upper_way = new * along + bend * aside;
+        let lower_way = new * reach - upper_way;
+        let upper = arc(turn * first, upper_way, normal) * turn;
+        let lower = arc(turn * second, lower_way, normal) * turn;
+        let (middle, end) = (start + upper_way, start + new * reach);
+        let found = TwoBone {
+            upper: upper.normalize().as_quat(),
+            lower: lower.normalize().as_quat(),
+            middle: middle.as_vec3(),
+            end: end.as_vec3(),
+            distance: end.distance(goal) as f32,
+        };
+        let is_finite = found.upper.is_finite() && found.lower.is_finite() && found.middle.is_finite();
+        if is_finite { found } else { still }
+    }
 }
 
 /// The triangle of two bones and the line from their beginning to their end, by the law of cosines.
@@ -125,43 +127,45 @@ pub(super) fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
     (way.length() > nothing).then(|| way.try_normalize()).flatten()
 }
 
-/// Turns the joints `limb[0]` and `limb[1]` so that `limb[2]`, below them, comes to `goal`, and `limb[2]` itself where
-/// the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
-///
-/// Nodes between the three, such as twist joints, move along. `pole` is as in [`two_bone_rotations()`], which says what
-/// happens to a goal that is out of reach.
-///
-/// # Panics
-/// If the pose lacks one of the nodes.
-///
-/// ```
-/// use mocap::glam::Vec3;
-/// use mocap::ik::{Goal, two_bone};
-/// use mocap::{Pose, scene::NodeId};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
-/// let arm = [0, 1, 2].map(NodeId::new); // shoulder, elbow, wrist
-/// let goal = pose.position(arm[0]) + Vec3::new(1.0, 1.0, 0.5);
-/// assert!(two_bone(&mut pose, arm, &Goal::at(goal), None) < 1e-5);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn two_bone(pose: &mut Pose, limb: [NodeId; 3], goal: &Goal, pole: Option<Vec3>) -> f32 {
-    let [start, middle, end] = limb;
-    let mut distance = 0.0;
-    if let Some(position) = goal.position_from(pose.position(end)) {
-        let joints = limb.map(|joint| pose.position(joint));
-        let found = two_bone_rotations(joints, position, pole);
-        let lower = (found.lower.as_dquat() * found.upper.as_dquat().inverse()).as_quat();
-        pose.rotate(start, found.upper);
-        pose.rotate(middle, lower);
-        distance = pose.position(end).distance(position);
+impl Pose {
+    /// Turns the joints `limb[0]` and `limb[1]` so that `limb[2]`, below them, comes to `goal`, and `limb[2]` itself
+    /// where the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+    ///
+    /// Nodes between the three, such as twist joints, move along. `pole` is as in
+    /// [`TwoBone::solve`](crate::ik::TwoBone::solve), which says what happens to a goal that is out of reach.
+    ///
+    /// # Panics
+    /// If the pose lacks one of the nodes.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::Goal;
+    /// use mocap::{Pose, scene::NodeId};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+    /// let arm = [0, 1, 2].map(NodeId::new); // shoulder, elbow, wrist
+    /// let goal = pose.position(arm[0]) + Vec3::new(1.0, 1.0, 0.5);
+    /// assert!(pose.bend_limb(arm, &Goal::at(goal), None) < 1e-5);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn bend_limb(&mut self, limb: [NodeId; 3], goal: &Goal, pole: Option<Vec3>) -> f32 {
+        let [start, middle, end] = limb;
+        let mut distance = 0.0;
+        if let Some(position) = goal.position_from(self.position(end)) {
+            let joints = limb.map(|joint| self.position(joint));
+            let found = TwoBone::solve(joints, position, pole);
+            let lower = (found.lower.as_dquat() * found.upper.as_dquat().inverse()).as_quat();
+            self.rotate(start, found.upper);
+            self.rotate(middle, lower);
+            distance = self.position(end).distance(position);
+        }
+        let rotation = Trs::from_matrix(self.node_to_world[end.index()]).rotation;
+        if let Some(rotation) = goal.rotation_from(rotation) {
+            self.rotate(end, rotation);
+        }
+        distance
     }
-    let rotation = Trs::from_matrix(pose.node_to_world[end.index()]).rotation;
-    if let Some(rotation) = goal.rotation_from(rotation) {
-        pose.rotate(end, rotation);
-    }
-    distance
 }
 
 #[cfg(test)]
@@ -201,7 +205,7 @@ mod tests {
         fn a_goal_within_reach_is_reached(joints in limb(), way in unit(), share in 0f32..=1.0, pole in prop::option::of(vector(20.0))) {
             let (a, b) = lengths(joints);
             let goal = joints[0] + way * ((a - b).abs() + share * (a + b - (a - b).abs()));
-            let found = two_bone_rotations(joints, goal, pole);
+            let found = TwoBone::solve(joints, goal, pole);
             let [middle, end] = apply(joints, &found);
             // A hundredth of a millimetre: positions up to 24 m have 2e-6 of rounding.
             prop_assert!(end.distance(goal) < 1e-5, "{}", end.distance(goal));
@@ -212,7 +216,7 @@ mod tests {
         #[test]
         fn beyond_reach_the_limb_is_straight_towards_the_goal(joints in limb(), way in unit(), beyond in 1.001f32..1e6) {
             let (a, b) = lengths(joints);
-            let found = two_bone_rotations(joints, joints[0] + way * ((a + b) * beyond), None);
+            let found = TwoBone::solve(joints, joints[0] + way * ((a + b) * beyond), None);
             let [middle, end] = apply(joints, &found);
             prop_assert!(middle.distance(joints[0] + way * a) < 1e-4, "{middle}");
             prop_assert!(end.distance(joints[0] + way * (a + b)) < 1e-4, "{end}");
@@ -229,14 +233,14 @@ mod tests {
             let goal = joints[0] + way * ((a - b).abs() + share * (a + b - (a - b).abs()));
             let wanted = (pole - joints[0]).reject_from_normalized(way);
             prop_assume!(wanted.length() > 0.1);
-            let [middle, _] = apply(joints, &two_bone_rotations(joints, goal, Some(pole)));
+            let [middle, _] = apply(joints, &TwoBone::solve(joints, goal, Some(pole)));
             let bend = (middle - joints[0]).reject_from_normalized(way);
             prop_assert!(bend.angle_between(wanted) < 1e-2, "{bend} {wanted}");
         }
 
         #[test]
         fn a_goal_where_the_end_is_changes_nothing(joints in limb()) {
-            let found = two_bone_rotations(joints, joints[2], None);
+            let found = TwoBone::solve(joints, joints[2], None);
             let [middle, end] = apply(joints, &found);
             // Near full stretch the middle is known as the root of the rounding only.
             prop_assert!(middle.distance(joints[1]) < 1e-3 && end.distance(joints[2]) < 1e-5);
@@ -250,8 +254,8 @@ mod tests {
             let distance = (a - b).abs() + share * (a + b - (a - b).abs());
             prop_assume!(distance > 0.05);
             let goal = joints[0] + way * distance;
-            let [here, _] = apply(joints, &two_bone_rotations(joints, goal, None));
-            let [there, _] = apply(joints, &two_bone_rotations(joints, goal + step * 1e-4, None));
+            let [here, _] = apply(joints, &TwoBone::solve(joints, goal, None));
+            let [there, _] = apply(joints, &TwoBone::solve(joints, goal + step * 1e-4, None));
             prop_assert!(here.distance(there) < 0.05, "{here} {there}");
         }
 
@@ -262,7 +266,7 @@ mod tests {
         ])) {
             let at = |index: usize| Vec3::from_slice(&values[3 * index..]);
             let joints = [at(0), at(1), at(2)];
-            let found = two_bone_rotations(joints, at(3), Some(at(4)));
+            let found = TwoBone::solve(joints, at(3), Some(at(4)));
             prop_assert!(found.upper.is_normalized() && found.lower.is_normalized(), "{found:?}");
         }
     }
@@ -272,7 +276,7 @@ mod tests {
         let joints = [Vec3::Y, Vec3::Y * 0.5, Vec3::ZERO];
         for pole in [None, Some(Vec3::new(0.0, 0.5, 1.0))] {
             let goal = Vec3::new(0.0, 0.2, 0.0);
-            let [middle, end] = apply(joints, &two_bone_rotations(joints, goal, pole));
+            let [middle, end] = apply(joints, &TwoBone::solve(joints, goal, pole));
             assert!(end.distance(goal) < 1e-6);
             assert!((middle - Vec3::Y).length() - 0.5 < 1e-6);
             assert!(pole.is_none() || (middle.z > 0.29 && middle.x.abs() < 1e-6), "{middle}");

@@ -8,7 +8,6 @@ use super::Importer;
 use super::solved::is_array;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::format::{Body, ReadOptions, Source, body_model};
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone, Scene};
@@ -48,7 +47,7 @@ impl Importer {
 /// Where the bones of a figure are in its T-pose.
 fn bones(mut scene: Scene) -> Result<Body> {
     Conversion::new().apply(&mut scene)?;
-    let body = vrm_humanoid(&scene, None)?;
+    let body = scene.vrm_humanoid(None)?;
     let rest = Pose::rest(&body);
     let place =
         |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));

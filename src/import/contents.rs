@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::large::LargeFile;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::check_confined;
-use crate::format::{FORMATS, FormatInfo};
+use crate::format::FormatInfo;
 use crate::limits::Limits;
 
 /// Bytes from which on a file is worth a second thread.
@@ -82,7 +82,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
         read.map(drop).map_err(|error| Error::io(name, error))
     };
     read_up_to(BEGINNING.min(most.saturating_add(1)), &mut bytes)?;
-    if !is_known && bytes.len() as u64 == BEGINNING && !FORMATS.iter().any(|format| (format.sniff)(&bytes)) {
+    if !is_known && bytes.len() as u64 == BEGINNING && !FormatInfo::ALL.iter().any(|format| (format.sniff)(&bytes)) {
         let message = "the beginning of the stream belongs to no known format";
         let diagnostic =
             Diagnostic::new(Code::UnknownFormat, message).help("name the format: --from, or Importer::format");
@@ -112,7 +112,7 @@ pub(super) fn format_of_extension(path: &Path) -> Option<&'static FormatInfo> {
         let mut known = format.extensions.iter();
         known.any(|known| known.eq_ignore_ascii_case(extension))
     };
-    FORMATS.iter().find(has_extension)
+    FormatInfo::ALL.iter().find(has_extension)
 }
 
 pub(super) fn check_size(size: u64, path: &Path, limits: &Limits) -> Result<()> {

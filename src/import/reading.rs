@@ -12,7 +12,7 @@ use super::contents::{LARGE, check_size, format_of_extension};
 use super::large::LargeFile;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::{FORMATS, FormatInfo, Sidecar, Source, numbers};
+use crate::format::{FormatInfo, Sidecar, Source, numbers};
 use crate::limits;
 use crate::pose::Binding;
 use crate::process::KeyTolerance;
@@ -134,11 +134,11 @@ impl Importer {
 
     /// The explicit choice, else the contents, else the extension.
     pub(super) fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
-        let chosen = FORMATS.iter().find(|format| Some(format.format) == self.format);
-        let found = chosen.or_else(|| FORMATS.iter().find(|format| (format.sniff)(bytes)));
+        let chosen = FormatInfo::ALL.iter().find(|format| Some(format.format) == self.format);
+        let found = chosen.or_else(|| FormatInfo::ALL.iter().find(|format| (format.sniff)(bytes)));
         found.or_else(|| format_of_extension(name)).ok_or_else(|| {
             let extension = name.extension().unwrap_or_default().to_string_lossy();
-            let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
+            let known: Vec<_> = FormatInfo::ALL.iter().map(|row| row.format.as_str()).collect();
             let message = "neither the contents nor the extension belong to a known format";
             Diagnostic::new(Code::UnknownFormat, message)
                 .expected_found(known.join(", "), format!("the extension \"{extension}\""))

@@ -6,8 +6,8 @@ use super::Importer;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::Source;
 use crate::scene::{Format, NodeKind, Scene};
+use crate::solve::JointSet;
 use crate::solve::markers::{Known, solve_markers};
-use crate::solve::{JointSet, solve};
 
 /// Formats of arrays, whose points have no names of their own.
 const ARRAYS: [Format; 4] = [Format::Npz, Format::Npy, Format::Torch, Format::Pickle];
@@ -22,9 +22,9 @@ impl Importer {
             return self.solve_markers(scene, names, source);
         }
         match &self.joints {
-            Some(joints) => solve(scene, &joint_set(joints, source)?),
+            Some(joints) => joint_set(joints, source)?.solve(scene),
             None if is_array(scene) && is_points(scene) => match set_of_names(scene) {
-                Some(set) => solve(scene, &set),
+                Some(set) => set.solve(scene),
                 None => Ok(()),
             },
             None => Ok(()),

@@ -7,7 +7,7 @@ use super::{Onto, Writing};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::fbx::FbxTextures;
 use crate::format::gltf::{Character, Compression};
-use crate::format::{FORMATS, FormatInfo, WriteOption, words};
+use crate::format::{FormatInfo, WriteOption, words};
 use crate::retargeting::Target;
 use crate::scene::Format;
 
@@ -144,7 +144,7 @@ fn of_character(writing: &Writing, onto: &Onto, character: &Character, has_disk:
     };
     let known = || {
         let is_passed_through = |extension: &&str| own.contains(extension) || others.contains(extension);
-        let written = FORMATS.iter().filter(|row| row.writes());
+        let written = FormatInfo::ALL.iter().filter(|row| row.writes());
         let written = written.flat_map(|row| row.extensions.iter().copied());
         let from_scene = written.filter(|extension| !is_passed_through(extension));
         let listed = |extensions: &mut dyn Iterator<Item = &str>| {

@@ -50,7 +50,7 @@ mod tests {
     #[cfg(feature = "render")]
     #[test]
     fn one_page_finds_its_source_once() {
-        use crate::edit::{ContactOptions, contacts};
+        use crate::edit::ContactOptions;
         use crate::figure::{Figure, HumanoidMap};
         use crate::render::{Clip, Page, PageClip};
         use crate::retargeting::{Retargeting, RetargetingOptions};
@@ -66,7 +66,9 @@ mod tests {
                 .unwrap();
             let mut in_metres = scene.clone();
             Conversion::new().apply_to(&mut in_metres, &figure).unwrap();
-            let contacts = contacts(&scene, 0, Some(&figure.humanoid), &ContactOptions::default()).unwrap();
+            let contacts = ContactOptions::default()
+                .detect(&scene, 0, Some(&figure.humanoid))
+                .unwrap();
             let mut retargeting = Retargeting::onto(robot, RetargetingOptions::new()).unwrap();
             let source = retargeting.prepare_figure(scene.clone(), &figure).unwrap();
             retargeting.add(source).unwrap();

@@ -16,7 +16,7 @@ use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::is_at_rest_for;
-use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidMap};
 use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
@@ -216,7 +216,7 @@ impl<'a> Maker<'a> {
             whole,
             ..
         } = source;
-        let bones = bones.unwrap_or_else(|| humanoid(&scene));
+        let bones = bones.unwrap_or_else(|| Humanoid::of(&scene));
         let humanoid = self.change(&mut scene, bones, motion, hear)?;
         let written = self.write(&mut scene, &humanoid, whole, output);
         Ok(Made {

@@ -6,7 +6,7 @@ use crate::retargeting::{Retargeting, Target};
 use crate::robot::{Robot, RobotMotion};
 
 /// A format of the positions of a robot's joints. The links of a robot, as an animated skeleton, are written in every
-/// format that [`FORMATS`](crate::FORMATS) writes.
+/// format that [`FormatInfo::ALL`](crate::FormatInfo::ALL) writes.
 ///
 /// ```
 /// use mocap::job::RobotFormat;

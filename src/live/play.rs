@@ -5,7 +5,6 @@ use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
 use super::vmc::{BONE, Place, ROOT, STATE, TIME, mirrored, unity_name};
 use crate::error::Result;
-use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::scene::{Channel, Scene};
 
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
@@ -27,9 +26,9 @@ impl VmcMotion {
     /// The first motion of a scene, which is in metres with +Y up.
     ///
     /// # Errors
-    /// As [`retarget::vrm_humanoid`](crate::retarget::vrm_humanoid()): where no humanoid is found in it.
+    /// As [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid): where no humanoid is found in it.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let scene = vrm_humanoid(scene, None)?;
+        let scene = scene.vrm_humanoid(None)?;
         Ok(Self { scene })
     }
 

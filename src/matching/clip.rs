@@ -22,7 +22,7 @@ pub struct IndexedClip {
     pub leg: f32,
     /// The time of the first frame in the file, in seconds: above 0 where a rest pose stands before the motion.
     pub begin: f64,
-    /// Of each frame, [`FEATURE_RATE`] in a second.
+    /// Of each frame, [`Database::RATE`](crate::matching::Database::RATE) in a second.
     pub(super) features: Vec<[f32; FEATURES]>,
     pub(super) contacts: Vec<u8>,
     /// [`SAMPLE_RATE`] in a second, [`WIDTH`] bytes each.
@@ -30,7 +30,8 @@ pub struct IndexedClip {
 }
 
 impl IndexedClip {
-    /// The features of each frame, [`FEATURE_RATE`] in a second; `docs/search.md` says what the numbers are.
+    /// The features of each frame, [`Database::RATE`](crate::matching::Database::RATE) in a second; `docs/search.md`
+    /// says what the numbers are.
     pub fn features(&self) -> &[[f32; FEATURES]] {
         &self.features
     }
@@ -59,43 +60,45 @@ impl IndexedClip {
     }
 }
 
-/// Indexes the clips of a file that move a humanoid, and with `mirror` each with left and right exchanged too. `file`
-/// is its name in the database. A clip that cannot be indexed is left out.
-///
-/// The [module](crate::matching) has an example.
-pub fn index(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
-    let mut clips = Vec::new();
-    let figure = Figure::new(scene);
-    examine_each(scene, &figure, file, &Thresholds::default(), |row, motion| {
-        let Some(motion) = motion else { return };
-        let Some(body) = &motion.body else { return };
-        let Some(track) = Track::new(&motion, body) else { return };
-        let features: Vec<_> = (0..track.frames())
-            .map(|frame| track.features(frame, LEG / body.leg))
-            .collect();
-        if !features.iter().flatten().all(|value| is_plausible(*value)) {
-            return;
-        }
-        let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
-        let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
-        let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
-        let clip = IndexedClip {
-            row,
-            mirrored: false,
-            leg: body.leg,
-            begin: motion.first as f64 / motion.rate,
-            features,
-            contacts: track.contacts,
-            samples: samples.values,
-        };
-        if mirror {
-            clips.push(clip.mirror());
-        }
-        clips.push(clip);
-    });
-    // The motion before its mirror image.
-    clips.sort_by_key(|clip| clip.mirrored);
-    clips
+impl IndexedClip {
+    /// Indexes the clips of a file that move a humanoid, and with `mirror` each with left and right exchanged too.
+    /// `file` is its name in the database. A clip that cannot be indexed is left out.
+    ///
+    /// The [module](crate::matching) has an example.
+    pub fn of(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
+        let mut clips = Vec::new();
+        let figure = Figure::new(scene);
+        examine_each(scene, &figure, file, &Thresholds::default(), |row, motion| {
+            let Some(motion) = motion else { return };
+            let Some(body) = &motion.body else { return };
+            let Some(track) = Track::new(&motion, body) else { return };
+            let features: Vec<_> = (0..track.frames())
+                .map(|frame| track.features(frame, LEG / body.leg))
+                .collect();
+            if !features.iter().flatten().all(|value| is_plausible(*value)) {
+                return;
+            }
+            let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
+            let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
+            let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
+            let clip = IndexedClip {
+                row,
+                mirrored: false,
+                leg: body.leg,
+                begin: motion.first as f64 / motion.rate,
+                features,
+                contacts: track.contacts,
+                samples: samples.values,
+            };
+            if mirror {
+                clips.push(clip.mirror());
+            }
+            clips.push(clip);
+        });
+        // The motion before its mirror image.
+        clips.sort_by_key(|clip| clip.mirrored);
+        clips
+    }
 }
 
 /// Whether a number can be a feature: no body is a thousand kilometres from where it was a second before.

@@ -52,13 +52,13 @@ type Difference = (Vec3, Vec3);
 ///
 /// ```
 /// use mocap::glam::Vec3;
-/// use mocap::matching::{Controller, Database, Moves, Trajectory, index};
+/// use mocap::matching::{Controller, Database, Moves, Trajectory, IndexedClip};
 /// use mocap::retargeting::{Retargeting, RetargetingOptions};
 /// use mocap::{Conversion, Scene};
 ///
 /// # fn main() -> mocap::Result<()> {
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let database = Database::new(index(&walk, "walk.bvh", false));
+/// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
 /// let mut hero: Scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
 /// Conversion::new().apply(&mut hero)?;
 /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();

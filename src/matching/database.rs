@@ -1,7 +1,7 @@
 //! Clips with their features.
 
 use super::clip::IndexedClip;
-use super::features::FEATURES;
+use super::features::{FEATURE_RATE, FEATURES};
 
 /// Clips with the features of their frames, in memory. `.mdb` is its file.
 ///
@@ -12,6 +12,11 @@ pub struct Database {
 }
 
 impl Database {
+    /// The numbers of the features of a frame.
+    pub const FEATURES: usize = FEATURES;
+    /// Frames of features in a second.
+    pub const RATE: f64 = FEATURE_RATE;
+
     /// The database of these clips, in the order of their files.
     pub fn new(mut clips: Vec<IndexedClip>) -> Self {
         clips.sort_by(|a, b| (&a.row.file, &a.row.clip, a.mirrored).cmp(&(&b.row.file, &b.row.clip, b.mirrored)));

@@ -18,9 +18,9 @@ use crate::scene::{HumanoidBone as Bone, Side};
 use crate::survey::{Body, Motion};
 
 /// Numbers of a frame.
-pub const FEATURES: usize = 27;
+pub(super) const FEATURES: usize = 27;
 /// Frames of features in a second.
-pub const FEATURE_RATE: f64 = 60.0;
+pub(super) const FEATURE_RATE: f64 = 60.0;
 /// From hip through knee to ankle of the body on which all features are, in metres: that of a man of 1.78 m.
 pub(super) const LEG: f32 = 0.87;
 /// How far ahead the trajectory is looked at, in frames.

@@ -81,10 +81,10 @@ impl Database {
     /// Reads the file of a database.
     ///
     /// ```
-    /// use mocap::matching::{Database, index};
+    /// use mocap::matching::Database;
     ///
     /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
-    /// let bytes = Database::new(index(&walk, "walk.bvh", true)).to_bytes();
+    /// let bytes = Database::new(IndexedClip::of(&walk, "walk.bvh", true)).to_bytes();
     /// assert_eq!(Database::read(&bytes[..])?.clips().len(), 2);
     /// let error = Database::read(&bytes[..bytes.len() - 40]).unwrap_err();
     /// assert_eq!(error.code().as_str(), "unexpected-end");

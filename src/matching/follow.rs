@@ -22,7 +22,7 @@ const MOST_MINUTES: f64 = 60.0;
 
 /// How a figure followed a path.
 ///
-/// [`follow`](super::follow) has an example.
+/// [`Controller::follow`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Followed {
@@ -40,67 +40,64 @@ pub struct Followed {
     pub has_arrived: bool,
 }
 
-/// Lets the figure of `controller`, that of the skeleton of `character`, go along a path over the ground: points
-/// along x and z, in metres, at `speed` metres per second. Returns its motion, and how it followed.
-///
-/// ```
-/// use mocap::glam::{Vec2, Vec3};
-/// use mocap::matching::{Controller, Database, Moves, follow, index};
-/// use mocap::retargeting::{Retargeting, RetargetingOptions};
-///
-/// # fn main() -> mocap::Result<()> {
-/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let database = Database::new(index(&walk, "walk.bvh", false));
-/// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
-/// mocap::Conversion::new().apply(&mut hero)?;
-/// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
-/// let mut moves = Moves::new(&hero)?;
-/// moves.add(&database.clips()[0], &clips[0].animation)?;
-/// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
-/// let (animation, followed) = follow(&mut figure, &hero, &[Vec2::ZERO, Vec2::new(0.0, 3.0)], 1.2)?;
-/// assert_eq!(animation.frame_count(), followed.frames);
-/// # Ok(())
-/// # }
-/// ```
-///
-/// # Errors
-/// [`Code::InvalidValue`] for a path without length, and for numbers that are not finite or are too large.
-pub fn follow(
-    controller: &mut Controller,
-    character: &Scene,
-    path: &[Vec2],
-    speed: f32,
-) -> Result<(Animation, Followed)> {
-    let path = line(path, speed)?;
-    let speed = f64::from(speed);
-    let mut record = Record::new(controller, character);
-    let mut followed = Followed {
-        length: path.length(),
-        ..Followed::default()
-    };
-    let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
-    let frames = (seconds * FEATURE_RATE) as usize;
-    let (mut along, mut sum, jumps) = (0.0, 0.0, controller.jumps());
-    for _ in 0..frames {
-        record.add(controller.pose());
-        let position = controller.position().xz().as_dvec2();
-        along = nearest(&path, position, along, speed * LOOKED_AT);
-        let distance = path.at(along).distance(position);
-        sum += distance;
-        followed.largest_distance = followed.largest_distance.max(distance);
-        followed.frames += 1;
-        if path.length() - along < ARRIVED {
-            followed.has_arrived = true;
-            break;
+impl Controller {
+    /// Lets the figure of `controller`, that of the skeleton of `character`, go along a path over the ground: points
+    /// along x and z, in metres, at `speed` metres per second. Returns its motion, and how it followed.
+    ///
+    /// ```
+    /// use mocap::glam::{Vec2, Vec3};
+    /// use mocap::matching::{Controller, Database, Moves, IndexedClip};
+    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    ///
+    /// # fn main() -> mocap::Result<()> {
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
+    /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// mocap::Conversion::new().apply(&mut hero)?;
+    /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+    /// let mut moves = Moves::new(&hero)?;
+    /// moves.add(&database.clips()[0], &clips[0].animation)?;
+    /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
+    /// let (animation, followed) = figure.follow(&hero, &[Vec2::ZERO, Vec2::new(0.0, 3.0)], 1.2)?;
+    /// assert_eq!(animation.frame_count(), followed.frames);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for a path without length, and for numbers that are not finite or are too large.
+    pub fn follow(&mut self, character: &Scene, path: &[Vec2], speed: f32) -> Result<(Animation, Followed)> {
+        let path = line(path, speed)?;
+        let speed = f64::from(speed);
+        let mut record = Record::new(self, character);
+        let mut followed = Followed {
+            length: path.length(),
+            ..Followed::default()
+        };
+        let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
+        let frames = (seconds * FEATURE_RATE) as usize;
+        let (mut along, mut sum, jumps) = (0.0, 0.0, self.jumps());
+        for _ in 0..frames {
+            record.add(self.pose());
+            let position = self.position().xz().as_dvec2();
+            along = nearest(&path, position, along, speed * LOOKED_AT);
+            let distance = path.at(along).distance(position);
+            sum += distance;
+            followed.largest_distance = followed.largest_distance.max(distance);
+            followed.frames += 1;
+            if path.length() - along < ARRIVED {
+                followed.has_arrived = true;
+                break;
+            }
+            let ahead = AHEAD.map(|frames| along + speed * frames as f64 / FEATURE_RATE);
+            let positions = ahead.map(|along| on_ground(path.at(along)));
+            let directions = ahead.map(|along| on_ground(path.direction(along)));
+            self.update(&Trajectory::new(positions, directions));
         }
-        let ahead = AHEAD.map(|frames| along + speed * frames as f64 / FEATURE_RATE);
-        let positions = ahead.map(|along| on_ground(path.at(along)));
-        let directions = ahead.map(|along| on_ground(path.direction(along)));
-        controller.update(&Trajectory::new(positions, directions));
+        followed.mean_distance = sum / followed.frames.max(1) as f64;
+        followed.jumps = self.jumps() - jumps;
+        Ok((record.animation(character), followed))
     }
-    followed.mean_distance = sum / followed.frames.max(1) as f64;
-    followed.jumps = controller.jumps() - jumps;
-    Ok((record.animation(character), followed))
 }
 
 /// A point over the ground, in the world.

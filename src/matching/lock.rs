@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::ik::{Goal, two_bone};
+use crate::ik::Goal;
 use crate::math::inertia::fade;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
@@ -60,7 +60,7 @@ impl FootLock {
             let ankle = pose.position(limb[2]);
             let rotation = Trs::from_matrix(pose.node_to_world[limb[2].index()]).rotation;
             let goal = Goal::at(ankle + self.moved).with_rotation(rotation);
-            two_bone(pose, limb, &goal, None);
+            pose.bend_limb(limb, &goal, None);
         }
     }
 

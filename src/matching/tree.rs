@@ -32,9 +32,10 @@ type Row = [f32; FEATURES];
 /// The frames of a database, to find the one nearest to a query.
 ///
 /// ```
-/// use mocap::matching::{Database, FeatureTree, index};
+/// use mocap::matching::{Database, FeatureTree, IndexedClip};
 ///
-/// let database = Database::new(index(&mocap::import("fixtures/real/cmu_12_01_walk.bvh")?, "walk.bvh", false));
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let database = Database::new(IndexedClip::of(&scene, "walk.bvh", false));
 /// let tree = FeatureTree::new(&database);
 /// let query = tree.normalized(&database.clips()[0].features()[100]);
 /// assert_eq!(tree.nearest(&query, f32::INFINITY, 0..0), Some((100, 0.0)));

@@ -8,7 +8,7 @@ impl Scene {
     ///
     /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
     /// each, mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold
-    /// both. [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all have one
+    /// both. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if they all have one
     /// position.
     ///
     /// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle

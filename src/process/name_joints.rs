@@ -16,7 +16,7 @@ const MOST_LISTED: usize = 8;
 
 /// Which joints got another name, and which kept theirs.
 ///
-/// [`name_joints`] has an example.
+/// [`Scene::name_joints`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Naming {
@@ -34,10 +34,10 @@ impl Scene {
     /// Nothing moves. Sides are those of the body, where the file has left and right the other way round.
     ///
     /// ```
-    /// use mocap::figure::{BoneNames, humanoid};
+    /// use mocap::figure::BoneNames;
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
-    /// let bones = humanoid(&scene);
+    /// let bones = Humanoid::of(&scene);
     /// let naming = scene.name_joints(&bones, &BoneNames::Unreal.names())?;
     /// assert_eq!(scene.nodes[0].name, "pelvis");
     /// assert!(naming.others.contains(&"LHipJoint".to_owned()));

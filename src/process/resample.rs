@@ -14,7 +14,7 @@ impl Scene {
     /// Gives every animation `frames_per_second` frames per second.
     ///
     /// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
-    /// frame, is lost. A [cut](figure::cuts) is not interpolated: no value is taken from inside it, and the frames on
+    /// frame, is lost. A [cut](Scene::cuts) is not interpolated: no value is taken from inside it, and the frames on
     /// both sides become keys at their own, uneven ticks.
     ///
     /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333,
@@ -27,7 +27,7 @@ impl Scene {
         limits::frame_rate(Code::InvalidValue, frames_per_second)?;
         check_size(self, frames_per_second, limits)?;
         for index in 0..self.animations.len() {
-            let cuts = figure::cuts(self, index);
+            let cuts = self.cuts(index);
             resample_animation(&mut self.animations[index], frames_per_second, &cuts);
         }
         self.metadata.steps.push(AppliedStep::Resample { frames_per_second });

@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
         let scene = crate::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
-        let all = links(&scene, &figure::humanoid(&scene)).len();
+        let all = links(&scene, &Humanoid::of(&scene)).len();
         // A still joint above the hips.
         let mut moved = scene.clone();
         moved.nodes.insert(
@@ -307,8 +307,8 @@ mod tests {
         for channel in &mut moved.animations[0].channels {
             channel.node = channel.node.map(|node| NodeId::new(node.index() + 1));
         }
-        assert_eq!(links(&moved, &figure::humanoid(&moved)).len(), all);
-        let humanoid = figure::humanoid(&moved);
+        assert_eq!(links(&moved, &Humanoid::of(&moved)).len(), all);
+        let humanoid = Humanoid::of(&moved);
         assert!(!shown(&moved, &humanoid, &links(&moved, &humanoid))[0]);
         let clip = Clip {
             name: "",
@@ -321,7 +321,7 @@ mod tests {
         still.node = Some(NodeId(0));
         still.position_keys = crate::scene::Keys::constant(Vec3::ZERO);
         moved.animations[0].channels.insert(0, still);
-        assert_eq!(links(&moved, &figure::humanoid(&moved)).len(), all + 1);
+        assert_eq!(links(&moved, &Humanoid::of(&moved)).len(), all + 1);
     }
 
     #[test]

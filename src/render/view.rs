@@ -42,10 +42,10 @@ pub struct PageClip<'a> {
     pub clip: Clip<'a>,
     /// Its figure; without one it is that of [`Figure::new`].
     pub figure: Option<&'a Figure>,
-    /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb). Without one the
-    /// button says how to make it.
+    /// The `.glb` file of the download button; see [`GltfOptions::write_glb`](crate::gltf::GltfOptions::write_glb).
+    /// Without one the button says how to make it.
     pub glb: Option<&'a [u8]>,
-    /// When its feet are at rest; see [`contacts`](crate::edit::contacts()).
+    /// When its feet are at rest; see [`ContactOptions::detect`](crate::edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
     /// How far its limbs point from those of the motion that it was made from; see
     /// [`Retargeter::limb_angles`](crate::retarget::Retargeter::limb_angles).
@@ -134,7 +134,7 @@ struct PageData {
 /// use mocap::render::{Clip, Page, PageClip};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
+/// let glb = Default::default().write_glb(&scene)?;
 /// let clip = PageClip::new(Clip { name: "Test", scene: &scene }).glb(&glb[..]);
 /// let page = Page::new(&[clip]);
 /// assert!(page.html.starts_with("<!doctype html>"));

@@ -164,8 +164,8 @@ fn guessed(body: &Body) -> Vec<Unmapped> {
     body.guessed().into_iter().map(guess).collect()
 }
 
-/// What the feet do in the frames in which [`contacts`](crate::edit::contacts()) finds those of the source at rest. Of
-/// the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
+/// What the feet do in the frames in which [`ContactOptions::detect`](crate::edit::ContactOptions::detect) finds those
+/// of the source at rest. Of the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
 fn feet(
     source: &Moving<'_>,
     target: &Moving<'_>,

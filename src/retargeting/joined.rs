@@ -3,7 +3,7 @@
 use super::{Retargeting, RetargetingOptions};
 use crate::edit::{EditReport, EditStep, Fitted};
 use crate::error::{Diagnostic, Error, Result};
-use crate::figure::{self, Humanoid, HumanoidMap};
+use crate::figure::{Humanoid, HumanoidMap};
 use crate::pose::have_the_same_joints;
 use crate::scene::Scene;
 
@@ -38,7 +38,7 @@ impl EditStep {
         if steps.is_empty() {
             return Self::check_others(others).map(|()| Vec::new());
         }
-        let found = humanoid.cloned().unwrap_or_else(|| figure::humanoid(scene));
+        let found = humanoid.cloned().unwrap_or_else(|| Humanoid::of(scene));
         Ok(Self::apply_found(scene, steps, others, humanoid.cloned(), found)?.0)
     }
 

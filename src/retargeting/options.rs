@@ -65,8 +65,8 @@ impl RetargetingOptions {
         self
     }
 
-    /// Joints of the sources for bones, where the guess of [`humanoid`](crate::figure::humanoid()) is wrong; `None` for
-    /// a bone that they do not have. Default: empty.
+    /// Joints of the sources for bones, where the guess of [`Humanoid::of`](crate::figure::Humanoid::of) is wrong;
+    /// `None` for a bone that they do not have. Default: empty.
     pub fn source_bones(mut self, bones: HumanoidMap) -> Self {
         self.source_bones = bones;
         self

@@ -18,7 +18,7 @@ use super::twin::Twin;
 use super::window::{Bound, Windows};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::robot_bones::RobotMap;
-use crate::figure::{Figure, Humanoid, humanoid};
+use crate::figure::{Figure, Humanoid};
 use crate::options::setters;
 use crate::pose::{Binding, Pose};
 use crate::retarget::{Retargeter, Scale};
@@ -48,7 +48,7 @@ use crate::scene::{Animation, Scene, Side};
 pub struct RobotOptions {
     /// How large the steps of the robot are. Default: in the proportion of the legs.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
+    /// Which joints of the source are which bones. Default: [`Humanoid::of`](crate::figure::Humanoid::of) finds them.
     pub source: Option<Humanoid>,
     /// Links that are other bones than those that are found.
     pub map: RobotMap,
@@ -124,7 +124,7 @@ impl RobotRetargeter {
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let bones = robot.bones(Some(&options.map))?;
         let twin = Twin::new(robot, &bones)?;
-        let bones = options.source.clone().unwrap_or_else(|| humanoid(source));
+        let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
         let figure = Figure::with_bones(source, bones.clone());
         let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let kinematics = Kinematics::new(robot);

@@ -8,7 +8,8 @@ use crate::scene::HumanoidBone as Bone;
 
 /// The joints of a skeleton that is made from points.
 ///
-/// The [module](crate::solve) says what is made of it; [`solve`](crate::solve::solve()) has an example.
+/// The [module](crate::solve) says what is made of it; [`JointSet::solve`](crate::solve::JointSet::solve) has an
+/// example.
 ///
 /// ```
 /// use mocap::solve::JointSet;

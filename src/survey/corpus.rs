@@ -38,11 +38,11 @@ impl From<ClipRow> for Examined {
 /// All clips of a corpus.
 ///
 /// ```
-/// use mocap::survey::{Corpus, Thresholds, examine};
+/// use mocap::survey::{Corpus, Thresholds};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let mut clips = examine(&scene, "a.bvh", &Thresholds::default());
-/// clips.extend(examine(&scene, "b.bvh", &Thresholds::default()));
+/// let mut clips = Thresholds::default().examine(&scene, "a.bvh");
+/// clips.extend(Thresholds::default().examine(&scene, "b.bvh"));
 /// let corpus = Corpus::new(clips, &Thresholds::default());
 /// let csv = corpus.to_csv();
 /// assert!(csv.starts_with("file,clip,error,verdict,") && csv.lines().count() == 3);

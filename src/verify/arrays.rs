@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::arrays::{Rotation, RotationSpace, Space};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::{self, Figure};
+use crate::figure::Figure;
 use crate::format::gltf::Provenance;
 use crate::scene::{NodeKind, Scene};
 
@@ -89,7 +89,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     };
     let roots = roots(&ours);
     let cuts = match clip.filter(|_| timeline.is_resampled) {
-        Some(clip) => figure::cuts(source, clip),
+        Some(clip) => source.cuts(clip),
         None => Vec::new(),
     };
     let mut errors = Errors::default();

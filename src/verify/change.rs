@@ -7,7 +7,7 @@ use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 use crate::edit::{EditStep, StepInput};
 use crate::error::Result;
-use crate::figure;
+use crate::figure::Humanoid;
 use crate::limits::Limits;
 use crate::process;
 use crate::retargeting::second_motion;
@@ -78,7 +78,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                 };
                 let known = match bones.is_empty() {
                     true => None,
-                    false => Some(figure::humanoid(scene).with_map(scene, bones.clone())?),
+                    false => Some(Humanoid::of(scene).with_map(scene, bones.clone())?),
                 };
                 // One of another skeleton was retargeted.
                 if let Some(second) = &other

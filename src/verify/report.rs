@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// How far a written file is from its source.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Verification {
@@ -54,7 +54,7 @@ impl Verification {
 
 /// One clip of a file.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct VerifiedClip {
@@ -69,7 +69,7 @@ pub struct VerifiedClip {
 /// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
 /// up to the last frame of the file.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Resampling {
@@ -85,7 +85,7 @@ pub struct Resampling {
 
 /// Where and when the largest distance is.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Worst {
@@ -101,7 +101,7 @@ pub struct Worst {
 
 /// Something that is wrong beside distances.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Finding {
@@ -126,7 +126,7 @@ impl fmt::Display for Finding {
 
 /// The kinds of [`Finding`]s.
 ///
-/// [`verify()`](crate::verify::verify()) has an example.
+/// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

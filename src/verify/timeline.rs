@@ -76,7 +76,7 @@ impl Timeline {
                     let (Some(before), Some(clip)) = (&mut before, clip) else {
                         continue;
                     };
-                    for cut in figure::cuts(before, clip) {
+                    for cut in before.cuts(clip) {
                         let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
                         cuts.push((edge(cut), edge(cut + 1)));
                         edges.extend([edge(cut), edge(cut + 1)]);

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::arrays::{ArrayOptions, BodyArrays, BodyLayout, Rotation, RotationSpace, arrays};
+use mocap::arrays::{ArrayOptions, Arrays, BodyArrays, BodyLayout, Rotation, RotationSpace};
 use mocap::glam::Vec3;
 use mocap::scene::{HumanoidBone, NodeId, Topic, UpAxis};
 use mocap::{Code, Importer, Pose, Scene};
@@ -174,12 +174,12 @@ fn joints_are_where_numpy_poses_them() {
 #[test]
 fn one_motion_is_equal_in_every_file() {
     let options = ArrayOptions::new().rotation_space(RotationSpace::World);
-    let first = arrays(&import("smplx_protocol_4.pkl"), &options).unwrap();
+    let first = Arrays::of(&import("smplx_protocol_4.pkl"), &options).unwrap();
     let joint =
         |motion: &mocap::arrays::Arrays, name: &str| motion.joints().iter().position(|joint| joint.name == name);
     for (file, rate) in [("gvhmr.pt", 30.0), ("motion_x_322.npy", 30.0), ("phuma_69.npy", 30.0)] {
         let scene = import(file);
-        let other = arrays(&scene, &options).unwrap();
+        let other = Arrays::of(&scene, &options).unwrap();
         assert_eq!((other.frames, other.frame_rate()), (2, rate), "{file}");
         let assumed = |topic| scene.metadata.assumptions.iter().any(|said| said.topic == topic);
         assert!(assumed(Topic::Body) && assumed(Topic::FrameRate), "{file}");
@@ -226,12 +226,12 @@ fn own_arrays_come_back() {
         let scene = mocap::import(format!("fixtures/{name}")).unwrap();
         for rotation in [Rotation::Quaternion, Rotation::SixD, Rotation::Matrix, Rotation::Euler] {
             for space in [RotationSpace::Local, RotationSpace::World] {
-                let first = arrays(&scene, &ArrayOptions::new().rotation(rotation).rotation_space(space)).unwrap();
+                let first = Arrays::of(&scene, &ArrayOptions::new().rotation(rotation).rotation_space(space)).unwrap();
                 let back = Importer::new().read(&first.to_npz(), "own.npz").unwrap();
                 let plain = ArrayOptions::new()
                     .rotation(Rotation::Matrix)
                     .rotation_space(RotationSpace::World);
-                let (first, again) = (arrays(&scene, &plain).unwrap(), arrays(&back, &plain).unwrap());
+                let (first, again) = (Arrays::of(&scene, &plain).unwrap(), Arrays::of(&back, &plain).unwrap());
                 assert_eq!(first.joints(), again.joints(), "{name}");
                 assert_eq!(
                     (first.frames, first.frame_rate()),
@@ -261,7 +261,7 @@ fn own_arrays_come_back() {
 fn layouts_that_are_written_come_back() {
     let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
-    let truth = mocap::retarget::vrm_humanoid(&scene, None).unwrap();
+    let truth = scene.vrm_humanoid(None).unwrap();
     let body = BodyArrays::new(&scene).unwrap();
     for layout in [BodyLayout::Amass, BodyLayout::Smplx, BodyLayout::Kimodo] {
         let back = Importer::new().read(&body.write(layout).unwrap(), "a.npz").unwrap();

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::kinematics::{Capture, Column, Root, distance, multiply, turn};
-use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space, arrays};
+use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};
 use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
@@ -31,7 +31,7 @@ fn import(name: &str) -> Scene {
 }
 
 fn motion(name: &str, options: &ArrayOptions) -> Arrays {
-    arrays(&import(name), options).unwrap()
+    Arrays::of(&import(name), options).unwrap()
 }
 
 /// The three values of `row`.
@@ -251,7 +251,7 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
         .first(Moment::Seconds(0.2))
         .last(Moment::Frame(5))
         .velocities(true);
-    let motion = arrays(&scene, &options).unwrap();
+    let motion = Arrays::of(&scene, &options).unwrap();
     // Ten frames a second, the fourth is frame 2 + 4 / 2.
     assert_eq!((motion.frames, motion.frame_rate()), (7, 20.0));
     // The shoulder is at (0.1 (n + 1), 0.02 n, 0): what was y is z now, and a metre 100 units.
@@ -280,7 +280,7 @@ fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
             .frames_per_second(frames_per_second)
             .first(Moment::Frame(1))
             .last(Moment::Frame(521));
-        arrays(&scene, &options).unwrap()
+        Arrays::of(&scene, &options).unwrap()
     };
     let (all, quarter) = (at(None), at(Some(30.0)));
     assert_eq!((all.frames, quarter.frames, quarter.frame_rate()), (521, 131, 30.0));
@@ -307,7 +307,7 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
             .metres_per_unit(1.0)
             .up(UpAxis::Y)
     };
-    let contacts = |height| arrays(&scene, &options(height)).unwrap().contacts.unwrap();
+    let contacts = |height| Arrays::of(&scene, &options(height)).unwrap().contacts.unwrap();
     // Frame 4 is low, but its central difference is 5 m/s already.
     assert_eq!(
         contacts(0.05),
@@ -371,11 +371,11 @@ fn options_without_a_meaning_are_refused() {
         ArrayOptions::new().contacts(Contacts::default()),
     ];
     for options in wrong {
-        let error = arrays(&scene, &options).unwrap_err();
+        let error = Arrays::of(&scene, &options).unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{error}");
     }
     let options = ArrayOptions::new().frames_per_second(1e6);
-    assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
+    assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
 
 /// Blocks of frames against one frame after the other, for what the independent kinematics does not read: formats with
@@ -404,7 +404,7 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
             let options = ArrayOptions::new()
                 .frames_per_second(frames_per_second)
                 .rotation_space(RotationSpace::World);
-            let motion = arrays(scene, &options).unwrap();
+            let motion = Arrays::of(scene, &options).unwrap();
             let joints: Vec<usize> = (0..scene.nodes.len())
                 .filter(|&node| scene.nodes[node].kind != NodeKind::Group)
                 .collect();
@@ -412,7 +412,7 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
             let animation = &scene.animations[0];
             let binding = Binding::new(scene, animation);
             let mut pose = Pose::rest(scene);
-            let cuts = mocap::figure::cuts(scene, 0);
+            let cuts = scene.cuts(0);
             for frame in 0..motion.frames {
                 let tick = frame as f64 * animation.ticks_per_second / motion.frame_rate();
                 if cuts.contains(&(tick as usize)) {

@@ -8,8 +8,8 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use mocap::Pose;
-use mocap::bvh::{self, BvhOptions};
-use mocap::figure::{HumanoidBone, humanoid};
+use mocap::bvh::BvhOptions;
+use mocap::figure::{Humanoid, HumanoidBone};
 use mocap::glam::{Quat, Vec3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -336,7 +336,8 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     for (name, scene) in [("1 lying.bvh", &lying), ("2 standing.bvh", &standing)] {
         corpus.add(
             name,
-            &bvh::write(scene, &BvhOptions::default())
+            &BvhOptions::default()
+                .write(scene)
                 .map(|text| String::from_utf8(text).unwrap())
                 .unwrap(),
         );
@@ -403,7 +404,7 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
 /// From the left foot to the head in the first frame of a file.
 fn foot_to_head(path: &Path) -> Vec3 {
     let scene = mocap::import(path).unwrap();
-    let bones = humanoid(&scene);
+    let bones = Humanoid::of(&scene);
     let clip = scene.animations.len() - 1;
     let pose = Pose::at_tick(&scene, clip, 0.0).unwrap();
     let at = |bone| pose.position(bones.joint(bone).unwrap());

@@ -7,7 +7,7 @@ use std::fs;
 use crate::cut;
 use crate::kinematics::{Capture, Root, distance};
 use crate::sample::Sample;
-use mocap::bvh::{BvhOptions, Channels, write};
+use mocap::bvh::{BvhOptions, Channels};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 use mocap::{Binding, Code, Importer, Pose, SkeletonMesh, Trs};
@@ -24,7 +24,7 @@ fn import(path: &str) -> Scene {
 }
 
 fn written(scene: &Scene, options: &BvhOptions) -> String {
-    String::from_utf8(write(scene, options).unwrap()).unwrap()
+    String::from_utf8(options.write(scene).unwrap()).unwrap()
 }
 
 /// The longest motion that goes from file to file in whole.
@@ -58,7 +58,7 @@ fn real_files() -> Vec<(String, Scene)> {
 #[test]
 fn real_files_read_back_to_identical_keys() {
     for (path, scene) in real_files() {
-        let again = read(&write(&scene, &BvhOptions::default()).unwrap());
+        let again = read(&BvhOptions::default().write(&scene).unwrap());
         assert_eq!(again.warnings, [], "{path}");
         assert_eq!(again.nodes.len(), scene.nodes.len(), "{path}");
         for (node, again) in scene.nodes.iter().zip(&again.nodes) {
@@ -112,7 +112,7 @@ fn an_independent_reader_sees_the_same_motion() {
             BvhOptions::new().channels(Channels::Six),
             BvhOptions::new().order(Some(RotationOrder::Yzx)),
         ] {
-            let again = Capture::parse(&write(&read(text.as_bytes()), &options).unwrap());
+            let again = Capture::parse(&options.write(&read(text.as_bytes())).unwrap());
             assert_eq!(
                 (again.rows.len(), again.frame_time),
                 (original.rows.len(), original.frame_time)
@@ -173,7 +173,7 @@ fn every_order_turns_alike_and_without_jumps() {
     let scene = import("fixtures/real/cmu_short.bvh");
     for order in RotationOrder::ALL {
         let options = BvhOptions::new().order(Some(order));
-        let again = read(&write(&scene, &options).unwrap());
+        let again = read(&options.write(&scene).unwrap());
         for (channel, again) in scene.animations[0].channels.iter().zip(&again.animations[0].channels) {
             for (key, again) in channel.rotation_keys.values.iter().zip(&again.rotation_keys.values) {
                 // The chord of two unit quaternions is half the angle between the rotations.
@@ -189,13 +189,13 @@ fn every_order_turns_alike_and_without_jumps() {
     }
     // Three turns about z, then back through the lock of the order.
     let angles = (0..=1080).map(|step| Quat::from_rotation_z(f64::from(step).to_radians() as f32));
-    let capture = Capture::parse(&write(&spinner(angles.collect()), &BvhOptions::default()).unwrap());
+    let capture = Capture::parse(&BvhOptions::default().write(&spinner(angles.collect())).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
         assert!((row[3] - step as f64).abs() < 1e-4, "{row:?} at {step}");
     }
     // Half a turn over the pole of Z X Y: its middle angle passes 90 degrees, where the outer two are one.
     let angles = (0..=180).map(|step| Quat::from_rotation_x(f64::from(step).to_radians() as f32));
-    let capture = Capture::parse(&write(&spinner(angles.collect()), &BvhOptions::default()).unwrap());
+    let capture = Capture::parse(&BvhOptions::default().write(&spinner(angles.collect())).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
         assert!(
             (row[4] - step as f64).abs() < 1e-3 && row[3].abs() + row[5].abs() < 1e-3,
@@ -257,7 +257,7 @@ fn rest_rotations_and_constant_scales_change_no_place() {
         nodes,
         ..Scene::default()
     };
-    let again = read(&write(&scene, &BvhOptions::default()).unwrap());
+    let again = read(&BvhOptions::default().write(&scene).unwrap());
     let names: Vec<&str> = again.nodes.iter().map(|node| node.name.as_str()).collect();
     assert_eq!(names, ["hip _left_", "knee"]);
     // One frame, the rest pose: half of the link, turned from x to y.
@@ -269,7 +269,7 @@ fn rest_rotations_and_constant_scales_change_no_place() {
 fn acclaim_motions_become_bvh() {
     let scene = import("fixtures/real/cmu_02_01.amc");
     let animation = &scene.animations[0];
-    let capture = Capture::parse(&write(&scene, &BvhOptions::default()).unwrap());
+    let capture = Capture::parse(&BvhOptions::default().write(&scene).unwrap());
     let binding = Binding::new(&scene, animation);
     let mut pose = Pose::rest(&scene);
     let tolerance = 1e-5 * capture.height(Root::Replace);
@@ -296,7 +296,7 @@ fn several_roots_are_several_again() {
     };
     assert_eq!(without_lines(&again), without_lines(&scene));
     // Over glTF too, and the points of a C3D file stay one figure, for most programs read no second ROOT.
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+    let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let between = Importer::new()
         .skeleton_mesh(SkeletonMesh::None)
         .read(&glb, "a.glb")
@@ -308,7 +308,7 @@ fn several_roots_are_several_again() {
 
 #[test]
 fn what_bvh_cannot_hold_is_refused() {
-    let refused = |scene: &Scene| write(scene, &BvhOptions::default()).unwrap_err();
+    let refused = |scene: &Scene| BvhOptions::default().write(scene).unwrap_err();
     assert_eq!(refused(&Scene::default()).code(), Code::Unrepresentable);
     let error = refused(&spinner(vec![Quat::IDENTITY, Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)]));
     assert_eq!(
@@ -320,12 +320,12 @@ fn what_bvh_cannot_hold_is_refused() {
 #[test]
 fn the_way_over_gltf_and_back_keeps_the_motion() {
     for (path, scene) in real_files() {
-        let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+        let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
         let between = Importer::new()
             .skeleton_mesh(SkeletonMesh::None)
             .read(&glb, "between.glb")
             .unwrap();
-        let again = read(&write(&between, &BvhOptions::default()).unwrap());
+        let again = read(&BvhOptions::default().write(&between).unwrap());
         let (Some(animation), Some(animation_again)) = (scene.animations.first(), again.animations.first()) else {
             // A pose has one frame in BVH.
             assert!(scene.animations.is_empty(), "{path}");

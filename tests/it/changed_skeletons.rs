@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use mocap::Scene;
-use mocap::figure::{Confidence, HumanoidBone, humanoid};
+use mocap::figure::{Confidence, Humanoid, HumanoidBone};
 use mocap::glam::{Mat4, Vec3};
 use mocap::scene::{Node, NodeId, NodeKind};
 use serde_json::Value;
@@ -45,7 +45,7 @@ fn with_joints(scene: &Scene, insert: impl Fn(&Scene, usize) -> Option<Inserted>
 
 /// Bones that are right of all, and wrong ones that are said to be sure.
 fn compare(truth: &Value, scene: &Scene, renamed: &BTreeMap<String, String>) -> (usize, usize, Vec<String>) {
-    let found = humanoid(scene);
+    let found = Humanoid::of(scene);
     let (mut right, mut all, mut sure) = (0, 0, Vec::new());
     for bone in HumanoidBone::ALL {
         let mapped = truth["map"].get(bone.as_str());

@@ -6,7 +6,7 @@ use std::fs;
 
 use mocap::compress::ErrorBound;
 use mocap::glam::{DQuat, DVec3, Vec3};
-use mocap::gltf::{Character, Compression, GltfOptions, GltfReport, Provenance, write_glb};
+use mocap::gltf::{Character, Compression, GltfOptions, GltfReport, Provenance};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Keys};
 use mocap::{Code, Conversion, Importer};
@@ -37,7 +37,7 @@ fn characters() -> Vec<(Vec<u8>, &'static str)> {
     Conversion::new().apply(&mut other).unwrap();
     vec![
         (text, "a.gltf"),
-        (write_glb(&other, &GltfOptions::default()).unwrap(), "b.glb"),
+        (GltfOptions::default().write_glb(&other).unwrap(), "b.glb"),
     ]
 }
 

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 use crate::sample::{Sample, is_all};
 use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
-use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
+use mocap::gltf::{Achieved, Compression, Document, GltfOptions};
 
 use mocap::scene::{Keys, Node, NodeId, Scene};
-use mocap::verify::verify;
+use mocap::verify::Verification;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
 /// The kinds of compression that this build can write.
@@ -99,7 +99,7 @@ fn the_bound_holds_on_every_real_file() {
                     continue;
                 }
             };
-            let verified = verify(source, &document.to_glb().unwrap()).unwrap();
+            let verified = Verification::of(source, &document.to_glb().unwrap()).unwrap();
             assert!(verified.max_error <= bound, "{what}: {verified:?}");
             assert!(
                 verified.missing.is_empty() && verified.missing_end_sites.is_empty(),
@@ -176,12 +176,12 @@ fn a_shell_distance_is_a_length() {
     for shell_distance in [-0.01, f64::NAN, f64::INFINITY, 1e300] {
         let mut options = options(Compression::Int16, 0.001);
         options.error_bound = Some(ErrorBound::new(0.001).shell_distance(shell_distance));
-        assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::InvalidValue);
+        assert_eq!(options.write_glb(&scene).unwrap_err().code(), Code::InvalidValue);
     }
     // A length at which no rotation keeps the bound.
     let mut options = options(Compression::Int16, 0.001);
     options.error_bound = Some(ErrorBound::new(0.001).shell_distance(1e30));
-    assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::ErrorBound);
+    assert_eq!(options.write_glb(&scene).unwrap_err().code(), Code::ErrorBound);
 }
 
 #[test]
@@ -194,10 +194,10 @@ fn sizes_are_what_they_are_meant_to_be() {
             (Compression::Meshopt, 5.0, 80_000),
         ]);
     }
-    let plain = write_glb(&scene, &GltfOptions::default()).unwrap().len();
+    let plain = GltfOptions::default().write_glb(&scene).unwrap().len();
     assert!(plain > 1_200_000);
     for (compression, millimetres, limit) in limits {
-        let glb = write_glb(&scene, &options(compression, millimetres / 1000.0)).unwrap();
+        let glb = options(compression, millimetres / 1000.0).write_glb(&scene).unwrap();
         assert!(glb.len() <= limit, "{compression:?}, {millimetres} mm: {}", glb.len());
     }
 }
@@ -236,8 +236,8 @@ fn a_node_by_itself_stays_where_it_is() {
     });
     let scene = in_metres(&source);
     for compression in compressions() {
-        let glb = write_glb(&scene, &options(compression, 0.005)).unwrap();
-        let verified = verify(&source, &glb).unwrap();
+        let glb = options(compression, 0.005).write_glb(&scene).unwrap();
+        let verified = Verification::of(&source, &glb).unwrap();
         assert!(verified.max_error <= 0.005, "{compression:?}: {verified:?}");
     }
 }
@@ -247,7 +247,7 @@ fn what_cannot_be_kept_is_an_error() {
     let mut scene = in_metres(&import("cmu_short.bvh"));
     scene.trim(0.0, 9.0);
     for compression in compressions() {
-        let error = write_glb(&scene, &options(compression, 1e-8)).unwrap_err();
+        let error = options(compression, 1e-8).write_glb(&scene).unwrap_err();
         assert_eq!(error.code(), Code::ErrorBound, "{compression:?}: {error}");
         assert!(error.joint().is_some());
         assert_eq!(error.diagnostic().expected.as_deref(), Some("0.000010 mm"), "{error}");
@@ -260,7 +260,7 @@ fn a_cut_stays_between_its_two_frames() {
     let source = import("cmu_short.bvh");
     let scene = in_metres(&source);
     for compression in compressions() {
-        let glb = write_glb(&scene, &options(compression, 0.02)).unwrap();
+        let glb = options(compression, 0.02).write_glb(&scene).unwrap();
         let read = Importer::new().read(&glb, "cut.glb").unwrap();
         let arm = |channel: &&mocap::scene::Channel| channel.node_name == "LeftArm";
         let keys = &read.animations[0].channels.iter().find(arm).unwrap().rotation_keys;
@@ -297,7 +297,7 @@ fn the_report_says_how_far_and_where() {
         keys,
         ..
     } = document.report().achieved.clone().unwrap();
-    let verified = verify(&source, &document.to_glb().unwrap()).unwrap();
+    let verified = Verification::of(&source, &document.to_glb().unwrap()).unwrap();
     // `verify` makes quaternions unit length. What is reported is the largest error of readers that do and that do not.
     let is_nearly = |reported: f64, verified: f64| reported >= verified - 1e-7 && reported < verified * 1.02;
     assert!(is_nearly(max_error, verified.max_error), "{verified:?}, {max_error}");
@@ -349,7 +349,7 @@ fn a_small_file_leaves_out_what_a_reader_knows() {
         (&bare, Compression::Int16, false),
         (&with_mesh, Compression::Int16, true),
     ] {
-        let json = json(&write_glb(scene, &options(compression, 0.001)).unwrap());
+        let json = json(&options(compression, 0.001).write_glb(scene).unwrap());
         let animation = &json["animations"][0];
         let samplers = animation["samplers"].as_array().unwrap();
         assert!(samplers.iter().all(|sampler| sampler.as_object().unwrap().len() == 2));
@@ -385,7 +385,7 @@ fn a_scale_that_is_one_but_for_rounding_is_no_track() {
     let frames = scene.animations[0].duration as usize + 1;
     let noise = |frame: usize| Vec3::new(1.0 + 1e-7 * (frame % 3) as f32, 1.0, 1.0 - 2e-7 * (frame % 2) as f32);
     let paths = |scene: &Scene| -> BTreeSet<String> {
-        let json = json(&write_glb(scene, &options(Compression::Int16, 0.001)).unwrap());
+        let json = json(&options(Compression::Int16, 0.001).write_glb(scene).unwrap());
         let channels = json["animations"][0]["channels"].as_array().unwrap();
         channels
             .iter()
@@ -404,7 +404,7 @@ fn constant_rotations_of_a_small_file_have_few_decimals() {
     // Nodes take them up where a skin keeps the rest pose.
     let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Skinned);
     let scene = in_metres(&importer.import("fixtures/real/rokoko_dance.bvh").unwrap());
-    let json = json(&write_glb(&scene, &options(Compression::Int16, 0.001)).unwrap());
+    let json = json(&options(Compression::Int16, 0.001).write_glb(&scene).unwrap());
     let mut rotations = 0;
     for rotation in json["nodes"]
         .as_array()
@@ -491,9 +491,10 @@ fn the_bound_holds_on_generated_motions() {
         for compression in compressions() {
             for bound in [0.002, 0.02] {
                 let what = format!("round {round}, {compression:?}, {bound} m");
-                let glb =
-                    write_glb(&scene, &options(compression, bound)).unwrap_or_else(|error| panic!("{what}: {error}"));
-                let verified = verify(&scene, &glb).unwrap();
+                let glb = options(compression, bound)
+                    .write_glb(&scene)
+                    .unwrap_or_else(|error| panic!("{what}: {error}"));
+                let verified = Verification::of(&scene, &glb).unwrap();
                 assert!(verified.max_error <= bound, "{what}: {verified:?}");
             }
         }
@@ -521,7 +522,7 @@ fn clips_with_the_same_frames_share_their_times() {
         .filter(streams)
         .map(|kind| options(kind, 2e-4));
     for options in std::iter::once(GltfOptions::default()).chain(bounded) {
-        let (glb, compression) = (write_glb(&scene, &options).unwrap(), options.compression);
+        let (glb, compression) = (options.write_glb(&scene).unwrap(), options.compression);
         let json = json(&glb);
         let times = |animation: usize| -> BTreeSet<u64> {
             let samplers = json["animations"][animation]["samplers"].as_array().unwrap();
@@ -547,7 +548,7 @@ fn clips_with_the_same_frames_share_their_times() {
         assert_eq!((&whole.0, &whole.1), (&beginning.0, &beginning.1), "{compression:?}");
         let frames = first.duration.round() as u64 + 1;
         assert_eq!((whole.2, beginning.2), (frames.into(), 101.into()), "{compression:?}");
-        let verified = verify(&source, &glb).unwrap();
+        let verified = Verification::of(&source, &glb).unwrap();
         assert!(verified.max_error <= 2e-4, "{compression:?}: {verified:?}");
     }
 }
@@ -557,7 +558,7 @@ fn clips_with_the_same_frames_share_their_times() {
 fn a_clip_without_motion_needs_no_extension() {
     let scene = in_metres(&import("slimevr_headset_root.bvh"));
     for compression in compressions() {
-        let json = json(&write_glb(&scene, &options(compression, 0.001)).unwrap());
+        let json = json(&options(compression, 0.001).write_glb(&scene).unwrap());
         assert_eq!(json["animations"].as_array().unwrap().len(), 1, "{compression:?}");
         assert_eq!(json["extensionsRequired"], serde_json::Value::Null, "{compression:?}");
     }
@@ -577,7 +578,7 @@ fn a_build_without_meshopt_says_so() {
             "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]}"#;
     let read = Importer::new().read(text, "needs_meshopt.gltf");
     let scene = in_metres(&import("cmu_short.bvh"));
-    let written = write_glb(&scene, &options(Compression::Meshopt, 0.001));
+    let written = options(Compression::Meshopt, 0.001).write_glb(&scene);
     if cfg!(feature = "meshopt") {
         assert!(written.is_ok());
     } else {
@@ -625,7 +626,7 @@ mod streams {
     fn small(compression: Compression) -> (Value, Vec<u8>) {
         let mut scene = in_metres(&import("cmu_short.bvh"));
         scene.trim(0.0, 40.0);
-        parts(&write_glb(&scene, &options(compression, 0.001)).unwrap())
+        parts(&options(compression, 0.001).write_glb(&scene).unwrap())
     }
 
     #[test]

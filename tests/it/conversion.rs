@@ -1,12 +1,13 @@
 //! `Conversion`, and that everything that converts says the same: the library, the program, and the files they write.
 
-use mocap::arrays::{ArrayOptions, arrays};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
-use mocap::figure::{self, Figure, HumanoidBone, HumanoidMap, Survey, Unit};
+use mocap::figure::{Figure, Humanoid, HumanoidBone, HumanoidMap, Survey, Unit};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
-use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh, gltf};
+use mocap::verify::Verification;
+use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
 fn survey_of(scene: &Scene) -> Survey {
     Figure::new(scene).survey
@@ -179,7 +180,7 @@ fn the_ground_is_found_where_z_is_up_too() {
 #[test]
 fn a_map_of_the_bones_decides_the_unit() {
     let source = import("cmu_short.bvh");
-    let found = mocap::figure::humanoid(&source);
+    let found = Humanoid::of(&source);
     let name = |bone| source.nodes[found.bones[&bone].joint.index()].name.clone();
     let mut numbered = source.clone();
     for (index, node) in numbered.nodes.iter_mut().enumerate() {
@@ -200,7 +201,7 @@ fn a_map_of_the_bones_decides_the_unit() {
         let guesses = Conversion::new().bones(bones.clone()).apply(&mut scene).unwrap();
         let unit = guesses.into_iter().find(|guess| guess.topic == Topic::Unit).unwrap();
         let options = ArrayOptions::new().out_metres_per_unit(1.0).bones(bones);
-        let of_arrays = arrays(&numbered, &options).unwrap().header.provenance.assumptions;
+        let of_arrays = Arrays::of(&numbered, &options).unwrap().header.provenance.assumptions;
         assert_eq!(of_arrays, std::slice::from_ref(&unit));
         unit.reason
     };
@@ -410,7 +411,7 @@ fn the_program_and_the_library_write_the_same_bytes() {
         for assumption in conversion.apply(&mut scene).unwrap() {
             assert!(words.contains(&format!("{assumption}\n")), "{options:?}: {words}");
         }
-        let glb = mocap::gltf::write_glb(&scene, &GltfOptions::default()).unwrap();
+        let glb = GltfOptions::default().write_glb(&scene).unwrap();
         assert!(glb == std::fs::read(&output).unwrap(), "{file} {options:?}");
     }
 }
@@ -424,7 +425,7 @@ fn what_stands_with_y_down_is_turned() {
     let up = assumptions.iter().find(|one| one.topic == Topic::Up).unwrap();
     assert_eq!(up.choice, "-y");
     assert_eq!(scene.metadata.up, Some(UpAxis::Y));
-    let bones = figure::humanoid(&source);
+    let bones = Humanoid::of(&source);
     let [head, foot] = [HumanoidBone::Head, HumanoidBone::LeftFoot].map(|bone| bones.joint(bone).unwrap());
     for tick in [0.0, 10.0, 50.0] {
         let height = |scene: &Scene| {
@@ -433,8 +434,8 @@ fn what_stands_with_y_down_is_turned() {
         };
         assert!(height(&source) < 0.0 && height(&scene) > 1.0, "{} m", height(&scene));
     }
-    let glb = gltf::write_glb(&scene, &GltfOptions::default()).unwrap();
-    let report = mocap::verify::verify(&source, &glb).unwrap();
+    let glb = GltfOptions::default().write_glb(&scene).unwrap();
+    let report = Verification::of(&source, &glb).unwrap();
     assert!(report.is_within(1e-4), "{report:?}");
 }
 

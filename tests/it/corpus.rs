@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds, examine};
+use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds};
 
 use crate::program::{Folder, words};
 
@@ -10,7 +10,7 @@ const WALK: &str = "cmu_12_01_walk.bvh";
 
 fn rows_of(file: &str) -> Vec<Examined> {
     let scene = mocap::import(Path::new("fixtures/real").join(file)).unwrap();
-    examine(&scene, file, &Thresholds::default())
+    Thresholds::default().examine(&scene, file)
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn a_skeleton_is_known_at_another_scale_and_with_other_names() {
     let text = std::fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
     let skeleton = |text: &str| {
         let scene = mocap::Importer::new().read(text.as_bytes(), "x.bvh").unwrap();
-        examine(&scene, "x.bvh", &Thresholds::default()).remove(0).row.skeleton
+        Thresholds::default().examine(&scene, "x.bvh").remove(0).row.skeleton
     };
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
     let scaled = hierarchy.lines().map(|line| match line.trim().strip_prefix("OFFSET") {
@@ -64,7 +64,7 @@ fn thresholds_decide_the_verdict() {
     let mut strict = Thresholds::default();
     strict.set("skate=0.1").unwrap();
     let scene = mocap::import(Path::new("fixtures/real").join(WALK)).unwrap();
-    let row = examine(&scene, WALK, &strict).remove(0).row;
+    let row = strict.examine(&scene, WALK).remove(0).row;
     assert_eq!((row.verdict, row.reasons.as_str()), (Quality::Bad, "skate"));
     assert!(row.defects.iter().all(|defect| defect.kind == DefectKind::Skate));
     for text in ["skate", "skate=-1", "skate=5..2", "skid=3", "skate=NaN"] {

@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use mocap::figure::{Creature, humanoid};
+use mocap::figure::{Creature, Humanoid};
 use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Verdict};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
@@ -164,7 +164,7 @@ fn creatures_are_refused_by_their_class() {
         (flamingo(), Creature::Bird),
         (person(5), Creature::Tailed),
     ] {
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         assert_eq!(found.creature, Some(class), "{}", found.reason);
         assert!(!found.found && found.bones.is_empty());
         let hero = person(0);
@@ -181,7 +181,7 @@ fn creatures_are_refused_by_their_class() {
 #[test]
 fn a_person_is_no_creature() {
     for tail in [0, 1] {
-        let found = humanoid(&person(tail));
+        let found = Humanoid::of(&person(tail));
         assert!(found.found && found.creature.is_none(), "{tail}: {}", found.reason);
     }
 }
@@ -190,11 +190,11 @@ fn a_person_is_no_creature() {
 #[test]
 fn a_map_overrules_the_class() {
     let scene = person(5);
-    let map = humanoid(&person(0)).bones;
+    let map = Humanoid::of(&person(0)).bones;
     let named = map
         .iter()
         .map(|(bone, joint)| (*bone, Some(scene.nodes[joint.joint.index()].name.clone())));
-    let found = humanoid(&scene).with_map(&scene, named.collect()).unwrap();
+    let found = Humanoid::of(&scene).with_map(&scene, named.collect()).unwrap();
     assert!(found.found && found.creature.is_none() && found.missing().is_empty());
 }
 

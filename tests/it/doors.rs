@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use mocap::convert::RestPoseSource;
-use mocap::figure::{BoneNames, humanoid};
+use mocap::figure::{BoneNames, Humanoid};
 use mocap::gltf::Compression;
 use mocap::job::{Job, RobotFormat};
-use mocap::{Conversion, Exporter, FORMATS, FormatInfo, MemoryFile, Scene, WriteOption};
+use mocap::{Conversion, Exporter, FormatInfo, MemoryFile, Scene, WriteOption};
 
 use crate::cut;
 use crate::program::{Folder, words};
@@ -66,7 +66,7 @@ fn rows() -> Vec<Row> {
         options,
     };
     let mut rows = Vec::new();
-    for format in FORMATS.iter().filter(|format| format.writes()) {
+    for format in FormatInfo::ALL.iter().filter(|format| format.writes()) {
         for extension in format.extensions {
             rows.push(row(extension, String::new()));
             if format.takes(WriteOption::MaxError) {
@@ -154,7 +154,7 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
             (exporter, option) = (exporter.compression(kind.parse().unwrap()), Some(WriteOption::Compress));
         }
         ["--names", names] => {
-            let bones = humanoid(&scene);
+            let bones = Humanoid::of(&scene);
             let names = BoneNames::named(names).unwrap().names();
             scene.name_joints(&bones, &names).unwrap();
             option = Some(WriteOption::Names);
@@ -293,7 +293,7 @@ fn other_languages_call_what_the_table_tries() {
 fn the_readme_has_the_table_of_formats() {
     let (start, end) = ("<!-- formats -->\n", "<!-- end of formats -->");
     let mut made = "| format | | read | written |\n|---|---|---|---|\n".to_owned();
-    for row in FORMATS {
+    for row in FormatInfo::ALL {
         let extensions = row.extensions.iter().map(|extension| format!("`.{extension}`"));
         let extensions = Vec::from_iter(extensions).join(", ");
         let name = row.name.trim_start_matches("a ");

@@ -1,7 +1,7 @@
 //! Error bounds of single joints: each joint of each written file is within its own, by the kinematics here.
 
 use mocap::compress::{ErrorBound, PackedClip};
-use mocap::fbx::{self, FbxOptions};
+use mocap::fbx::FbxOptions;
 use mocap::glam::{DQuat, DVec3, Vec3};
 use mocap::gltf::{Compression, Document, GltfOptions};
 use mocap::scene::{Channel, Format, Keys, Node, Scene};
@@ -62,7 +62,7 @@ impl Writer {
             }
             Self::Fbx => {
                 let options = FbxOptions::new().error_bound(Some(bound.clone()));
-                let (bytes, report) = fbx::write(scene, &options)?;
+                let (bytes, report) = options.write(scene)?;
                 (read(&bytes, "a.fbx"), report.achieved.unwrap().max_error)
             }
             Self::Packed => {
@@ -184,9 +184,9 @@ fn a_vrm_animation_keeps_the_bound_of_a_joint() {
     let error = |bound: ErrorBound| {
         let mut options = mocap::gltf::vrma::VrmaOptions::default();
         options.gltf.error_bound = Some(bound);
-        let (bytes, report) = mocap::gltf::vrma::write(&source, &options).unwrap();
+        let (bytes, report) = options.write(&source).unwrap();
         let written = Importer::new().format(Format::Vrma).read(&bytes, "a.vrma").unwrap();
-        let exact = mocap::gltf::vrma::write(&source, &mocap::gltf::vrma::VrmaOptions::default()).unwrap();
+        let exact = mocap::gltf::vrma::VrmaOptions::default().write(&source).unwrap();
         let exact = Importer::new().format(Format::Vrma).read(&exact.0, "a.vrma").unwrap();
         assert!(report.achieved.is_some());
         of(&errors(&exact, &written), TIGHT.0)

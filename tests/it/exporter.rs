@@ -7,14 +7,14 @@ use mocap::files::ReplacePolicy;
 use mocap::gltf::{BufferPlace, Provenance};
 use mocap::scene::NodeKind;
 use mocap::verify::Verifier;
-use mocap::{Code, Conversion, Exporter, FORMATS, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
+use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
 
 use crate::program::Folder;
 use crate::sample::{Sample, is_all};
 
 /// Each written format with each of its extensions.
 fn written() -> Vec<(&'static FormatInfo, &'static str)> {
-    let rows = FORMATS.iter().filter(|row| row.writes());
+    let rows = FormatInfo::ALL.iter().filter(|row| row.writes());
     let written: Vec<_> = rows
         .flat_map(|row| row.extensions.iter().map(move |extension| (row, *extension)))
         .collect();
@@ -145,7 +145,7 @@ fn an_output_in_no_written_format_is_an_error() {
         assert_eq!(expected, FormatInfo::written_extensions(), "{name}");
         assert!(!path.exists(), "{name}");
     }
-    let unwritten = FORMATS.iter().filter(|row| !row.writes());
+    let unwritten = FormatInfo::ALL.iter().filter(|row| !row.writes());
     for row in unwritten {
         let error = Exporter::new().write(&scene, row.format).unwrap_err();
         assert_eq!(error.code(), Code::UnknownFormat, "{}", row.format);
@@ -175,7 +175,7 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
         assert_eq!(refused(&inputs, &other), Code::OutputIsInput, ".{extension}");
     }
     // What may be replaced is known for every format that is read.
-    for extension in FORMATS.iter().flat_map(|row| row.extensions) {
+    for extension in FormatInfo::ALL.iter().flat_map(|row| row.extensions) {
         assert!(ReplacePolicy::SOURCE_EXTENSIONS.contains(extension), "{extension}");
     }
 }
@@ -251,7 +251,7 @@ fn the_lists_of_the_program_are_those_of_the_table() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     let list = String::from_utf8(folder.run("formats").stdout).unwrap();
     let help = String::from_utf8(folder.run("convert --help").stdout).unwrap();
-    for row in FORMATS {
+    for row in FormatInfo::ALL {
         let line = list
             .lines()
             .find(|line| line.starts_with(&format!("{:<8}  ", row.format.as_str())))

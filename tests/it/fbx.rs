@@ -136,7 +136,7 @@ fn a_mesh_is_written_to_gltf_with_its_weights() {
         panic!("{} meshes", scene.meshes.len());
     };
     assert_eq!(mesh.name, "Cylinder");
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+    let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&glb).unwrap();
     let buffer = blob.unwrap();
     let written = document.meshes().next().unwrap();
@@ -533,7 +533,7 @@ fn a_material_has_its_colour_and_its_texture() {
             "{said:?}"
         );
 
-        let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+        let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&glb).unwrap();
         let buffer = blob.unwrap();
         let image = document.images().next().unwrap();

@@ -1,6 +1,6 @@
 //! Which nodes of written FBX files are bones, as ufbx sees them.
 
-use mocap::fbx::{FbxOptions, FbxTarget, write};
+use mocap::fbx::{FbxOptions, FbxTarget};
 use mocap::{Conversion, Importer};
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ fn what_is_between_bones_is_a_bone() {
     let mut scene = importer.read(nested().to_string().as_bytes(), "nested.gltf").unwrap();
     Conversion::new().apply(&mut scene).unwrap();
     for options in [FbxOptions::default(), FbxOptions::of_target(FbxTarget::Unreal)] {
-        let (bytes, report) = write(&scene, &options).unwrap();
+        let (bytes, report) = options.write(&scene).unwrap();
         let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
         let bones: Vec<_> = file.nodes.iter().filter(|node| node.bone.is_some()).collect();
         assert_eq!(report.bones, bones.len());

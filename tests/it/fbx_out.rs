@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::program::Folder;
 use crate::sample::Sample;
-use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion, write};
+use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
@@ -87,7 +87,7 @@ fn distance(scene: &Scene, again: &Scene, name: &str) -> f32 {
 #[test]
 fn every_fixture_comes_back() {
     for (path, scene) in fixtures() {
-        let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+        let (bytes, report) = FbxOptions::default().write(&scene).unwrap();
         assert_eq!(report.bytes, bytes.len());
         let again = read(&bytes);
         let name = path.display().to_string();
@@ -147,7 +147,7 @@ fn curves_have_exact_times_the_order_of_their_joint_and_no_jumps() {
         (FbxRest::Rotation, UpAxis::Z),
     ] {
         let options = FbxOptions::new().rest(rest).up(up);
-        let (bytes, report) = write(&scene, &options).unwrap();
+        let (bytes, report) = options.write(&scene).unwrap();
         assert_eq!((report.curves, report.keys), (18, 18 * 200));
         let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
         assert_eq!(file.settings.frames_per_second, 29.97);
@@ -186,8 +186,8 @@ fn every_choice_gives_the_same_motion() {
         usual.clone().metres_per_unit(1.0).up(UpAxis::NegY),
     ];
     for options in choices {
-        let (bytes, _) = write(&scene, &options).unwrap();
-        assert_eq!(write(&scene, &options).unwrap().0, bytes);
+        let (bytes, _) = options.write(&scene).unwrap();
+        assert_eq!(options.write(&scene).unwrap().0, bytes);
         let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
         assert_eq!(file.metadata.version == 7400, options.version == FbxVersion::V7400);
         assert_eq!(file.settings.unit_meters, options.metres_per_unit);
@@ -226,7 +226,7 @@ fn every_choice_gives_the_same_motion() {
 #[test]
 fn keys_are_left_out_within_the_largest_error() {
     let scene = import("fixtures/real/cmu_short.bvh").unwrap();
-    let (whole, of_whole) = write(&scene, &FbxOptions::default()).unwrap();
+    let (whole, of_whole) = FbxOptions::default().write(&scene).unwrap();
     for (options, bound) in [
         (FbxOptions::default(), 1e-3),
         (FbxOptions::default(), 1e-5),
@@ -234,7 +234,7 @@ fn keys_are_left_out_within_the_largest_error() {
         (FbxOptions::of_target(FbxTarget::Maya), 1e-3),
     ] {
         let options = options.error_bound(Some(bound.into())).whole_rate(false);
-        let (bytes, report) = write(&scene, &options).unwrap();
+        let (bytes, report) = options.write(&scene).unwrap();
         assert!(report.achieved.as_ref().unwrap().max_error <= bound, "{report:?}");
         if bound == 1e-3 {
             assert!(
@@ -333,7 +333,7 @@ fn a_joint_that_spins_keeps_within_the_largest_error() {
     for bound in [1e-2, 1e-4] {
         let scene = spinning();
         let options = FbxOptions::new().error_bound(Some(bound.into()));
-        let (bytes, report) = write(&scene, &options).unwrap();
+        let (bytes, report) = options.write(&scene).unwrap();
         let off = distance(&scene, &read(&bytes), "spin");
         assert!(f64::from(off) <= bound + 1e-5, "{off}: {report:?}");
     }
@@ -344,13 +344,13 @@ fn a_largest_error_that_cannot_be_kept_is_refused() {
     let mut scene = spinning();
     let of = |bound: f64| FbxOptions::new().error_bound(Some(bound.into()));
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = write(&scene, &of(bound)).unwrap_err();
+        let error = of(bound).write(&scene).unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{bound}");
     }
-    let error = write(&scene, &of(1e-12)).unwrap_err();
+    let error = of(1e-12).write(&scene).unwrap_err();
     assert_eq!(error.code(), Code::ErrorBound);
     scene.animations[0].channels[0].scaling_keys = Keys::every_tick(vec![Vec3::ONE, Vec3::splat(2.0)]);
-    let error = write(&scene, &of(1e-3)).unwrap_err();
+    let error = of(1e-3).write(&scene).unwrap_err();
     assert_eq!((error.code(), error.joint()), (Code::Unrepresentable, Some("Xyz")));
 }
 
@@ -375,7 +375,7 @@ fn verify_refuses_a_file_without_its_last_bytes() {
     let output = folder.path().join("a.fbx");
     for version in [FbxVersion::V7400, FbxVersion::V7500] {
         let options = FbxOptions::new().version(version);
-        let (bytes, _) = write(&scene, &options).unwrap();
+        let (bytes, _) = options.write(&scene).unwrap();
         for cut in [0, 1, 15, 16, 100] {
             fs::write(&output, &bytes[..bytes.len() - cut]).unwrap();
             let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output);
@@ -404,7 +404,7 @@ fn a_clip_in_which_nothing_moves_comes_back() {
     animation.duration = 0.0;
     for channels in [Vec::new(), vec![channel]] {
         scene.animations[0].channels = channels;
-        let (bytes, _) = write(&scene, &FbxOptions::default()).unwrap();
+        let (bytes, _) = FbxOptions::default().write(&scene).unwrap();
         let again = Importer::new().read(&bytes, "a.fbx").unwrap();
         assert_eq!(again.animations.len(), 1);
         let pose = Pose::at_tick(&again, 0, 0.0).unwrap();
@@ -423,7 +423,7 @@ fn names_are_unique_in_the_file_and_come_back() {
     let names: Vec<_> = scene.nodes.iter().map(|node| node.name.clone()).collect();
     let last = scene.nodes.len() - 1;
     scene.nodes[last].name = "a\0\u{1}b".to_owned();
-    let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+    let (bytes, report) = FbxOptions::default().write(&scene).unwrap();
     let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
     let mut found: Vec<_> = file.nodes.iter().map(|node| node.element.name.to_string()).collect();
     let count = found.len();
@@ -440,7 +440,7 @@ fn names_are_unique_in_the_file_and_come_back() {
 
 #[test]
 fn what_cannot_be_written_is_refused() {
-    let refusal = |scene: &Scene| write(scene, &FbxOptions::default()).unwrap_err();
+    let refusal = |scene: &Scene| FbxOptions::default().write(scene).unwrap_err();
     assert_eq!(refusal(&Scene::default()).code(), Code::Unrepresentable);
     let mut scene = spinning();
     scene.animations[0].channels[2].rotation_keys.values[7] = Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0);
@@ -455,7 +455,7 @@ fn what_cannot_be_written_is_refused() {
     scene.nodes[3].transform.w_axis.y = f32::INFINITY;
     assert_eq!(refusal(&scene).code(), Code::Unrepresentable);
     let options = FbxOptions::new().metres_per_unit(0.0);
-    let error = write(&spinning(), &options).unwrap_err();
+    let error = options.write(&spinning()).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
         "metres per unit must be finite and above 0, got 0"
@@ -510,7 +510,7 @@ fn fbx_files_come_back_whole() {
         "made/tiny.fbx",
     ] {
         let scene = import(format!("fixtures/{path}")).unwrap();
-        let again = read(&write(&scene, &FbxOptions::default()).unwrap().0);
+        let again = read(&FbxOptions::default().write(&scene).unwrap().0);
         assert_eq!(again.nodes.len(), scene.nodes.len(), "{path}");
         for (ours, theirs) in std::iter::zip(&scene.nodes, &again.nodes) {
             assert_eq!(
@@ -594,7 +594,7 @@ fn characters_move_as_their_glb_does() {
         let mut retargeter = Retargeter::new(&source, &scene, &RetargetOptions::default()).unwrap();
         let (clip, _) = retargeter.clip(&source, 0, &scene, false).unwrap();
         scene.animations = vec![clip];
-        let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+        let (bytes, report) = FbxOptions::default().write(&scene).unwrap();
         assert!(report.vertices > 1000, "{name}");
         let again = read(&bytes);
         assert_eq!(again.warnings, [], "{name}");
@@ -617,7 +617,7 @@ fn characters_move_as_their_glb_does() {
 #[test]
 fn textures_are_embedded() {
     let scene = import("fixtures/made/two_bones_textured.gltf").unwrap();
-    let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+    let (bytes, report) = FbxOptions::default().write(&scene).unwrap();
     assert_eq!((report.textures, scene.textures.len()), (1, 1));
     let again = read(&bytes);
     assert_eq!(again.warnings, []);
@@ -673,7 +673,7 @@ fn names_of_textures_are_names_of_files() {
     ] {
         scene.textures[0].name = name.to_owned();
         let options = FbxOptions::new().textures(FbxTextures::Beside);
-        let (_, report) = write(&scene, &options).unwrap();
+        let (_, report) = options.write(&scene).unwrap();
         assert_eq!(report.beside, [(file.to_owned(), 0)], "{name:?}");
     }
 }
@@ -705,7 +705,7 @@ fn targets_have_their_unit_axes_root_and_rate() {
             120.0,
         ),
     ] {
-        let (bytes, _) = write(&scene, &FbxOptions::of_target(target)).unwrap();
+        let (bytes, _) = FbxOptions::of_target(target).write(&scene).unwrap();
         let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
         assert_eq!(
             (file.settings.unit_meters, file.settings.axes.up),
@@ -748,7 +748,7 @@ fn damaged_files_give_an_error_or_a_valid_file() {
                 continue;
             };
             for options in [FbxOptions::default(), FbxOptions::of_target(FbxTarget::Unreal)] {
-                if let Ok((bytes, _)) = write(&scene, &options) {
+                if let Ok((bytes, _)) = options.write(&scene) {
                     written += 1;
                     let refusal = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).err();
                     assert!(refusal.is_none(), "{path}: {}", refusal.unwrap().description);

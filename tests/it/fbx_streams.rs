@@ -6,7 +6,7 @@
 use std::fs;
 
 use crate::fbx_out::fixtures;
-use mocap::fbx::{FbxOptions, write};
+use mocap::fbx::FbxOptions;
 
 /// The bits of a stream, from the lowest of each byte.
 struct Bits<'a> {
@@ -177,7 +177,7 @@ fn a_run_over_both_lists_of_code_lengths_is_found() {
 fn older_readers_take_every_stream() {
     let mut blocks = 0;
     for (path, scene) in fixtures() {
-        let (file, _) = write(&scene, &FbxOptions::new()).unwrap();
+        let (file, _) = FbxOptions::new().write(&scene).unwrap();
         let (mut at, mut found) = (HEADER, Vec::new());
         while file[at..at + 8] != [0; 8] {
             at = streams(&file, at, &mut found);

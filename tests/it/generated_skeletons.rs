@@ -1,7 +1,7 @@
 //! Two hundred generated bodies without names: children to giants, T-, A- and zero rest poses, twist joints, any unit.
 
 use mocap::Scene;
-use mocap::figure::{Confidence, HumanoidBone as Bone, Side, humanoid};
+use mocap::figure::{Confidence, Humanoid, HumanoidBone as Bone, Side};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind};
 
@@ -297,7 +297,7 @@ fn generated_bodies_without_names_are_found() {
         if laid.is_some() {
             built.move_it();
         }
-        let found = humanoid(&built.scene);
+        let found = Humanoid::of(&built.scene);
         let mut wrong = Vec::new();
         for &bone in Bone::ALL.iter().filter(|bone| !bone.is_finger()) {
             let is_there = built.bones.iter().any(|bones| bones.contains(&bone));

@@ -7,7 +7,7 @@ mod explained;
 mod truth;
 
 use mocap::Importer;
-use mocap::dump::{Layout, text};
+use mocap::dump::Layout;
 use mocap::process::{KeyTolerance, SkeletonMesh};
 use mocap::scene::Scene;
 
@@ -100,7 +100,7 @@ fn the_lectures_text_is_assimps_line_by_line() {
                 assert_eq!(expected.matches(theirs).count(), 1, "{name}: {theirs}");
                 expected = expected.replace(theirs, ours);
             }
-            assert_eq!(text(&scene, layout, layout.sections()), expected, "{name}");
+            assert_eq!(layout.text(&scene, layout.sections()), expected, "{name}");
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use mocap::edit::{Step, StepInput, Trim, Turn, walk};
+use mocap::edit::{Step, StepInput, Trim, Turn};
 use mocap::glam::Vec3;
 use mocap::graph::{GraphBuilder, GraphOptions, MotionGraph, Walk};
 use mocap::scene::NodeId;
@@ -113,7 +113,7 @@ fn largest_step(scene: &Scene, metres: f32) -> f32 {
 }
 
 fn made(found: &Walk, scene: &Scene) -> Scene {
-    let (made, report) = walk(found, &[(scene, 0)]).unwrap();
+    let (made, report) = found.motion(&[(scene, 0)]).unwrap();
     assert_eq!(made.animations[0].frame_count(), report.frames);
     assert!(made.validate().is_empty());
     let metres = 0.0254 / 0.45;

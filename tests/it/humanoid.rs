@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource, humanoid};
+use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource};
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
 use mocap::{Importer, Pose, Scene};
@@ -76,7 +76,7 @@ fn the_bones_of_real_files_are_those_that_people_see() {
     let mut sum = Score::default();
     for (file, truth) in truth() {
         let scene = import(&file);
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         if truth["humanoid"] == false {
             assert!(!found.found && found.bones.is_empty(), "{file}: {}", found.reason);
             continue;
@@ -159,7 +159,7 @@ fn the_bones_of_characters_are_found_without_names() {
         let scene = import(&file);
         let mut numbered = scene.clone();
         number_the_joints(&mut numbered);
-        let score = compare(&truth, &names(&scene, &humanoid(&numbered)));
+        let score = compare(&truth, &names(&scene, &Humanoid::of(&numbered)));
         assert!(score.right * 100 >= score.all * 90, "{file}: {:?}", score.wrong);
         sum.right += score.right;
         sum.all += score.all;
@@ -179,7 +179,7 @@ fn the_sides_are_those_of_the_body() {
             Some("opposite") => Sides::Opposite,
             _ => Sides::Unknown,
         };
-        let found = humanoid(&import(&file));
+        let found = Humanoid::of(&import(&file));
         assert_eq!(found.sides, expected, "{file}: {}", found.sides_reason);
     }
 }
@@ -263,18 +263,18 @@ fn a_dog_is_refused_although_its_joints_have_human_names() {
         (4, "Head", [0.0, 0.1, 0.1]),
         (1, "Tail", [0.0, 0.0, -0.1]),
     ]);
-    let found = humanoid(&skeleton(&nodes));
+    let found = Humanoid::of(&skeleton(&nodes));
     assert!(!found.found);
     assert!(found.reason.contains("four legs"), "{}", found.reason);
 }
 
 #[test]
 fn what_is_no_body_is_refused_with_the_reason() {
-    let nothing = humanoid(&Scene::default());
+    let nothing = Humanoid::of(&Scene::default());
     assert_eq!((nothing.found, nothing.reason.as_str()), (false, "there are no joints"));
     assert_eq!(nothing.missing().len(), HumanoidBone::REQUIRED.len());
 
-    let markers = humanoid(&import("real/optotrak.c3d"));
+    let markers = Humanoid::of(&import("real/optotrak.c3d"));
     assert!(markers.reason.contains("markers"), "{}", markers.reason);
 
     // Hundreds of chains on one joint: hair, a rope, a cloth.
@@ -286,7 +286,7 @@ fn what_is_no_body_is_refused_with_the_reason() {
             (3, "c", [1.0, 0.0, 0.0]),
         ]);
     }
-    assert!(!humanoid(&skeleton(&nodes)).found);
+    assert!(!Humanoid::of(&skeleton(&nodes)).found);
 }
 
 /// Values that are no numbers, and nodes at one place, are a skeleton too.
@@ -306,7 +306,7 @@ fn broken_lengths_are_survived() {
         {
             channel.position_keys = Keys::constant(Vec3::splat(broken));
         }
-        let _ = humanoid(&scene);
+        let _ = Humanoid::of(&scene);
     }
 }
 

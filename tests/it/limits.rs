@@ -3,7 +3,7 @@
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::BufferPlace;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
-use mocap::{Code, Exporter, FORMATS, Format, Importer, Scene};
+use mocap::{Code, Exporter, Format, FormatInfo, Importer, Scene};
 
 /// A chain of joints with a name and an offset each, in metres with +Y up.
 fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
@@ -83,7 +83,10 @@ fn what_a_writer_writes_its_reader_reads() {
     for (what, scene) in scenes() {
         // Other formats have a value for every frame, and little of a file stands for much of a take in none of them.
         let is_tried = |format: Format| what != "a long take" || format == Format::Gltf;
-        for row in FORMATS.iter().filter(|row| row.writes() && is_tried(row.format)) {
+        for row in FormatInfo::ALL
+            .iter()
+            .filter(|row| row.writes() && is_tried(row.format))
+        {
             let name = format!("out.{}", row.extensions[0]);
             let exporter = Exporter::new().buffer(BufferPlace::Embedded);
             match exporter.write_as(&scene, &name) {

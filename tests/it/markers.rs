@@ -1,6 +1,7 @@
 //! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
 //! `tools/markers` judges more, with kinematics of its own.
 
+use mocap::figure::Humanoid;
 use mocap::glam::Vec3;
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
@@ -61,7 +62,7 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
         "{swap:?}"
     );
     // What a VRM avatar must have.
-    let found = mocap::figure::humanoid(&scene);
+    let found = Humanoid::of(&scene);
     assert!(found.found, "{found:?}");
     let amc = mocap::import("fixtures/real/cmu_01_01.amc").unwrap();
     // AMC: inches times 0.45; its X is the laboratory's y.

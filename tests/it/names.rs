@@ -3,11 +3,12 @@
 
 use std::fs;
 
-use mocap::figure::{BoneNames, Humanoid, HumanoidBone, HumanoidMap, humanoid};
+use mocap::figure::{BoneNames, Humanoid, HumanoidBone, HumanoidMap};
 use mocap::job::Job;
 
 use mocap::scene::{AppliedStep, NodeKind};
-use mocap::{Importer, Scene, SkeletonMesh, verify};
+use mocap::verify::Verification;
+use mocap::{Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
 use crate::humanoid::truth;
@@ -88,9 +89,9 @@ fn joints_have_their_names_in_every_format_and_are_found_again() {
                 let least = if names == BoneNames::Cmu { 0 } else { SPELLED.len() };
                 assert!(asked_for.count() >= least, "{context}");
                 let written = mocap::import(&output).unwrap();
-                let found = humanoid(&written);
+                let found = Humanoid::of(&written);
                 if names == BoneNames::Vrm {
-                    let was = humanoid(&mocap::import(&path).unwrap());
+                    let was = Humanoid::of(&mocap::import(&path).unwrap());
                     let bones = |of: &Humanoid| of.bones.keys().copied().collect::<Vec<_>>();
                     assert_eq!(bones(&found), bones(&was), "{context}");
                 }
@@ -148,7 +149,7 @@ fn tables_are_those_of_files() {
 
 fn named(scene: &mut Scene, names: &Value) -> Result<mocap::process::Naming, mocap::Error> {
     let names: HumanoidMap = serde_json::from_value(names.clone()).unwrap();
-    let bones = humanoid(scene);
+    let bones = Humanoid::of(scene);
     scene.name_joints(&bones, &names)
 }
 
@@ -226,7 +227,7 @@ fn bad_names_are_refused_and_say_which() {
 #[test]
 fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
-    let bones = humanoid(&scene);
+    let bones = Humanoid::of(&scene);
     let head = bones.joint(HumanoidBone::Head).unwrap();
     // A helper that stands before the head is called as it is.
     let other = scene.nodes.iter().position(|node| node.name == "LHipJoint").unwrap();
@@ -247,7 +248,7 @@ fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     assert_eq!(scene.nodes[head.index()].name, "mixamorig:Head");
     assert!(scene.validate().is_empty());
     let glb = mocap::Exporter::new().write(&scene, mocap::Format::Gltf).unwrap();
-    let verified = verify::verify(&source, &glb.into_bytes().unwrap()).unwrap();
+    let verified = Verification::of(&source, &glb.into_bytes().unwrap()).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
 }
 

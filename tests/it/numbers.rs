@@ -4,7 +4,7 @@ use std::fs;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use mocap::arrays::{ArrayOptions, arrays};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Keys, Scene};
 use mocap::{Code, Conversion, Importer, Limits, SkeletonMesh, bvh, gltf};
@@ -184,7 +184,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
             .unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{error}");
         let options = ArrayOptions::new().frames_per_second(rate);
-        assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::InvalidValue);
+        assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::InvalidValue);
         assert_eq!(
             scene.clone().resample(rate, &Limits::default()).unwrap_err().code(),
             Code::InvalidValue
@@ -195,7 +195,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     assert_eq!(error.code(), Code::LimitExceeded, "{error}");
     assert_eq!(changed.animations, scene.animations);
     let options = ArrayOptions::new().frames_per_second(1e6);
-    assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
+    assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
     // Two keys that are far apart stand for many frames.
     let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
     let clip = &mut scene.animations[0];
@@ -283,12 +283,12 @@ fn nothing_that_is_not_finite_is_written() {
                     gltf::GltfOptions::default(),
                     gltf::GltfOptions::new().keep_constant(true),
                 ] {
-                    match gltf::write_glb(&scene, &options) {
+                    match options.write_glb(&scene) {
                         Ok(glb) => assert_is_finite_glb(&glb, &place),
                         Err(_) => refused += 1,
                     }
                 }
-                match bvh::write(&scene, &bvh::BvhOptions::default()) {
+                match bvh::BvhOptions::default().write(&scene) {
                     Ok(text) => {
                         let text = String::from_utf8(text).unwrap();
                         assert!(!text.contains("NaN") && !text.contains("inf"), "{place}: {text}");
@@ -296,7 +296,7 @@ fn nothing_that_is_not_finite_is_written() {
                     Err(_) => refused += 1,
                 }
                 let options = ArrayOptions::new().velocities(true);
-                match arrays(&scene, &options) {
+                match Arrays::of(&scene, &options) {
                     Ok(motion) => {
                         let all = [
                             &motion.positions,

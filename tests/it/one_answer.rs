@@ -1,10 +1,9 @@
 //! What is asked of one file twice is answered alike, whatever is asked: bones, T-pose, ground and contacts.
 
-use mocap::arrays::{ArrayOptions, Contacts, arrays};
-use mocap::edit::{ContactOptions, DetectedContacts, contacts};
+use mocap::arrays::{ArrayOptions, Arrays, Contacts};
+use mocap::edit::{ContactOptions, DetectedContacts};
 use mocap::figure::{Figure, HumanoidBone as Bone, Side};
 use mocap::glam::Vec3;
-use mocap::retarget::vrm_humanoid;
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::robot::{RobotOptions, RobotRetargeter};
 use mocap::scene::{NodeId, UpAxis};
@@ -51,9 +50,9 @@ fn a_foot_is_on_the_ground_or_is_not() {
     let (mut seen, mut random) = (0, Sample::new());
     for file in FILES {
         let scene = part(&mut random, file);
-        let of_edit = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
+        let of_edit = ContactOptions::default().detect(&scene, 0, None).unwrap();
         let options = ArrayOptions::new().contacts(Contacts::new());
-        let of_arrays = arrays(&scene, &options).unwrap();
+        let of_arrays = Arrays::of(&scene, &options).unwrap();
         let columns = of_arrays.contacts.as_ref().unwrap();
         let (frames, joints) = (of_arrays.frames, of_arrays.joints().len());
         assert_eq!(frames, of_edit.frames, "{file}");
@@ -87,7 +86,7 @@ fn bones_and_t_pose_are_those_of_the_vrm_animation() {
         );
         let figure = Figure::new(&scene);
         let t_pose = figure.t_pose(&scene).unwrap();
-        let made = vrm_humanoid(&scene, None).unwrap();
+        let made = scene.vrm_humanoid(None).unwrap();
         let world = mocap::Pose::rest(&made);
         let node = |bone: Bone| made.nodes.iter().position(|node| node.humanoid_bone == Some(bone));
         let at = |bone: Bone| node(bone).map(|node| world.position(NodeId::new(node)));
@@ -137,7 +136,7 @@ fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
         let hero = import("skeletons/human_default.gltf");
         let retargeting = Retargeting::new(part(&mut random, file), hero, RetargetingOptions::new()).unwrap();
         let source = &retargeting.sources().next().unwrap().scene();
-        let found = contacts(source, 0, None, &ContactOptions::default()).unwrap();
+        let found = ContactOptions::default().detect(source, 0, None).unwrap();
         let held = |points: [Bone; 2]| -> usize {
             let points: Vec<_> = points.iter().filter_map(|bone| found.point(*bone)).collect();
             let stays = |frame: &usize| {

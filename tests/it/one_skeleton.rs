@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mocap::figure::{HumanoidBone as Bone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone as Bone};
 use mocap::glam::Quat;
 use mocap::{Pose, Scene};
 
@@ -30,7 +30,7 @@ fn folder() -> Folder {
 
 /// How far the bones of a clip of a part are from those of the whole in the world, at most, in degrees.
 fn off(whole: &Scene, part: (&Scene, usize)) -> f32 {
-    let bones = humanoid(whole);
+    let bones = Humanoid::of(whole);
     let frames_per_second = mocap::import(FILE).unwrap().animations[0].ticks_per_second;
     let rotation = |pose: &Pose, bone: Bone| -> Option<Quat> {
         let matrix = pose.node_to_world[bones.joint(bone)?.index()];

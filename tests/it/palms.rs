@@ -103,7 +103,7 @@ fn palms_are_as_far_off_as_the_report_says() {
 /// are its bones, and 4 is the tip. So Mixamo names them.
 #[test]
 fn numbered_joints_of_fingers_begin_at_the_knuckle_in_hands_of_every_length() {
-    use mocap::figure::{HumanoidBone as Bone, humanoid};
+    use mocap::figure::{Humanoid, HumanoidBone as Bone};
     let text = std::fs::read_to_string("fixtures/skeletons/snu_character1_boxes.bvh").unwrap();
     for length in [0.65_f32, 0.75, 0.85, 1.0, 1.2] {
         let mut lines: Vec<String> = text.lines().map(ToOwned::to_owned).collect();
@@ -119,7 +119,7 @@ fn numbered_joints_of_fingers_begin_at_the_knuckle_in_hands_of_every_length() {
         let scene = mocap::Importer::new()
             .read(lines.join("\n").as_bytes(), "a.bvh")
             .unwrap();
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         for (bone, name) in [
             (Bone::LeftIndexProximal, "LeftHandIndex1"),
             (Bone::LeftMiddleIntermediate, "LeftHandMiddle2"),

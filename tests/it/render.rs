@@ -188,7 +188,7 @@ fn a_screen_is_as_wide_and_as_high_as_the_terminal() {
 #[test]
 fn a_page_names_no_other_address() {
     let scene = import("cmu_short");
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+    let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let name = "</script><b>";
     let html = Page::new(&[PageClip::new(Clip { name, scene: &scene }).glb(&glb[..])]).html;
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {

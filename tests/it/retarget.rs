@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use mocap::figure::{Figure, HumanoidBone as Bone, Sides, humanoid};
+use mocap::figure::{Figure, Humanoid, HumanoidBone as Bone, Sides};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
@@ -69,7 +69,7 @@ fn read_motions() -> Vec<(String, Scene)> {
 
 /// The joints of bones by the side of the body, whatever their names say.
 fn joints(scene: &Scene) -> impl Fn(Bone) -> Option<NodeId> + use<> {
-    let found = humanoid(scene);
+    let found = Humanoid::of(scene);
     move |bone| match found.sides {
         Sides::Opposite => found.joint(bone.mirrored()),
         _ => found.joint(bone),
@@ -274,7 +274,7 @@ fn a_motion_that_returns_is_the_same_within_a_degree() {
         let (from, to) = (&source.animations[0], &back.animations[0]);
         let bindings = (Binding::new(&source, from), Binding::new(&back, to));
         let (mut a, mut b) = (Pose::rest(&source), Pose::rest(&back));
-        let (here, other) = (humanoid(&source), humanoid(&there));
+        let (here, other) = (Humanoid::of(&source), Humanoid::of(&there));
         // A spine of other joints, and a shoulder that the other has not, take another share.
         let returns = |bone: &Bone| {
             let is_spine = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck].contains(bone);
@@ -339,7 +339,7 @@ fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
         (Bone::RightThumbMetacarpal, None),
     ];
     let moved = [(&amc, wrists), (&bvh, hands)].map(|(source, map)| {
-        let options = RetargetOptions::new().source(humanoid(source).with_map(source, named(map).into()).unwrap());
+        let options = RetargetOptions::new().source(Humanoid::of(source).with_map(source, named(map).into()).unwrap());
         let mut retargeter = Retargeter::new(source, &target, &options).unwrap();
         Scene {
             animations: vec![retargeter.animation(source, &source.animations[0])],

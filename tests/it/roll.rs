@@ -1,6 +1,6 @@
 //! How bones are rolled about themselves where the rest pose says nothing: by the hinges of the motion.
 
-use mocap::figure::{Axis, Figure, HumanoidBone as Bone, Sides, TPoseReason, humanoid};
+use mocap::figure::{Axis, Figure, Humanoid, HumanoidBone as Bone, Sides, TPoseReason};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
 use mocap::scene::{Format, Keys};
@@ -80,7 +80,7 @@ fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<
         animations: vec![animation],
         ..target.clone()
     };
-    let bones = humanoid(target);
+    let bones = Humanoid::of(target);
     let at_tick = |tick: &f64| {
         let pose = Pose::at_tick(&moved, 0, *tick).unwrap();
         let rotation = |bone: &Bone| {

@@ -5,7 +5,7 @@ use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
 use mocap::glam::{Vec2, Vec3};
-use mocap::matching::{Controller, Database, FindOptions, Found, IndexedClip, Moves, Query, follow, index};
+use mocap::matching::{Controller, Database, FindOptions, Found, IndexedClip, Moves, Query};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Pose, Scene};
@@ -20,7 +20,7 @@ fn import(name: &str) -> Scene {
 }
 
 fn indexed(scene: &Scene) -> IndexedClip {
-    index(scene, "a.bvh", false).remove(0)
+    IndexedClip::of(scene, "a.bvh", false).remove(0)
 }
 
 /// The walk on the skeleton of another file.
@@ -129,7 +129,7 @@ fn a_part_is_found_on_other_skeletons_mirrored_and_slower() {
     let database = Database::new(
         [WALK, "rokoko_dance.bvh", "mocopi_jump_six_channels.bvh", "run.fbx"]
             .iter()
-            .flat_map(|file| index(&import(file), file, false))
+            .flat_map(|file| IndexedClip::of(&import(file), file, false))
             .collect(),
     );
     let is_there = |found: &Found, first: f64| {
@@ -185,7 +185,7 @@ fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
 
 #[test]
 fn a_damaged_database_is_an_error() {
-    let bytes = Database::new(index(&import("cmu_short.bvh"), "a.bvh", true)).to_bytes();
+    let bytes = Database::new(IndexedClip::of(&import("cmu_short.bvh"), "a.bvh", true)).to_bytes();
     let again = Database::read(&bytes[..]).unwrap();
     assert_eq!(again.to_bytes(), bytes);
     for end in (0..bytes.len()).step_by(211).chain(bytes.len() - 40..bytes.len()) {
@@ -259,7 +259,7 @@ fn the_commands_index_and_find() {
 /// The walk and its mirror image on the dancer's skeleton.
 fn matched() -> (Database, Moves, Scene) {
     let walk = import(WALK);
-    let database = Database::new(index(&walk, WALK, true));
+    let database = Database::new(IndexedClip::of(&walk, WALK, true));
     let mut hero = import("rokoko_dance.bvh");
     Conversion::new().apply(&mut hero).unwrap();
     hero.animations.clear();
@@ -302,7 +302,7 @@ fn a_figure_follows_a_path() {
     let path = [Vec2::new(1.0, -1.0), Vec2::new(1.0, 4.0)];
     let start = Vec3::new(1.0, 0.0, -1.0);
     let mut controller = Controller::new(&database, moves.clone(), start, Vec3::Z).unwrap();
-    let (animation, followed) = follow(&mut controller, &hero, &path, 1.0).unwrap();
+    let (animation, followed) = controller.follow(&hero, &path, 1.0).unwrap();
     assert!(followed.has_arrived && followed.jumps > 0, "{followed:?}");
     assert!(followed.largest_distance < 0.2, "{followed:?}");
     // It walks no longer than the path and its speed take.
@@ -319,7 +319,7 @@ fn a_figure_follows_a_path() {
         (&path[..], f32::NAN),
         (&path[..], 1e-6),
     ] {
-        let error = follow(&mut controller, &hero, path, speed).unwrap_err();
+        let error = controller.follow(&hero, path, speed).unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{speed}");
     }
 }

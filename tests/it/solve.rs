@@ -5,9 +5,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{HumanoidBone as Bone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone as Bone};
 use mocap::glam::{Quat, Vec3};
-use mocap::retarget::vrm_humanoid;
 use mocap::scene::NodeId;
 use mocap::{Code, Conversion, Importer, Pose, Scene};
 
@@ -34,12 +33,12 @@ impl Truth {
     /// The motion of a humanoid; rotations are those of a VRM animation, which have no part in solving.
     fn of(mut scene: Scene, frames: usize) -> Option<Self> {
         Conversion::new().apply(&mut scene).ok()?;
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         let rate = scene.animations.first()?.ticks_per_second;
         if !found.found {
             return None;
         }
-        let normalized = vrm_humanoid(&scene, None).ok()?;
+        let normalized = scene.vrm_humanoid(None).ok()?;
         let frames = frames.min(scene.animations[0].frame_count());
         let bones: Vec<Bone> = Bone::ALL
             .iter()

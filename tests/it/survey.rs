@@ -1,7 +1,7 @@
 //! The guesses about real files, against the statements of their makers.
 
 use mocap::Scene;
-use mocap::figure::{Confidence, Figure, Survey, Unit, cuts};
+use mocap::figure::{Confidence, Figure, Survey, Unit};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Topic, UpAxis};
 
@@ -164,7 +164,7 @@ fn rounded_frame_times_are_known_for_what_they_mean() {
 fn a_rest_pose_in_front_is_a_cut() {
     let cmu = import("cmu_12_01_walk.bvh");
     assert!(survey_of(&cmu).first_frame_is_rest_pose);
-    assert_eq!(cuts(&cmu, 0), [0]);
+    assert_eq!(cmu.cuts(0), [0]);
 
     for file in [
         "perception_neuron_moving_positions.bvh",
@@ -173,7 +173,7 @@ fn a_rest_pose_in_front_is_a_cut() {
     ] {
         let scene = import(file);
         assert!(!survey_of(&scene).first_frame_is_rest_pose, "{file}");
-        assert!(cuts(&scene, 0).is_empty(), "{file}");
+        assert!(scene.cuts(0).is_empty(), "{file}");
     }
 }
 
@@ -211,10 +211,10 @@ fn a_punch_is_no_cut_and_two_takes_in_a_row_are() {
             Some(*sum)
         })
         .collect();
-    assert!(cuts(&limb(&punch), 0).is_empty());
+    assert!(limb(&punch).cuts(0).is_empty());
 
     let two_takes = [0.0, 0.01, 0.02, 0.03, 0.04, 1.5, 1.51, 1.52, 1.53, 1.54];
-    assert_eq!(cuts(&limb(&two_takes), 0), [4]);
+    assert_eq!(limb(&two_takes).cuts(0), [4]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 
 use crate::sample::Sample;
-use mocap::gltf::{self, GltfOptions};
+use mocap::gltf::GltfOptions;
 use mocap::{Importer, Scene};
 
 /// The least bytes that are worth several threads are 2 MiB (`WORTHWHILE` of the reader).
@@ -56,7 +56,7 @@ fn plain_rows() {
     let scene = read_alike(&text);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     // Scenes that are equal may differ in the sign of a zero, and files may not.
-    let glb = |scene: &Scene| gltf::write_glb(scene, &GltfOptions::default()).unwrap();
+    let glb = |scene: &Scene| GltfOptions::default().write_glb(scene).unwrap();
     assert!(glb(&read(&text, 7)) == glb(&scene));
     let frames = text.lines().count() - text.lines().position(|line| line.starts_with("Frame Time")).unwrap() - 1;
     assert_eq!(scene.animations[0].frame_count(), frames);

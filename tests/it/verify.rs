@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{GltfOptions, write_glb};
+use mocap::gltf::GltfOptions;
 
 use mocap::scene::{Channel, UpAxis};
-use mocap::verify::{FindingKind, Verification, Verifier, verify};
+use mocap::verify::{FindingKind, Verification, Verifier};
 use mocap::{Code, Exporter, Importer, Limits, RootOffset, Scene, SkeletonMesh};
 
 use crate::cut;
@@ -24,7 +24,7 @@ fn import(file: &str) -> Scene {
 }
 
 fn glb(scene: &Scene) -> Vec<u8> {
-    write_glb(scene, &GltfOptions::default()).unwrap()
+    GltfOptions::default().write_glb(scene).unwrap()
 }
 
 /// `glb` without what this crate says about itself in it.
@@ -78,7 +78,7 @@ fn every_step_is_replayed_from_the_provenance() {
     for (index, (step, frames)) in steps.into_iter().enumerate() {
         let mut scene = source.clone();
         step(&mut scene);
-        let verified = verify(&source, &glb(&scene)).unwrap();
+        let verified = Verification::of(&source, &glb(&scene)).unwrap();
         // The skeleton is 44 of the file's units tall, so this is 1e-6 of its height.
         let tolerance = 44.0 * verified.metres_per_unit * 1e-6;
         assert!(verified.max_error < 2.0 * tolerance, "steps {index}: {verified:?}");
@@ -106,7 +106,7 @@ fn a_joint_that_is_off_is_named_with_its_frame_and_distance() {
 
     // A turn by 0.1 about X moves the tip along a chord of the circle around X on which it stands.
     let expected = 2.0 * f64::sin(0.05) * offset.y.hypot(offset.z);
-    let verified = verify(&source, &glb(&scene)).unwrap();
+    let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert!(
         (verified.max_error - expected).abs() < 1e-6,
         "{} is not {expected}",
@@ -126,7 +126,7 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
         let mut scene = source.clone();
         scene.resample(rate, &Limits::default()).unwrap();
         scene.convert_units(0.056_444, UpAxis::Y);
-        let verified = verify(&source, &glb(&scene)).unwrap();
+        let verified = Verification::of(&source, &glb(&scene)).unwrap();
         assert!(verified.is_within(1e-5), "{rate}: {verified:?}");
         assert!(verified.frames < 270);
         let lost = verified.resampling.unwrap();
@@ -145,7 +145,7 @@ fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
     let mut scene = source.clone();
     scene.resample(120.0, &Limits::default()).unwrap();
     scene.convert_units(0.056_444, UpAxis::Y);
-    let verified = verify(&source, &glb(&scene)).unwrap();
+    let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert_eq!(verified.frames, 524);
     assert!(verified.max_error < 2e-6, "{verified:?}");
 }
@@ -163,7 +163,7 @@ fn files_of_other_programs_are_compared_by_name_and_size() {
             }
         }
     }
-    let verified = verify(&source, &as_of_another_program(&glb(&scene))).unwrap();
+    let verified = Verification::of(&source, &as_of_another_program(&glb(&scene))).unwrap();
     assert!(!verified.has_provenance);
     assert_eq!(verified.missing, ["Hips"]);
     assert_eq!((verified.frames, verified.joints), (339, 33));
@@ -176,7 +176,7 @@ fn a_file_that_ends_early_is_compared_as_far_as_it_goes() {
     let source = import("z_up_dab.bvh");
     let mut scene = source.clone();
     scene.trim(0.0, 99.0);
-    let verified = verify(&source, &as_of_another_program(&glb(&scene))).unwrap();
+    let verified = Verification::of(&source, &as_of_another_program(&glb(&scene))).unwrap();
     assert_eq!(verified.frames, 339);
     assert_eq!(kinds(&verified), [FindingKind::MissingFrames]);
     assert!(!verified.is_within(f64::INFINITY));
@@ -259,7 +259,7 @@ fn every_attack_is_found() {
         let steps = scene.metadata.steps.clone();
         attack(&mut scene);
         scene.metadata.steps = steps;
-        let verified = verify(&source, &glb(&scene)).unwrap();
+        let verified = Verification::of(&source, &glb(&scene)).unwrap();
         assert_eq!(kinds(&verified), expected, "{name}: {:?}", verified.findings);
         assert!(!verified.is_within(f64::INFINITY), "{name}");
     }
@@ -270,7 +270,7 @@ fn a_turn_that_moves_no_joint_is_found() {
     let source = import("z_up_dab.bvh");
     let mut scene = source.clone();
     scene.convert_units(0.0254, UpAxis::Z);
-    let verified = verify(&source, &glb(&scene)).unwrap();
+    let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert!(verified.turn_error.unwrap() < 1e-6, "{verified:?}");
     let has_children = |id: usize| {
         scene
@@ -281,7 +281,7 @@ fn a_turn_that_moves_no_joint_is_found() {
     let leaf = (0..scene.nodes.len()).find(|id| !has_children(*id)).unwrap();
     let turn = mocap::glam::Mat4::from_rotation_x(0.1);
     scene.nodes[leaf].transform *= turn;
-    let verified = verify(&source, &glb(&scene)).unwrap();
+    let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert!(verified.max_error < 1e-5, "{verified:?}");
     // A point 3 cm from a joint that turns by 0.1 about X: the chord of its circle.
     let chord = 2.0 * 0.03 * f64::sin(0.05);
@@ -318,13 +318,13 @@ fn bvh_is_compared_as_its_reader_reads_it() {
 
 #[test]
 fn a_file_of_another_skeleton_is_refused() {
-    let error = verify(&import("lecture_Test.bvh"), &glb(&import("cmu_short.bvh"))).unwrap_err();
+    let error = Verification::of(&import("lecture_Test.bvh"), &glb(&import("cmu_short.bvh"))).unwrap_err();
     assert!(error.to_string().contains("no joint"), "{error}");
 }
 
 #[test]
 fn a_file_of_no_known_format_is_refused() {
-    let error = verify(&import("lecture_Test.bvh"), b"no motion").unwrap_err();
+    let error = Verification::of(&import("lecture_Test.bvh"), b"no motion").unwrap_err();
     assert_eq!(error.code(), Code::UnknownFormat);
     // A file is what it is itself.
     let source = fixture("lecture_Test.bvh");
@@ -334,14 +334,14 @@ fn a_file_of_no_known_format_is_refused() {
 #[test]
 fn a_still_skeleton_is_compared_at_rest() {
     let source = import("latin1_name_no_motion.bvh");
-    let verified = verify(&source, &glb(&source)).unwrap();
+    let verified = Verification::of(&source, &glb(&source)).unwrap();
     assert_eq!(
         (verified.frames, verified.joints, verified.max_error < 1e-5),
         (1, 23, true)
     );
     let mut moved = source.clone();
     moved.nodes[3].transform.w_axis += Vec3::X.extend(0.0);
-    assert!((verify(&source, &glb(&moved)).unwrap().max_error - 1.0).abs() < 1e-5);
+    assert!((Verification::of(&source, &glb(&moved)).unwrap().max_error - 1.0).abs() < 1e-5);
 }
 
 #[test]

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use mocap::figure::{HumanoidBone as Bone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone as Bone};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::gltf::{GltfOptions, write_glb};
-use mocap::retarget::{RetargetOptions, Retargeter, vrm_humanoid};
+use mocap::gltf::GltfOptions;
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Confidence, Format, Keys, NodeId};
-use mocap::verify::{FindingKind, verify};
-use mocap::vrma::{self, VrmaOptions};
+use mocap::verify::{FindingKind, Verification};
+use mocap::vrma::VrmaOptions;
 use mocap::{Binding, Code, Conversion, Importer, Pose, Scene};
 use serde_json::Value;
 
@@ -42,7 +42,7 @@ fn with_json(glb: &[u8], json: &Value) -> Vec<u8> {
 }
 
 fn written(scene: &Scene) -> Vec<u8> {
-    vrma::write(scene, &VrmaOptions::default()).unwrap().0
+    VrmaOptions::default().write(scene).unwrap().0
 }
 
 fn read(bytes: &[u8]) -> Scene {
@@ -134,7 +134,7 @@ fn the_file_is_what_the_specification_demands() {
 fn the_motion_is_that_of_the_source() {
     for (file, scene, heading) in sources() {
         let read = read(&written(&scene));
-        let (ours, theirs) = (humanoid(&scene), humanoid(&read));
+        let (ours, theirs) = (Humanoid::of(&scene), Humanoid::of(&read));
         let heading = Quat::from_rotation_y(heading.to_radians());
         let (from, to) = (&scene.animations[0], &read.animations[0]);
         assert_eq!(from.frame_count(), to.frame_count(), "{file}");
@@ -191,7 +191,7 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
         .apply(&mut scene)
         .unwrap();
     let bytes = written(&scene);
-    let verified = verify(&source, &bytes).unwrap();
+    let verified = Verification::of(&source, &bytes).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
     assert!(verified.turn_error.is_some_and(|error| error < 1e-5), "{verified:?}");
 
@@ -209,17 +209,23 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     let at = changed.len() - bin.len() + view["byteOffset"].as_u64().unwrap_or(0) as usize;
     let last = at + 16 * (accessor["count"].as_u64().unwrap() as usize - 1);
     changed[last..last + 16].copy_from_slice(&[0.6_f32, 0.0, 0.0, 0.8].map(f32::to_le_bytes).concat());
-    assert!(!verify(&source, &changed).unwrap().is_within(1e-3));
+    assert!(!Verification::of(&source, &changed).unwrap().is_within(1e-3));
     // A path that is raised.
     let mut lifted = json.clone();
     let steps = lifted["asset"]["extras"]["mocap"]["steps"].as_array_mut().unwrap();
     steps.last_mut().unwrap()["lift"] = 0.1.into();
-    assert!(!verify(&source, &with_json(&bytes, &lifted)).unwrap().is_within(1e-3));
+    assert!(
+        !Verification::of(&source, &with_json(&bytes, &lifted))
+            .unwrap()
+            .is_within(1e-3)
+    );
     // A bone that is not stated.
     let mut lacking = json;
     let bones = &mut lacking["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"];
     bones.as_object_mut().unwrap().remove("leftHand");
-    let found = verify(&source, &with_json(&bytes, &lacking)).unwrap().findings;
+    let found = Verification::of(&source, &with_json(&bytes, &lacking))
+        .unwrap()
+        .findings;
     assert_eq!(found[0].kind, FindingKind::MissingJoint);
     assert!(found[0].message.contains("leftHand"), "{}", found[0]);
 }
@@ -230,7 +236,7 @@ fn another_rate_keeps_the_frames_around_a_cut() {
     let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let mut scene = source.clone();
     Conversion::new().frame_rate(30.0).apply(&mut scene).unwrap();
-    let verified = verify(&source, &written(&scene)).unwrap();
+    let verified = Verification::of(&source, &written(&scene)).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
     assert_eq!(verified.frames, 132);
 }
@@ -243,10 +249,10 @@ fn compression_keeps_its_bound_and_the_t_pose() {
             .error_bound(Some(0.001.into()))
             .compression(mocap::gltf::Compression::Int16),
     );
-    let (bytes, report) = vrma::write(&scene, &options).unwrap();
+    let (bytes, report) = options.write(&scene).unwrap();
     assert!(report.achieved.unwrap().max_error <= 0.001 && bytes.len() < written(&scene).len() / 2);
     let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
-    assert!(verify(&source, &bytes).unwrap().is_within(0.001));
+    assert!(Verification::of(&source, &bytes).unwrap().is_within(0.001));
     let (json, _) = parts(&bytes);
     let channels = json["animations"][0]["channels"].as_array().unwrap();
     let paths = channels
@@ -273,7 +279,7 @@ fn a_pose_that_is_held_stays_in_the_motion() {
     let read = read(&written(&scene));
     let at = |scene: &Scene| {
         let pose = Pose::at_tick(scene, 0, 200.0).unwrap();
-        let joint = |bone| humanoid(scene).joint(bone).unwrap();
+        let joint = |bone| Humanoid::of(scene).joint(bone).unwrap();
         pose.position(joint(Bone::LeftHand)) - pose.position(joint(Bone::LeftUpperArm))
     };
     assert!(at(&scene).angle_between(at(&read)) < 1e-3);
@@ -281,7 +287,7 @@ fn a_pose_that_is_held_stays_in_the_motion() {
 
 #[test]
 fn what_is_no_humanoid_is_refused_with_the_reason() {
-    let refused = |scene: &Scene, options: &VrmaOptions| vrma::write(scene, options).unwrap_err();
+    let refused = |scene: &Scene, options: &VrmaOptions| options.write(scene).unwrap_err();
     let error = refused(&motion("real/hand_take.c3d"), &VrmaOptions::default());
     assert_eq!(error.code(), Code::NotHumanoid);
     assert!(error.to_string().contains("the source is not a humanoid: "), "{error}");
@@ -305,7 +311,7 @@ fn a_motion_below_the_origin_is_raised_to_the_ground() {
     for value in &mut sunk.animations[0].channels[0].position_keys.values {
         value.y -= 1.0;
     }
-    let (plain, raised) = (vrm_humanoid(&scene, None).unwrap(), vrm_humanoid(&sunk, None).unwrap());
+    let (plain, raised) = (scene.vrm_humanoid(None).unwrap(), sunk.vrm_humanoid(None).unwrap());
     let height = |scene: &Scene| scene.animations[0].channels[0].position_keys.values[100].y;
     assert!(
         (height(&plain) - height(&raised)).abs() < 0.08,
@@ -320,7 +326,7 @@ fn a_motion_below_the_origin_is_raised_to_the_ground() {
 fn a_vrm_animation_states_its_bones() {
     let read = read(&written(&motion("real/cmu_12_01_walk.bvh")));
     assert_eq!(read.metadata.format, Some(Format::Vrma));
-    let found = humanoid(&read);
+    let found = Humanoid::of(&read);
     let thigh = &found.bones[&Bone::LeftUpperLeg];
     assert_eq!(read.nodes[thigh.joint.index()].name, "LeftUpLeg");
     assert_eq!(thigh.confidence, Confidence::Sure);
@@ -335,7 +341,7 @@ fn a_vrm_animation_states_its_bones() {
     let bytes = with_json(&written(&motion("real/cmu_12_01_walk.bvh")), &json);
     let nameless = Importer::new().read(&bytes, "take.bin").unwrap();
     assert_eq!(nameless.metadata.format, Some(Format::Vrma));
-    assert_eq!(humanoid(&nameless).bones.len(), found.bones.len());
+    assert_eq!(Humanoid::of(&nameless).bones.len(), found.bones.len());
     json["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"]["hips"]["node"] = 99.into();
     let error = Importer::new()
         .read(&with_json(&bytes, &json), "take.vrma")
@@ -369,7 +375,7 @@ fn a_character_moves_by_the_animation_as_by_its_source() {
         for tick in (0..direct.animations[0].frame_count()).step_by(41) {
             let [a, b] = [&direct, &over].map(|scene| Pose::at_tick(scene, 0, tick as f64).unwrap());
             for (from, to) in LIMBS {
-                let joint = |bone| humanoid(&target).joint(bone).unwrap();
+                let joint = |bone| Humanoid::of(&target).joint(bone).unwrap();
                 let way = |pose: &Pose| pose.position(joint(to)) - pose.position(joint(from));
                 let angle = way(&a).angle_between(way(&b)).to_degrees();
                 assert!(angle < 0.1, "{file}, {tick}: {from:?} is {angle} degrees off");
@@ -388,17 +394,17 @@ fn toes_without_a_foot_stay_where_they_are() {
     assert!(bones.as_object_mut().unwrap().remove("leftFoot").is_some());
     assert!(bones.get("leftToes").is_some());
     let without = read(&with_json(&whole, &json));
-    let verified = verify(&without, &written(&without)).unwrap();
+    let verified = Verification::of(&without, &written(&without)).unwrap();
     assert!(verified.is_within(1e-4), "{verified:?}");
 }
 
 #[test]
 fn an_animation_becomes_bvh_and_glb() {
     let scene = read(&written(&motion("real/cmu_short.bvh")));
-    let text = mocap::bvh::write(&scene, &mocap::bvh::BvhOptions::default()).unwrap();
-    assert!(verify(&scene, &text).unwrap().is_within(1e-4));
-    let glb = write_glb(&scene, &GltfOptions::default()).unwrap();
-    assert!(verify(&scene, &glb).unwrap().is_within(1e-5));
+    let text = mocap::bvh::BvhOptions::default().write(&scene).unwrap();
+    assert!(Verification::of(&scene, &text).unwrap().is_within(1e-4));
+    let glb = GltfOptions::default().write_glb(&scene).unwrap();
+    assert!(Verification::of(&scene, &glb).unwrap().is_within(1e-5));
     assert_eq!(
         scene.nodes[1].transform,
         Mat4::from_translation(scene.nodes[1].transform.w_axis.truncate())
@@ -426,7 +432,7 @@ fn damaged_files_are_errors_or_valid_scenes() {
     let survive = |bytes: &[u8]| {
         if let Ok(scene) = Importer::new().read(bytes, "a.vrma") {
             assert_eq!(scene.validate(), []);
-            let _ = vrma::write(&scene, &VrmaOptions::default());
+            let _ = VrmaOptions::default().write(&scene);
         }
     };
     for end in (0..bytes.len()).step_by(397) {

@@ -6,7 +6,7 @@ use crate::edit::StepInput;
 use crate::edit::body::and_below;
 use crate::edit::frames::Frames;
 use crate::error::Result;
-use crate::figure::{Figure, humanoid};
+use crate::figure::{Figure, Humanoid};
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
@@ -40,7 +40,7 @@ impl<'a> Work<'a> {
 
     /// The figure of a scene, whether it is a humanoid or not.
     pub(super) fn figure(scene: &Scene, input: &StepInput<'_>) -> Figure {
-        let bones = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+        let bones = input.bones().cloned().unwrap_or_else(|| Humanoid::of(scene));
         Figure::with_bones(scene, bones)
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::leg::LegTrack;
 use super::shift;
-use crate::ik::two_bone_rotations;
+use crate::ik::TwoBone;
 
 /// What a change of the height of a foot costs against one of its knee.
 const HEIGHT_COST: f32 = 10.0;
@@ -41,7 +41,7 @@ impl LegTrack {
         }
         let joints = [&self.thigh, &self.knee, &self.ankle].map(|track| track[frame] + carried);
         let goal = self.ankle[frame] + self.shifts[frame];
-        let found = two_bone_rotations(joints, goal, None);
+        let found = TwoBone::solve(joints, goal, None);
         found.middle.distance(self.knee[frame])
     }
 

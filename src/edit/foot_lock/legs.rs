@@ -10,7 +10,7 @@ use crate::edit::contacts::DetectedContacts;
 use crate::edit::frames::{Frames, between};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, HumanoidBone, Side};
-use crate::ik::{Goal, two_bone};
+use crate::ik::Goal;
 use crate::pose::{Pose, Trs};
 use crate::scene::{Channel, NodeId, Scene};
 
@@ -238,7 +238,7 @@ impl Legs {
         let rise = hips::rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0);
         position += up * rise.min(foot.slack());
         let goal = Goal::at(position).with_rotation(rotation);
-        let missed = two_bone(pose, [thigh, knee, ankle], &goal, None) * figure.metres();
+        let missed = pose.bend_limb([thigh, knee, ankle], &goal, None) * figure.metres();
         let unturned: Vec<Trs> = leg.foot.iter().map(|node| to_parent(pose, *node)).collect();
         foot.turn(frame, pose, up, floor);
         if weight < 1.0 {

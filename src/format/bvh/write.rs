@@ -7,7 +7,7 @@
 //! | the position in the first frame | OFFSET of JOINTs, where the scene was read from another format; the OFFSET of a ROOT is then zero, because some programs add it to the position |
 //! | animated positions | position channels, as [`Channels`] says; the ROOT always has them |
 //! | the unit of length | nothing: BVH has no unit, and numbers are written as they are |
-//! | rotations | three rotation channels, in the node's [`rotation_order`](crate::scene::Node::rotation_order) |
+//! | rotations | three rotation channels, in the node's [`Node::rotation_order`](crate::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
 //! | a constant scale | scaled lengths below the node; an animated scale is lost |
 //! | meshes, materials, further animations | nothing |
@@ -89,30 +89,32 @@ setters! {
     }
 }
 
-/// The text of a BVH file.
-///
-/// ```
-/// use mocap::bvh::{BvhOptions, write};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let text = String::from_utf8(write(&scene, &BvhOptions::default())?).unwrap();
-/// assert!(text.starts_with("HIERARCHY\nROOT Shoulder\n{\n\tOFFSET 0 0 0\n"));
-/// assert!(text.contains("Frames: 10\nFrame Time: 0.1\n"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a quaternion
-/// is not a rotation, and where the scene has no nodes.
-pub fn write(scene: &Scene, options: &BvhOptions) -> Result<Vec<u8>> {
-    Ok(build::text(scene, options)?.into_bytes())
+impl BvhOptions {
+    /// The text of a BVH file.
+    ///
+    /// ```
+    /// use mocap::bvh::BvhOptions;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let text = String::from_utf8(BvhOptions::default().write(&scene)?).unwrap();
+    /// assert!(text.starts_with("HIERARCHY\nROOT Shoulder\n{\n\tOFFSET 0 0 0\n"));
+    /// assert!(text.contains("Frames: 10\nFrame Time: 0.1\n"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
+    /// quaternion is not a rotation, and where the scene has no nodes.
+    pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
+        Ok(build::text(scene, self)?.into_bytes())
+    }
 }
 
 impl BvhOptions {
     /// Where joints of the file will be off because BVH has no scales: a warning with the largest distance.
     ///
     /// # Errors
-    /// As [`write()`].
+    /// As [`BvhOptions::write`](crate::bvh::BvhOptions::write).
     pub fn scale_warning(&self, scene: &Scene) -> Result<Option<Diagnostic>> {
         build::scale_warning(scene, self)
     }

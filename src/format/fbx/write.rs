@@ -7,7 +7,7 @@
 //! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
 //! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
 //! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |
-//! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
+//! | [`Node::rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
 //! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with linear keys |
@@ -268,7 +268,7 @@ impl Default for FbxOptions {
 
 /// What was written.
 ///
-/// [`write()`] has an example.
+/// [`FbxOptions::write`](crate::fbx::FbxOptions::write) has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FbxReport {
@@ -296,87 +296,89 @@ pub struct FbxReport {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The bytes of an FBX file, and what is in them.
-///
-/// ```
-/// use mocap::Conversion;
-/// use mocap::fbx::{FbxOptions, write};
-///
-/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// Conversion::new().apply(&mut scene)?;
-/// let (bytes, report) = write(&scene, &FbxOptions::default())?;
-/// assert!(bytes.starts_with(b"Kaydara FBX Binary"));
-/// assert_eq!(report.bones, scene.nodes.len());
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and where
-/// the scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::InvalidValue`] where a
-/// unit or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the largest error,
-/// and [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can be kept;
-/// [`Code::LimitExceeded`] where the file is too large for its version.
-pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)> {
-    if scene.nodes.is_empty() {
-        return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+impl FbxOptions {
+    /// The bytes of an FBX file, and what is in them.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::fbx::FbxOptions;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().apply(&mut scene)?;
+    /// let (bytes, report) = FbxOptions::default().write(&scene)?;
+    /// assert!(bytes.starts_with(b"Kaydara FBX Binary"));
+    /// assert_eq!(report.bones, scene.nodes.len());
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and
+    /// where the scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::InvalidValue`]
+    /// where a unit or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the
+    /// largest error, and [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can
+    /// be kept; [`Code::LimitExceeded`] where the file is too large for its version.
+    pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport)> {
+        if scene.nodes.is_empty() {
+            return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+        }
+        let unit = limits::positive(Code::InvalidValue, "metres per unit", self.metres_per_unit)?;
+        let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
+        let own_unit = limits::positive(Code::InvalidValue, "metres per unit of the scene", own_unit)?;
+        let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), self.up);
+        if let Some(bound) = &self.error_bound {
+            limits::positive(Code::InvalidValue, "the largest error", bound.max_error)?;
+        }
+        let mut document = Document::new();
+        let mut report = FbxReport::default();
+        let mut names = Names::default();
+        let bones = mesh::bound_nodes(scene);
+        let placed = skeleton::write(scene, &space, self, &bones, &mut names, &mut document, &mut report)?;
+        let binds = mesh::binds(scene, &space, &placed);
+        let clips = animation::write(scene, &space, &placed, self, &mut document, &mut report)?;
+        let beside = skeleton::beside_the_tails(scene, &placed, &clips.moving);
+        // The transform of a node in the bind pose.
+        let bound = |index: usize, mut bind: DMat4| {
+            bind.w_axis += beside[index].extend(0.0);
+            bind
+        };
+        let skinned = mesh::write(
+            scene,
+            &space,
+            (&placed, &bound),
+            self.textures,
+            &mut names,
+            &mut document,
+            &mut report,
+        )?;
+        let nodes = placed
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| place.id != document::SCENE_ROOT);
+        let nodes = nodes.map(|(index, place)| {
+            let bind = *binds.get(&index).unwrap_or(&place.world);
+            (place.id, bound(index, bind))
+        });
+        let pose: Vec<_> = nodes.chain(skinned).collect();
+        skeleton::bind_pose(&mut document, &pose);
+        let clips = clips.ends;
+        let provenance = Provenance {
+            up: Some(self.up).filter(|up| *up != UpAxis::Y),
+            ..Provenance::of(scene)
+        };
+        let settings = Settings {
+            version: self.version,
+            up: self.up,
+            metres_per_unit: unit,
+            rate: Rate::of(scene, self)?,
+            end: clips.iter().map(|clip| clip.1).max().unwrap_or(0),
+            clips,
+            provenance: serde_json::to_string(&provenance).unwrap_or_default(),
+        };
+        let bytes = encode::file(document.sections(&settings), self.version, CREATOR)?;
+        report.bytes = bytes.len();
+        report.warnings.extend(unit_warning(scene));
+        Ok((bytes, report))
     }
-    let unit = limits::positive(Code::InvalidValue, "metres per unit", options.metres_per_unit)?;
-    let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
-    let own_unit = limits::positive(Code::InvalidValue, "metres per unit of the scene", own_unit)?;
-    let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), options.up);
-    if let Some(bound) = &options.error_bound {
-        limits::positive(Code::InvalidValue, "the largest error", bound.max_error)?;
-    }
-    let mut document = Document::new();
-    let mut report = FbxReport::default();
-    let mut names = Names::default();
-    let bones = mesh::bound_nodes(scene);
-    let placed = skeleton::write(scene, &space, options, &bones, &mut names, &mut document, &mut report)?;
-    let binds = mesh::binds(scene, &space, &placed);
-    let clips = animation::write(scene, &space, &placed, options, &mut document, &mut report)?;
-    let beside = skeleton::beside_the_tails(scene, &placed, &clips.moving);
-    // The transform of a node in the bind pose.
-    let bound = |index: usize, mut bind: DMat4| {
-        bind.w_axis += beside[index].extend(0.0);
-        bind
-    };
-    let skinned = mesh::write(
-        scene,
-        &space,
-        (&placed, &bound),
-        options.textures,
-        &mut names,
-        &mut document,
-        &mut report,
-    )?;
-    let nodes = placed
-        .iter()
-        .enumerate()
-        .filter(|(_, place)| place.id != document::SCENE_ROOT);
-    let nodes = nodes.map(|(index, place)| {
-        let bind = *binds.get(&index).unwrap_or(&place.world);
-        (place.id, bound(index, bind))
-    });
-    let pose: Vec<_> = nodes.chain(skinned).collect();
-    skeleton::bind_pose(&mut document, &pose);
-    let clips = clips.ends;
-    let provenance = Provenance {
-        up: Some(options.up).filter(|up| *up != UpAxis::Y),
-        ..Provenance::of(scene)
-    };
-    let settings = Settings {
-        version: options.version,
-        up: options.up,
-        metres_per_unit: unit,
-        rate: Rate::of(scene, options)?,
-        end: clips.iter().map(|clip| clip.1).max().unwrap_or(0),
-        clips,
-        provenance: serde_json::to_string(&provenance).unwrap_or_default(),
-    };
-    let bytes = encode::file(document.sections(&settings), options.version, CREATOR)?;
-    report.bytes = bytes.len();
-    report.warnings.extend(unit_warning(scene));
-    Ok((bytes, report))
 }
 
 /// The files of the row.
@@ -385,7 +387,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         error_bound: options.bound(),
         ..options.fbx.clone()
     };
-    let (bytes, report) = write(scene, &options_of_fbx)?;
+    let (bytes, report) = options_of_fbx.write(scene)?;
     let images = report.beside.iter();
     let images = images.map(|(name, texture)| WrittenFile::new(name, scene.textures[*texture].bytes.clone()));
     let main = WrittenFile::new(&options.name, bytes);

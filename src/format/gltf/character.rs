@@ -5,7 +5,7 @@ use super::write::patch::{self, Replaced};
 use super::write::{BufferPlace, GltfOptions, GltfReport};
 use super::{Provenance, meshes};
 use crate::error::{Diagnostic, Result};
-use crate::figure::{Humanoid, humanoid};
+use crate::figure::Humanoid;
 use crate::format::{ReadOptions, Source, WrittenFile, read_back};
 use crate::scene::{Animation, Scene};
 
@@ -56,7 +56,7 @@ impl Character {
             nodes[id.index()] = Some(index);
         }
         let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
-        let humanoid = is_stated.then(|| humanoid(&scene));
+        let humanoid = is_stated.then(|| Humanoid::of(&scene));
         Ok(Self {
             bytes: source.bytes.to_vec(),
             scene,
@@ -71,7 +71,7 @@ impl Character {
     }
 
     /// Which joints are which bones, as a VRM file states it; `None` for other files, where
-    /// [`humanoid`](crate::figure::humanoid()) finds them.
+    /// [`Humanoid::of`](crate::figure::Humanoid::of) finds them.
     pub fn humanoid(&self) -> Option<&Humanoid> {
         self.humanoid.as_ref()
     }

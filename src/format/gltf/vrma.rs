@@ -41,14 +41,14 @@ const SEARCHED: usize = 1 << 20;
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
 /// mocap::Conversion::new().apply(&mut scene)?;
 /// let options = VrmaOptions::new().gltf(GltfOptions::new().compression(Compression::Int16));
-/// let (bytes, report) = vrma::write(&scene, &options)?;
+/// let (bytes, report) = options.write(&scene)?;
 /// assert!(bytes.starts_with(b"glTF") && report.animated_tracks > 20);
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct VrmaOptions {
-    /// Which joints are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
+    /// Which joints are which bones. Default: [`Humanoid::of`](crate::figure::Humanoid::of) finds them.
     pub humanoid: Option<Humanoid>,
     /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
     pub gltf: GltfOptions,
@@ -61,19 +61,21 @@ setters! {
     }
 }
 
-/// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
-///
-/// # Errors
-/// As [`vrm_humanoid`](crate::retarget::vrm_humanoid()) and [`write_glb`](super::write_glb); [`Code::NoMotion`] where
-/// there is no motion.
-pub fn write(scene: &Scene, options: &VrmaOptions) -> Result<(Vec<u8>, GltfReport)> {
-    let (document, report, _) = document(scene, None, options)?;
-    let bytes = document.to_glb()?;
-    let report = GltfReport {
-        bytes: bytes.len(),
-        ..report
-    };
-    Ok((bytes, report))
+impl VrmaOptions {
+    /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
+    ///
+    /// # Errors
+    /// As [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid) and [`GltfOptions::write_glb`]; [`Code::NoMotion`] where
+    /// there is no motion.
+    pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, GltfReport)> {
+        let (document, report, _) = document(scene, None, self)?;
+        let bytes = document.to_glb()?;
+        let report = GltfReport {
+            bytes: bytes.len(),
+            ..report
+        };
+        Ok((bytes, report))
+    }
 }
 
 /// The files of the row.

@@ -72,11 +72,11 @@ pub enum BufferPlace {
 /// Options of the writer.
 ///
 /// ```
-/// use mocap::gltf::{Compression, GltfOptions, write_glb};
+/// use mocap::gltf::{Compression, GltfOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let options = GltfOptions::new().compression(Compression::Int16).keep_constant(true);
-/// assert!(write_glb(&scene, &options)?.starts_with(b"glTF"));
+/// assert!(options.write_glb(&scene)?.starts_with(b"glTF"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -193,7 +193,7 @@ impl Document {
         Ok(document)
     }
 
-    /// Makes the document of a VRM animation: `scene` as [`vrm_humanoid`](crate::retarget::vrm_humanoid()) makes it.
+    /// Makes the document of a VRM animation: `scene` as [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid) makes it.
     pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let options = GltfOptions {
             keep_constant: false,
@@ -282,11 +282,13 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     Ok(Written { files, ..written })
 }
 
-/// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.
-///
-/// # Errors
-/// As [`Document::new`]; and [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB that the container
-/// can hold.
-pub fn write_glb(scene: &Scene, options: &GltfOptions) -> Result<Vec<u8>> {
-    Document::new(scene, options)?.to_glb()
+impl GltfOptions {
+    /// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.
+    ///
+    /// # Errors
+    /// As [`Document::new`]; and [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB that the
+    /// container can hold.
+    pub fn write_glb(&self, scene: &Scene) -> Result<Vec<u8>> {
+        Document::new(scene, self)?.to_glb()
+    }
 }

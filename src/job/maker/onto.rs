@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{Made, Maker, no_input};
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::humanoid;
+use crate::figure::Humanoid;
 use crate::format::Written;
 use crate::job::form::Form;
 use crate::job::names;
@@ -108,7 +108,7 @@ impl Maker<'_> {
         if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
             exporter = exporter.humanoid(bones.clone());
         }
-        let bones = || target.humanoid().cloned().unwrap_or_else(|| humanoid(&scene));
+        let bones = || target.humanoid().cloned().unwrap_or_else(|| Humanoid::of(&scene));
         let bones = self.names.is_some().then(bones);
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use mocap::Scene;
 use mocap::edit::{Blend, Concat, EditStep, Step, StepInput, StepReport};
-use mocap::figure::{Humanoid, HumanoidBone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone};
 
 use super::*;
 
@@ -119,7 +119,7 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
     assert_eq!(joined.nodes, walk.nodes);
     assert_bones_keep_their_lengths(&walk, &joined);
     // The last pose is that of the run: its thighs and arms point where those of the run do, but for its heading.
-    let (own, theirs) = (humanoid(&walk), humanoid(&run));
+    let (own, theirs) = (Humanoid::of(&walk), Humanoid::of(&run));
     let (ours, source) = (positions(&joined), positions(&run));
     let (ours, source) = (&ours[report.frames - 1], source.last().unwrap());
     for (from, to) in [

@@ -1,7 +1,7 @@
 //! Paths bent to points.
 
 use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp, WarpPathReport, WarpReport};
-use mocap::figure::{HumanoidBone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone};
 
 use mocap::scene::UpAxis;
 use proptest::prelude::*;
@@ -25,7 +25,7 @@ fn bend(scene: &mut Scene, points: Vec<PathPoint>, facing: PathFacing) -> mocap:
 }
 
 fn hips(scene: &Scene) -> usize {
-    humanoid(scene).joint(HumanoidBone::Hips).unwrap().index()
+    Humanoid::of(scene).joint(HumanoidBone::Hips).unwrap().index()
 }
 
 proptest! {
@@ -59,7 +59,7 @@ proptest! {
 #[test]
 fn a_figure_turns_with_its_path_or_looks_where_it_looked() {
     let scene = import(WALK);
-    let found = humanoid(&scene);
+    let found = Humanoid::of(&scene);
     let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
     let (left, right) = (joint(HumanoidBone::LeftUpperLeg), joint(HumanoidBone::RightUpperLeg));
     let heading = |at: &[DVec3]| {

@@ -2,9 +2,9 @@
 
 use mocap::convert::AlongBone;
 use mocap::edit::{BoneAxis, Step, StepInput};
-use mocap::fbx::{self, FbxOptions};
+use mocap::fbx::FbxOptions;
 use mocap::glam::Mat4;
-use mocap::gltf::{GltfOptions, write_glb};
+use mocap::gltf::GltfOptions;
 use mocap::scene::NodeKind;
 
 use super::*;
@@ -80,8 +80,8 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
             {
                 assert!(was.distance(*is) < 1e-5, "{file}: {was} {is}");
             }
-            let glb = write_glb(&scene, &GltfOptions::default()).unwrap();
-            let fbx = fbx::write(&scene, &FbxOptions::default()).unwrap().0;
+            let glb = GltfOptions::default().write_glb(&scene).unwrap();
+            let fbx = FbxOptions::default().write(&scene).unwrap().0;
             for (bytes, name) in [(glb, "a.glb"), (fbx, "a.fbx")] {
                 let written = mocap::Importer::new().read(&bytes, name).unwrap();
                 let (now, joints) = farthest_from_child(&written, axis);
@@ -95,7 +95,7 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
 /// from the thigh, as the positions of hip, knee and ankle show it, is that of the frame.
 #[test]
 fn hinges_bend_about_an_axis_of_the_frame() {
-    use mocap::figure::{HumanoidBone as Bone, humanoid};
+    use mocap::figure::{Humanoid, HumanoidBone as Bone};
     for file in [
         "cmu_12_01_walk.bvh",
         "motionbuilder_vicon_walk.bvh",
@@ -103,7 +103,7 @@ fn hinges_bend_about_an_axis_of_the_frame() {
     ] {
         let mut scene = import(file);
         BoneAxis::new().apply(&mut scene, &StepInput::new()).unwrap();
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         let binding = Binding::new(&scene, &scene.animations[0]);
         let mut pose = Pose::rest(&scene);
         let (mut sum, mut count) = (0.0, 0.0);

@@ -1,6 +1,6 @@
 //! Contacts and foot lock.
 
-use mocap::edit::{ContactOptions, FootLockOptions, contacts, foot_lock};
+use mocap::edit::{ContactOptions, FootLockOptions, foot_lock};
 use mocap::figure::HumanoidBone;
 
 use mocap::retarget::{RetargetOptions, Retargeter};
@@ -24,7 +24,7 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
     for file in CLIPS {
         let mut scene = import(file);
         let before = scene.clone();
-        let found = contacts(&before, 0, None, &ContactOptions::default()).unwrap();
+        let found = ContactOptions::default().detect(&before, 0, None).unwrap();
         let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
         assert_eq!(scene.validate(), [], "{file}");
@@ -79,7 +79,7 @@ fn other_joints_stay_within_a_limit() {
             let before = positions(&scene);
             let options = FootLockOptions::new().largest_change(largest_change);
             let report = foot_lock(&mut scene, 0, &options).unwrap();
-            let found = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
+            let found = ContactOptions::default().detect(&scene, 0, None).unwrap();
             let feet = [HumanoidBone::LeftFoot, HumanoidBone::RightFoot].map(|bone| found.point(bone).unwrap().node);
             let is_of_foot = |node: NodeId| {
                 let mut above = std::iter::successors(Some(node), |node| scene.nodes[node.index()].parent);
@@ -171,7 +171,7 @@ fn locked_feet_are_no_faster_than_free_ones() {
     for file in CLIPS {
         let mut scene = import(file);
         let free = positions(&scene);
-        let found = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
+        let found = ContactOptions::default().detect(&scene, 0, None).unwrap();
         let joints: Vec<NodeId> = found.points.iter().map(|point| point.node).collect();
         let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
         let [speed, acceleration] = ratios(&positions(&scene), &free, &joints, found.frame_rate as f32);
@@ -198,7 +198,7 @@ fn locked_feet_of_another_body_are_no_faster_than_free_ones() {
         };
         let ((free, _), (locked, report)) = (on_target(false), on_target(true));
         let lock = report.lock.unwrap_or_else(|| panic!("{file}: the feet are free"));
-        let found = contacts(&free, 0, None, &ContactOptions::default()).unwrap();
+        let found = ContactOptions::default().detect(&free, 0, None).unwrap();
         let joints: Vec<NodeId> = found.points.iter().map(|point| point.node).collect();
         let [speed, acceleration] = ratios(&positions(&locked), &positions(&free), &joints, found.frame_rate as f32);
         assert!(speed <= 1.2 && acceleration <= 1.5, "{file}: {speed} {acceleration}");
@@ -243,8 +243,8 @@ fn the_unit_of_the_scene_changes_nothing() {
     inches.metadata.metres_per_unit = Some(0.0254);
     let options = ContactOptions::new().hands(true);
     let (a, b) = (
-        contacts(&metres, 0, None, &options).unwrap(),
-        contacts(&inches, 0, None, &options).unwrap(),
+        options.detect(&metres, 0, None).unwrap(),
+        options.detect(&inches, 0, None).unwrap(),
     );
     assert_eq!((a.frames, a.points.len(), b.points.len()), (b.frames, 6, 6));
     for (a, b) in a.points.iter().zip(&b.points) {
@@ -272,7 +272,9 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
             .message
             .clone()
     };
-    let known = contacts(&import("cmu_12_01_walk.bvh"), 0, None, &ContactOptions::default()).unwrap();
+    let known = ContactOptions::default()
+        .detect(&import("cmu_12_01_walk.bvh"), 0, None)
+        .unwrap();
     let other_frames = FootLockOptions::new().known(Some(known));
     assert_eq!(
         refused(&mut walk, 0, other_frames),
@@ -306,7 +308,7 @@ fn a_known_slide_is_found_and_taken_back() {
         for _ in 0..2 {
             foot_lock(&mut clean, 0, &FootLockOptions::default()).unwrap();
         }
-        let found = contacts(&clean, 0, None, &ContactOptions::default()).unwrap();
+        let found = ContactOptions::default().detect(&clean, 0, None).unwrap();
         let rate = clean.animations[0].ticks_per_second as f32;
         for speed in [0.01f32, 0.05, 0.1, 0.2] {
             let mut scene = clean.clone();
@@ -317,7 +319,7 @@ fn a_known_slide_is_found_and_taken_back() {
             for (frame, position) in hips.unwrap().position_keys.values.iter_mut().enumerate() {
                 position.x += speed * frame as f32 / rate;
             }
-            let slid = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
+            let slid = ContactOptions::default().detect(&scene, 0, None).unwrap();
             let slid_at = positions(&scene);
             let (mut hits, mut all) = (0, 0);
             for bone in [HumanoidBone::LeftToes, HumanoidBone::RightToes] {

@@ -5,7 +5,7 @@ use mocap::edit::{
     Blend, BlendReport, BlendWeight, Concat, ConcatReport, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror,
     Smooth, Step, StepInput, Warp, WarpReport, WarpTimeReport,
 };
-use mocap::figure::{HumanoidBone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone};
 
 use proptest::prelude::*;
 
@@ -156,7 +156,7 @@ fn a_loop_ends_as_it_begins() {
         assert!(report.contacts_agree, "{file}: {report:?}");
         // From the hips, in the directions of the body over the ground, so that the way and the turn of a cycle do not
         // count.
-        let found = humanoid(&scene);
+        let found = Humanoid::of(&scene);
         let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
         let seen = |frame: usize| {
             let at = &at[frame];
@@ -366,7 +366,7 @@ fn a_layer_changes_its_part_alone() {
     let (mut scene, other) = (part(&walk, 0, 200), part(&walk, 150, 300));
     let layer = Layer::new().part(LayerPart::Arms);
     layer.apply(&mut scene, &StepInput::new().other(&other)).unwrap();
-    let found = humanoid(&walk);
+    let found = Humanoid::of(&walk);
     let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
     let (old, new, donor) = (positions(&walk), positions(&scene), positions(&other));
     for frame in 0..=150 {

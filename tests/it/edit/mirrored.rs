@@ -1,7 +1,7 @@
 //! Left and right exchanged.
 
 use mocap::edit::{Mirror, Step, StepInput};
-use mocap::figure::{HumanoidBone, humanoid};
+use mocap::figure::{Humanoid, HumanoidBone};
 
 use super::*;
 
@@ -51,7 +51,7 @@ fn each_side_does_what_the_other_did() {
     let scene = import("motionbuilder_vicon_walk.bvh");
     let mut other = scene.clone();
     Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
-    let found = humanoid(&scene);
+    let found = Humanoid::of(&scene);
     let node = |bone: HumanoidBone| found.joint(bone).unwrap().index();
     let (before, after) = (positions(&scene), positions(&other));
     for (old, new) in before.iter().zip(&after) {
@@ -80,7 +80,7 @@ fn a_walk_goes_on_the_same_way() {
     let scene = import("cmu_12_01_walk.bvh");
     let mut other = scene.clone();
     Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
-    let hips = humanoid(&scene).joint(HumanoidBone::Hips).unwrap().index();
+    let hips = Humanoid::of(&scene).joint(HumanoidBone::Hips).unwrap().index();
     let (before, after) = (positions(&scene), positions(&other));
     assert!(before[0][hips].distance(after[0][hips]) < 1e-6);
     let way = |at: &[Vec<Vec3>]| (at[200][hips] - at[0][hips]).normalize();
@@ -104,7 +104,7 @@ fn sides_may_be_turned_and_bent_differently_at_rest() {
         let mut other = scene.clone();
         let report = Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
         assert!(report.largest_asymmetry < 0.5 * most, "{file}: {report:?}");
-        let bones = humanoid(&scene).bones;
+        let bones = Humanoid::of(&scene).bones;
         let (before, after) = (exact_positions(&scene), exact_positions(&other));
         for (old, new) in before.iter().zip(&after).step_by(10) {
             for (a, joint_a) in &bones {

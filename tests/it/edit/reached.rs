@@ -1,7 +1,7 @@
 //! Limbs that go to a target: kinematics of the tests' own in double precision say whether they are there.
 
 use mocap::edit::{EditReport, EditStep, StepInput, StepReport};
-use mocap::figure::humanoid;
+use mocap::figure::Humanoid;
 
 use super::*;
 
@@ -11,7 +11,7 @@ fn apply(scene: &mut Scene, step: &str) -> mocap::Result<EditReport> {
 
 fn joint(scene: &Scene, bone: &str) -> usize {
     let bone = mocap::figure::HumanoidBone::from_name(bone).unwrap();
-    humanoid(scene).joint(bone).unwrap().index()
+    Humanoid::of(scene).joint(bone).unwrap().index()
 }
 
 /// The hand is at the head within the part, the foot at a point; nothing moves beside the limb, and nothing before and

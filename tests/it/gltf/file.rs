@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use mocap::Exporter;
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance, write_glb};
+use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance};
 use mocap::scene::Scene;
 
 use super::read::{Read, text_of};
@@ -125,7 +125,7 @@ fn what_is_not_finite_is_refused_by_name_and_no_file_is_left() {
     let mut scene = walker(3);
     scene.animations[0].ticks_per_second = 0.0;
     assert_eq!(
-        write_glb(&scene, &GltfOptions::default()).unwrap_err().code().as_str(),
+        GltfOptions::default().write_glb(&scene).unwrap_err().code().as_str(),
         "frame-time"
     );
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
@@ -183,7 +183,7 @@ fn equal_scenes_give_equal_bytes() {
     let scene = with_skinned_mesh(walker(20));
     let options = GltfOptions::default();
     assert_eq!(
-        write_glb(&scene, &options).unwrap(),
-        write_glb(&scene.clone(), &options).unwrap()
+        options.write_glb(&scene).unwrap(),
+        options.write_glb(&scene.clone()).unwrap()
     );
 }

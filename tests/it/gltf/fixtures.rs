@@ -1,7 +1,7 @@
 //! Real files, through the library into glTF and back, against their own text.
 
 use mocap::glam::DVec3;
-use mocap::gltf::{GltfOptions, write_glb};
+use mocap::gltf::GltfOptions;
 use mocap::process::{KeyTolerance, SkeletonMesh};
 
 use super::read::Read;
@@ -15,7 +15,7 @@ fn assert_survives(file: &str) {
     let mut scene = mocap::Importer::new().read(&bytes, file).unwrap();
     scene.collapse_keys(KeyTolerance::default());
     scene.add_skeleton_mesh(SkeletonMesh::Skinned);
-    let read = Read::glb(&write_glb(&scene, &GltfOptions::default()).unwrap());
+    let read = Read::glb(&GltfOptions::default().write_glb(&scene).unwrap());
 
     let capture = Capture::parse(&bytes);
     let tolerance = 1e-5 * capture.height(Root::Replace);

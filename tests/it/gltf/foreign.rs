@@ -164,7 +164,7 @@ fn steps_hold_until_the_next_key() {
         assert_eq!(place(&scene, 0, 0, seconds).x, x, "{seconds}");
     }
     // And they come out as steps again.
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+    let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let again = Importer::new().read(&glb, "again.glb").unwrap();
     for (seconds, x) in [(0.9999, 0.0), (1.0001, 2.0), (2.4999, 2.0), (2.5, 5.0)] {
         assert_eq!(place(&again, 0, 0, seconds).x, x, "{seconds}");
@@ -275,7 +275,7 @@ fn each_clip_keeps_its_own_pose_when_it_is_written() {
         mocap::gltf::GltfOptions::new().keep_constant(true),
         mocap::gltf::GltfOptions::new().error_bound(Some(0.001.into())),
     ] {
-        let glb = mocap::gltf::write_glb(&scene, &options).unwrap();
+        let glb = options.write_glb(&scene).unwrap();
         let again = Importer::new().read(&glb, "again.glb").unwrap();
         let names: Vec<_> = again.animations.iter().map(|clip| clip.name.as_str()).collect();
         assert_eq!(names, ["one", "two", "none"]);
@@ -645,7 +645,7 @@ fn an_end_site_with_a_child_is_a_joint() {
     let mut made = scene.clone();
     made.nodes[1].kind = NodeKind::EndSite;
     for scene in [scene, made] {
-        let text = mocap::bvh::write(&scene, &mocap::bvh::BvhOptions::default()).unwrap();
+        let text = mocap::bvh::BvhOptions::default().write(&scene).unwrap();
         let again = Importer::new()
             .skeleton_mesh(SkeletonMesh::None)
             .read(&text, "a.bvh")
@@ -662,7 +662,7 @@ fn an_end_site_with_a_child_is_a_joint() {
 #[test]
 fn an_end_site_without_a_parent_is_written_as_a_root() {
     let file = Foreign::new(json!([{ "name": "tip", "extras": { "end_site": true } }]));
-    let text = mocap::bvh::write(&file.read(), &mocap::bvh::BvhOptions::default()).unwrap();
+    let text = mocap::bvh::BvhOptions::default().write(&file.read()).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("ROOT tip"), "{text}");
     let again = Importer::new().read(text.as_bytes(), "a.bvh").unwrap();

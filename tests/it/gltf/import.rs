@@ -2,7 +2,7 @@
 
 use mocap::Exporter;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::gltf::{BufferPlace, GltfOptions, write_glb};
+use mocap::gltf::{BufferPlace, GltfOptions};
 
 use mocap::scene::{Node, NodeKind, Scene};
 use mocap::{Importer, Pose, SkeletonMesh};
@@ -14,7 +14,7 @@ fn read(bytes: &[u8]) -> mocap::Result<Scene> {
 }
 
 fn round_trip(scene: &Scene) -> Scene {
-    read(&write_glb(scene, &GltfOptions::new().keep_constant(true)).unwrap()).unwrap()
+    read(&GltfOptions::new().keep_constant(true).write_glb(scene).unwrap()).unwrap()
 }
 
 /// Asserts that nodes have the same names, kinds and parents, and stand in the same places at every frame.
@@ -54,7 +54,7 @@ fn a_written_scene_reads_as_itself() {
 fn folded_tracks_come_back_from_the_nodes() {
     let scene = walker(50);
     assert_same(
-        &read(&write_glb(&scene, &GltfOptions::default()).unwrap()).unwrap(),
+        &read(&GltfOptions::default().write_glb(&scene).unwrap()).unwrap(),
         &scene,
     );
 }
@@ -103,7 +103,7 @@ fn several_roots_get_a_group() {
         node("c", Some(0), Vec3::Z),
     ];
     // Without the group, as other programs write it.
-    let glb = write_glb(&scene, &GltfOptions::default()).unwrap();
+    let glb = GltfOptions::default().write_glb(&scene).unwrap();
     let text = json_of(&glb)
         .replace(r#""nodes":[0]"#, r#""nodes":[1,3]"#)
         .replace(r#""children":[1,3],"#, "");
@@ -138,7 +138,7 @@ fn text_files_bring_their_buffer_along_or_beside_them() {
 
 #[test]
 fn a_frame_time_is_found_where_none_is_stated() {
-    let glb = write_glb(&walker(3000), &GltfOptions::default()).unwrap();
+    let glb = GltfOptions::default().write_glb(&walker(3000)).unwrap();
     let text = json_of(&glb).replace(r#""mocap""#, r#""other""#);
     let read = read(&with_json(&glb, &text)).unwrap();
     let animation = &read.animations[0];
@@ -153,7 +153,7 @@ fn a_frame_time_is_found_where_none_is_stated() {
 
 #[test]
 fn what_is_wrong_is_said() {
-    let glb = write_glb(&walker(5), &GltfOptions::default()).unwrap();
+    let glb = GltfOptions::default().write_glb(&walker(5)).unwrap();
     let text = json_of(&glb);
     let changed = [
         // The leg hangs on itself.
@@ -185,7 +185,7 @@ fn what_is_wrong_is_said() {
 /// Every prefix, and every byte set to three other values: an error or a valid scene, and never a panic.
 #[test]
 fn no_bytes_do_harm() {
-    let glb = write_glb(&walker(2), &GltfOptions::default()).unwrap();
+    let glb = GltfOptions::default().write_glb(&walker(2)).unwrap();
     for end in 0..glb.len() {
         assert!(read(&glb[..end]).is_err(), "{end}");
     }

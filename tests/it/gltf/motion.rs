@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use gltf::animation::Property;
 use mocap::glam::{DVec3, Quat, Vec3};
-use mocap::gltf::{Document, GltfOptions, write_glb};
+use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::Keys;
 
 use super::read::Read;
@@ -56,7 +56,7 @@ fn only_what_moves_is_a_channel_and_all_channels_share_their_times() {
 fn constant_tracks_can_be_kept() {
     let options = GltfOptions::new().keep_constant(true);
     let scene = walker(50);
-    let read = Read::glb(&write_glb(&scene, &options).unwrap());
+    let read = Read::glb(&options.write_glb(&scene).unwrap());
     let animation = read.document.animations().next().unwrap();
     let keys: Vec<_> = animation
         .channels()

@@ -3,7 +3,7 @@
 use gltf::animation::Interpolation;
 use gltf::animation::util::ReadOutputs;
 use mocap::glam::{DMat4, DQuat, DVec3, Quat, Vec3};
-use mocap::gltf::{Document, GltfOptions, write_glb};
+use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::Scene;
 
 /// A file in memory.
@@ -39,7 +39,7 @@ impl Read {
     }
 
     pub(crate) fn scene(scene: &Scene) -> Self {
-        Self::glb(&write_glb(scene, &GltfOptions::default()).unwrap())
+        Self::glb(&GltfOptions::default().write_glb(scene).unwrap())
     }
 
     /// The numbers of an accessor, without the crate's iterators.

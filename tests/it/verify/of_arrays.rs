@@ -1,6 +1,6 @@
 //! Arrays, `.npz` and `.csv`, against the motion that they were made from.
 
-use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays};
+use mocap::arrays::{ArrayOptions, Arrays, Moment, Rotation, RotationSpace, Space};
 use mocap::scene::UpAxis;
 use mocap::verify::{FindingKind, Verification, Verifier};
 
@@ -8,12 +8,12 @@ use crate::sample::{Sample, is_all};
 
 fn bytes(file: &str, options: &ArrayOptions) -> Vec<u8> {
     let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
-    arrays(&scene, options).unwrap().to_npz()
+    Arrays::of(&scene, options).unwrap().to_npz()
 }
 
 fn csv_of(file: &str, options: &ArrayOptions) -> String {
     let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
-    arrays(&scene, options).unwrap().to_csv()
+    Arrays::of(&scene, options).unwrap().to_csv()
 }
 
 fn verified(file: &str, bytes: &[u8]) -> mocap::Result<Verification> {
@@ -71,7 +71,7 @@ fn whatever_they_hold_is_right() {
 fn what_is_wrong_is_found() {
     let file = "cmu_short.bvh";
     let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
-    let right = arrays(&scene, &ArrayOptions::default()).unwrap();
+    let right = Arrays::of(&scene, &ArrayOptions::default()).unwrap();
     let with = |change: &dyn Fn(&mut mocap::arrays::Arrays)| {
         let mut wrong = right.clone();
         change(&mut wrong);
@@ -161,7 +161,7 @@ fn names_in_tables_may_be_anything() {
     let source = folder.path().join("take.bvh");
     let text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
     std::fs::write(&source, text.replacen("ROOT Shoulder", "ROOT =1+1, \"a\"", 1)).unwrap();
-    let motion = arrays(&mocap::import(&source).unwrap(), &ArrayOptions::default()).unwrap();
+    let motion = Arrays::of(&mocap::import(&source).unwrap(), &ArrayOptions::default()).unwrap();
     assert!(motion.joints()[0].name.starts_with("=1+1, \""));
     let output = folder.path().join("out.csv");
     for table in [motion.to_csv(), motion.to_csv_for_spreadsheet()] {

@@ -7,7 +7,7 @@ mod kinds;
 use std::collections::HashMap;
 use std::path::Path;
 
-use mocap::arrays::{ArrayOptions, arrays};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::verify::Verifier;
 use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
 
@@ -60,7 +60,7 @@ const MISSED: &[(&str, &str, &str)] = &[
 
 /// The bytes of a file that is written there; nothing where its format cannot hold the scene.
 fn written(scene: &Scene, path: &Path) -> Option<Vec<u8>> {
-    let motion = || arrays(scene, &ArrayOptions::new());
+    let motion = || Arrays::of(scene, &ArrayOptions::new());
     match path.extension()?.to_str()? {
         "npz" => Some(motion().ok()?.to_npz()),
         "csv" => Some(motion().ok()?.to_csv().into()),

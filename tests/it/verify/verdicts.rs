@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 
 use mocap::scene::{NodeKind, UpAxis};
-use mocap::verify::{FindingKind, Verification, Verifier, verify};
+use mocap::verify::{FindingKind, Verification, Verifier};
 use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
@@ -379,10 +379,10 @@ fn groups_that_move_are_compared_where_there_is_no_joint() {
             .into_bytes()
             .unwrap()
     };
-    assert!(verify(&scene, &written(&scene)).unwrap().is_within(1e-5));
+    assert!(Verification::of(&scene, &written(&scene)).unwrap().is_within(1e-5));
     let mut late = scene.clone();
     late.animations[0].channels[0].position_keys.values.rotate_right(1);
-    assert!(!verify(&scene, &written(&late)).unwrap().is_within(1e-3));
+    assert!(!Verification::of(&scene, &written(&late)).unwrap().is_within(1e-3));
 }
 
 /// A packed clip whose duration fuzzing had changed was written with two keys at one time, which no reader takes.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::glam::{Mat4, Vec3, Vec4};
 use mocap::scene::{NodeKind, UpAxis};
-use mocap::verify::verify;
-use mocap::vrma::{self, VrmaOptions};
+use mocap::verify::Verification;
+use mocap::vrma::VrmaOptions;
 use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, Trs};
 use serde_json::{Value, json};
 
@@ -21,7 +21,7 @@ fn accepted(source: &Scene, format: Format) -> Vec<u8> {
     let mut scene = source.clone();
     Conversion::new().apply(&mut scene).unwrap();
     let bytes = Exporter::new().write(&scene, format).unwrap().into_bytes().unwrap();
-    let verified = verify(source, &bytes).unwrap();
+    let verified = Verification::of(source, &bytes).unwrap();
     assert!(verified.is_within(CLOSE), "{format}: {verified:?}");
     bytes
 }
@@ -87,7 +87,7 @@ fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
         // They have one clip.
         source.animations.truncate(1);
     }
-    let verified = verify(&source, &bytes).unwrap();
+    let verified = Verification::of(&source, &bytes).unwrap();
     assert!(
         !is_whole || verified.is_within(1e-3),
         "{}, {format}: {verified:?}",
@@ -112,7 +112,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
         .unwrap()
         .into_bytes()
         .unwrap();
-    let verified = verify(&source, &bytes).unwrap();
+    let verified = Verification::of(&source, &bytes).unwrap();
     assert!(verified.is_within(CLOSE), "{verified:?}");
     // One that is no unit is still found.
     scene.convert_units(1.07, UpAxis::Y);
@@ -121,7 +121,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
         .unwrap()
         .into_bytes()
         .unwrap();
-    assert!(!verify(&source, &bytes).unwrap().is_within(CLOSE));
+    assert!(!Verification::of(&source, &bytes).unwrap().is_within(CLOSE));
 }
 
 /// A scene does not have the node of a mesh with a skin, whose transform has no meaning. It stays in the file.
@@ -157,7 +157,11 @@ fn the_unit_of_a_single_joint_is_found() {
             .unwrap()
             .into_bytes()
             .unwrap();
-        assert_eq!(verify(&source, &bytes).unwrap().is_within(CLOSE), is_right, "{unit}");
+        assert_eq!(
+            Verification::of(&source, &bytes).unwrap().is_within(CLOSE),
+            is_right,
+            "{unit}"
+        );
     }
 }
 
@@ -229,7 +233,7 @@ fn clips_of_several_rates_keep_theirs() {
     source.animations.push(slow);
     for format in [Format::Gltf, Format::Fbx] {
         let bytes = Exporter::new().write(&source, format).unwrap().into_bytes().unwrap();
-        let verified = verify(&source, &bytes).unwrap();
+        let verified = Verification::of(&source, &bytes).unwrap();
         assert!(verified.is_within(CLOSE), "{format}: {verified:?}");
         let again = Importer::new().read(&bytes, "again").unwrap();
         if format == Format::Gltf {
@@ -258,7 +262,7 @@ fn a_scene_without_a_node_is_no_packed_clip() {
 fn a_vrm_animation_is_written_with_the_t_pose_that_it_has() {
     let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
     Conversion::new().apply(&mut scene).unwrap();
-    let (bytes, _) = vrma::write(&scene, &VrmaOptions::default()).unwrap();
+    let (bytes, _) = VrmaOptions::default().write(&scene).unwrap();
     let mut glb = gltf::Glb::from_slice(&bytes).unwrap();
     let mut file: Value = serde_json::from_slice(&glb.json).unwrap();
     for node in file["nodes"].as_array_mut().unwrap() {

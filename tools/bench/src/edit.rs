@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use mocap::edit::{ContactOptions, EditStep, Mirror, Step, StepInput, contacts};
+use mocap::edit::{ContactOptions, EditStep, Mirror, Step, StepInput};
 
 use crate::Result;
 use crate::feet::import;
@@ -54,7 +54,7 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
                 let took = match *step {
                     "contacts" => {
                         let start = Clock::start();
-                        contacts(&copy, 0, None, &ContactOptions::default())?;
+                        ContactOptions::default().detect(&copy, 0, None)?;
                         start.elapsed()
                     }
                     step => {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, DetectedContacts, FootLockOptions, FootLockReport, contacts, foot_lock};
+use mocap::edit::{ContactOptions, DetectedContacts, FootLockOptions, FootLockReport, foot_lock};
 use mocap::figure::HumanoidBone;
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;
@@ -127,7 +127,7 @@ fn slide(file: &str, clean: &Scene, speed: f32) -> Result<()> {
 }
 
 fn detect(scene: &Scene) -> Result<DetectedContacts> {
-    Ok(contacts(scene, 0, None, &ContactOptions::default())?)
+    Ok(ContactOptions::default().detect(scene, 0, None)?)
 }
 
 /// The largest accelerations of a joint, as times the 99th percentile of the motion before.

@@ -18,7 +18,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use mocap::gltf::{self, GltfOptions};
+use mocap::gltf::GltfOptions;
 use mocap::{Exporter, Importer, Scene, SkeletonMesh, Updater};
 
 /// The stage that compresses within a largest error.
@@ -157,7 +157,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
             .hash(false)
     };
     let mut scene = importer(1).import(path)?;
-    let glb = gltf::write_glb(&scene, &GltfOptions::default())?;
+    let glb = GltfOptions::default().write_glb(&scene)?;
     let convert = |threads| -> Result<()> {
         Exporter::new()
             .overwrite(true)
@@ -204,7 +204,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         stages.add(name("convert"), move || convert(threads));
     }
     stages.add("export", || {
-        black_box(gltf::write_glb(&scene, &GltfOptions::default())?);
+        black_box(GltfOptions::default().write_glb(&scene)?);
         Ok(())
     });
     if peers::run(&mocap, &["convert", &from, &to]) {

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use mocap::figure::humanoid;
+use mocap::figure::Humanoid;
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Importer, Scene, SkeletonMesh};
 
@@ -64,7 +64,7 @@ fn own(source: &Scene, target: &Scene, rounds: usize) -> Result<(f64, f64)> {
 
 /// The same of three.js, whose caller names the joint of the source for each joint of the target.
 fn three(clip: &str, character: &Path, source: &Scene, target: &Scene) -> Option<f64> {
-    let (from, to) = (humanoid(source), humanoid(target));
+    let (from, to) = (Humanoid::of(source), Humanoid::of(target));
     let name = |scene: &Scene, joint: Option<mocap::scene::NodeId>| Some(scene.nodes[joint?.index()].name.clone());
     let pairs = to
         .bones

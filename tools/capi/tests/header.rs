@@ -36,7 +36,7 @@ fn pkg_config_states_the_version() {
 #[test]
 fn the_header_names_every_format() {
     let header = fs::read_to_string("mocap.h").unwrap();
-    for format in mocap::FORMATS {
+    for format in mocap::FormatInfo::ALL {
         for extension in format.extensions {
             let name = format!("`.{extension}`");
             assert!(header.contains(&name), "mocap.h does not name {name}");

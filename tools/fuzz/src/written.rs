@@ -4,10 +4,10 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use mocap::arrays::{ArrayOptions, arrays};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::fbx::{FbxOptions, FbxTarget, FbxVersion};
 use mocap::scene::{Animation, Node, NodeKind};
-use mocap::verify::verify;
+use mocap::verify::Verification;
 use mocap::{Code, Conversion, Error, Exporter, Format, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::inputs::Outputs;
@@ -149,7 +149,7 @@ fn check_verdict(scenes: &Scenes<'_>, bytes: &[u8], format: Format) {
     if matches!(format, Format::Bvh | Format::Mclip) && source.animations.len() > 1 {
         source.to_mut().animations.truncate(1);
     }
-    match verify(&source, bytes) {
+    match Verification::of(&source, bytes) {
         Ok(verified) => assert!(
             verified.is_within(FARTHEST + FARTHEST_OF_SIZE * size),
             "{format}: what was written is not what was read: {} m, rotations {:?} m, {:?}",
@@ -248,7 +248,9 @@ fn make_arrays(scene: &Scene) {
         return;
     }
     let options = ArrayOptions::new().velocities(true);
-    let Ok(motion) = arrays(scene, &options) else { return };
+    let Ok(motion) = Arrays::of(scene, &options) else {
+        return;
+    };
     let velocities = motion.velocities.as_deref().unwrap_or_default();
     let all = [motion.positions.as_slice(), &motion.rotations, velocities];
     assert!(

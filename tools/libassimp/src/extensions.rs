@@ -2,7 +2,7 @@
 
 use std::ffi::c_char;
 
-use mocap::FORMATS;
+use mocap::FormatInfo;
 
 use crate::abi::aiString;
 use crate::border::{guard, text};
@@ -59,5 +59,7 @@ pub(crate) unsafe extern "C" fn aiGetExtensionList(list: *mut aiString) {
 }
 
 fn extensions() -> impl Iterator<Item = &'static str> {
-    FORMATS.iter().flat_map(|format| format.extensions.iter().copied())
+    FormatInfo::ALL
+        .iter()
+        .flat_map(|format| format.extensions.iter().copied())
 }

@@ -4,7 +4,7 @@
 use arrow_array::ffi::{FFI_ArrowSchema, to_ffi};
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{Array, RecordBatch, RecordBatchIterator, StructArray};
-use mocap::arrays::{Arrays, arrays, table as tables};
+use mocap::arrays::{Arrays, table as tables};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -106,7 +106,7 @@ pub(crate) fn table(
             return tables::inventory(&rows);
         }
         let motions: Vec<Result<Arrays, String>> = scenes
-            .map(|scene| scene.and_then(|scene| arrays(&scene, &options)))
+            .map(|scene| scene.and_then(|scene| Arrays::of(&scene, &options)))
             .map(|motion| motion.map_err(|error| error.to_string()))
             .collect();
         let names = files.iter().map(|(name, _)| name.as_str());

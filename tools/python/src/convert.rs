@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::RestPoseSource;
-use mocap::figure::{HumanoidMap, humanoid};
+use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::files::ReplacePolicy;
 use mocap::job::JointNames;
 use mocap::scene::UpAxis;
@@ -133,7 +133,7 @@ pub(crate) fn convert(
         }
         conversion.apply(&mut scene)?;
         if let Some(names) = &names {
-            let bones = humanoid(&scene);
+            let bones = Humanoid::of(&scene);
             scene.name_joints(&bones, names)?;
         }
         exporter.export(&scene, &target)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditStep};
-use mocap::figure::{HumanoidMap, humanoid};
+use mocap::figure::{Humanoid, HumanoidMap};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -48,7 +48,7 @@ pub(crate) fn edit(
     let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
     let done = py.detach(|| {
         let known = bones
-            .map(|bones| humanoid(&changed).with_map(&changed, bones))
+            .map(|bones| Humanoid::of(&changed).with_map(&changed, bones))
             .transpose()?;
         let steps = [EditStep::from_value(&step)?];
         let others: Vec<_> = other.iter().map(|other| other.scene()).collect();
@@ -62,7 +62,7 @@ pub(crate) fn edit(
 #[pyfunction]
 pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult<String> {
     let options: ContactOptions = parsed(options)?;
-    let found = py.detach(|| mocap::edit::contacts(scene.scene(), 0, None, &options));
+    let found = py.detach(|| options.detect(scene.scene(), 0, None));
     json(&found.map_err(|error| to_python(py, &error))?)
 }
 

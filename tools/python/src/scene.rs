@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mocap::arrays::{Arrays, BodyArrays, Rotation, arrays};
+use mocap::arrays::{Arrays, BodyArrays, Rotation};
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
@@ -49,7 +49,7 @@ impl Scene {
 
     fn motion(&self, py: Python<'_>, options: &str) -> PyResult<Arrays> {
         let options = options_from(options)?;
-        py.detach(|| arrays(&self.scene, &options))
+        py.detach(|| Arrays::of(&self.scene, &options))
             .map_err(|error| to_python(py, &error))
     }
 }

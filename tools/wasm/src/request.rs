@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes, contacts};
-use mocap::figure::{self, Figure, HumanoidMap, humanoid};
+use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes};
+use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
@@ -224,7 +224,7 @@ fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>])
             (None, true) => "ok",
         },
         diagnostics,
-        assumptions: read.as_ref().map(figure::assumptions).unwrap_or_default(),
+        assumptions: read.as_ref().map(mocap::Scene::assumptions).unwrap_or_default(),
     };
     Ok((json(&checked)?, Vec::new()))
 }
@@ -239,7 +239,7 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
         // Indices of nodes may be others now.
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
-        let bones = humanoid(&scene).with_map(&scene, known.chain(bones).collect())?;
+        let bones = Humanoid::of(&scene).with_map(&scene, known.chain(bones).collect())?;
         scene.name_joints(&bones, &names)?;
     }
     keep(scenes, Entry::new(scene, None).converted(), &assumptions)
@@ -265,7 +265,7 @@ fn edit(
     let known = match (&entry.humanoid, bones.is_empty()) {
         (known, true) => known.clone(),
         (known, false) => {
-            let found = known.clone().unwrap_or_else(|| humanoid(&entry.scene));
+            let found = known.clone().unwrap_or_else(|| Humanoid::of(&entry.scene));
             Some(found.with_map(&entry.scene, bones)?)
         }
     };
@@ -300,7 +300,7 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
         None => Figure::new(scene),
     };
     // Only a humanoid with a motion has contacts.
-    let found = contacts(scene, 0, Some(&figure.humanoid), &ContactOptions::default()).ok();
+    let found = ContactOptions::default().detect(scene, 0, Some(&figure.humanoid)).ok();
     let packed = PlayerClip::new(
         &PageClip::new(Clip { name, scene })
             .figure(Some(&figure))

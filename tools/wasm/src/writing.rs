@@ -1,6 +1,6 @@
 //! Scenes as files.
 
-use mocap::arrays::{self, ArrayOptions};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::dump::SceneView;
 use mocap::gltf::{self, BufferPlace};
 use mocap::render::{Clip, Drawing, SheetOptions};
@@ -55,7 +55,7 @@ pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Resu
     let scene = &entry.scene;
     match format {
         "csv" => {
-            let motion = arrays::arrays(scene, &ArrayOptions::default())?;
+            let motion = Arrays::of(scene, &ArrayOptions::default())?;
             let said = Said {
                 assumptions: motion.header.provenance.assumptions.clone(),
                 ..Said::default()

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use mocap::FORMATS;
+use mocap::FormatInfo;
 use mocap::edit::EditStep;
 use mocap::job::Job;
 use serde_json::{Value, json};
@@ -133,7 +133,7 @@ fn formats() -> Value {
             "description": row.description,
         })
     };
-    FORMATS.iter().map(row).collect()
+    FormatInfo::ALL.iter().map(row).collect()
 }
 
 fn steps() -> Value {

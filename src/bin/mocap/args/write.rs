@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use mocap::job::{DrawnMesh, JointNames, OutBoneAxis, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
-use mocap::{Diagnostic, FORMATS, Format, FormatInfo, WriteOption};
+use mocap::{Diagnostic, Format, FormatInfo, WriteOption};
 
 use super::Given;
 use crate::Failure;
@@ -20,7 +20,7 @@ pub(crate) struct OutputFormat {
 
 /// All of them, in the order of the table.
 static WRITTEN: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
-    let written = FORMATS.iter().filter(|row| row.writes());
+    let written = FormatInfo::ALL.iter().filter(|row| row.writes());
     let extensions = written.flat_map(|row| row.extensions.iter().map(|extension| (row.format, *extension)));
     extensions
         .map(|(format, extension)| OutputFormat { format, extension })

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use mocap::files::check_confined;
-use mocap::{Code, Diagnostic, FORMATS};
+use mocap::{Code, Diagnostic, FormatInfo};
 use walkdir::WalkDir;
 
 use crate::Failure;
@@ -180,7 +180,7 @@ fn has_wildcard(path: &Path) -> bool {
 
 fn has_known_extension(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
-    FORMATS
+    FormatInfo::ALL
         .iter()
         .flat_map(|format| format.extensions)
         .any(|known| known.eq_ignore_ascii_case(extension))

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::figure::assumptions;
 use mocap::scene::Assumption;
 use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
@@ -110,7 +109,7 @@ fn check(args: &CheckArgs, input: &Input) -> Checked {
         .skeleton_mesh(SkeletonMesh::None);
     match input.path().and_then(|file| streams::import(&importer, file)) {
         Ok(scene) => {
-            let assumptions = assumptions(&scene);
+            let assumptions = scene.assumptions();
             checked(args, input, scene.warnings, None, assumptions)
         }
         Err(error) => checked(args, input, error.warnings().to_vec(), Some(error), Vec::new()),

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use mocap::SkeletonMesh;
-use mocap::dump::{self, Layout, SceneView, Section};
+use mocap::dump::{Layout, SceneView, Section};
 
 use crate::args::DumpArgs;
 use crate::{Failure, report, streams};
@@ -39,6 +39,6 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     }
     let sections = if chosen.is_empty() { layout.sections() } else { &chosen };
     let mut out = report::stdout();
-    out.write_all(dump::text(&scene, layout, sections).as_bytes())?;
+    out.write_all(layout.text(&scene, sections).as_bytes())?;
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::edit::{ContactOptions, EditReport, StepReport, contacts};
+use mocap::edit::{ContactOptions, EditReport, StepReport};
 use mocap::figure::Humanoid;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Job, Said};
@@ -122,7 +122,7 @@ fn contact_bytes(
 ) -> Result<Vec<u8>, Failure> {
     policy.check_inputs(file)?;
     let options = ContactOptions::new().hands(true);
-    let found = contacts(scene, 0, humanoid, &options);
+    let found = options.detect(scene, 0, humanoid);
     let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
     Ok(match extension(file).as_str() {
         "npz" => found.to_npz(),

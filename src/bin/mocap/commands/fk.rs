@@ -1,6 +1,6 @@
 //! `mocap fk`: writes a motion as arrays.
 
-use mocap::arrays::{Arrays, BodyArrays, BodyLayout, arrays};
+use mocap::arrays::{Arrays, BodyArrays, BodyLayout};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
 use super::output_format;
@@ -17,8 +17,8 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
-    let motion =
-        arrays(&scene, &args.arrays.options(&args.source, &args.map)).map_err(|error| error.with_path(&args.input))?;
+    let motion = Arrays::of(&scene, &args.arrays.options(&args.source, &args.map))
+        .map_err(|error| error.with_path(&args.input))?;
     for assumption in &motion.header.provenance.assumptions {
         report::say(&assumption.to_string());
     }

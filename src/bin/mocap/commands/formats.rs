@@ -2,13 +2,13 @@
 
 use std::io::{self, Write};
 
-use mocap::FORMATS;
+use mocap::FormatInfo;
 
 use crate::Failure;
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    for row in FORMATS {
+    for row in FormatInfo::ALL {
         let extensions: Vec<String> = row.extensions.iter().map(|extension| format!(".{extension}")).collect();
         let does = match (row.reads, row.writes()) {
             (true, true) => "read, write",

@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::FirstFrame;
-use mocap::edit::walk;
 use mocap::files::ReplacePolicy;
 use mocap::graph::{GraphBuilder, MotionGraph, Network, Walk};
 use mocap::job::{Reading, SourceSpace};
-use mocap::render::matrix_png;
 use mocap::{Code, Conversion, Diagnostic, Error, Scene};
 
 use super::{check_json, import_motion, made, output_format, print_json, unknown_extension, write_output};
@@ -89,7 +87,7 @@ fn draw(
         .map(|transition| [transition.from[1], transition.to[1] + 1 - window]);
     let bytes = match super::extension(picture).as_str() {
         "npy" => matrix.to_npy(),
-        _ => matrix_png(&matrix, &Vec::from_iter(between))?,
+        _ => matrix.png(&Vec::from_iter(between))?,
     };
     write_output(policy, picture, &bytes)?;
     report::say(&format!(
@@ -151,7 +149,7 @@ fn walk_over(args: &WalkArgs, given: &Given) -> Result<(), Failure> {
     let found = search(&args.aim, args.seed, &network, &graph)?;
     let clips = scenes.iter();
     let clips = clips.flat_map(|scene| (0..scene.animations.len()).map(move |animation| (scene, animation)));
-    let (scene, report) = walk(&found, &clips.collect::<Vec<_>>())?;
+    let (scene, report) = found.motion(&clips.collect::<Vec<_>>())?;
     let mut hear = |said: mocap::job::Said<'_>| voice.hear(said);
     let mut source = maker.prepare(scene, &args.graph, &mut hear)?;
     source.name = super::short_name(&args.output);

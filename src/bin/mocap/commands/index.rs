@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use mocap::files::{ReplacePolicy, check_confined};
-use mocap::matching::{Database, IndexedClip, index};
+use mocap::matching::{Database, IndexedClip};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
 
 use crate::args::IndexArgs;
@@ -87,7 +87,7 @@ fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
     }
     let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
     let scene = streams::import(&importer, path)?;
-    let clips = index(&scene, &path.to_string_lossy(), args.mirror);
+    let clips = IndexedClip::of(&scene, &path.to_string_lossy(), args.mirror);
     if clips.is_empty() {
         let code = match scene.animations.is_empty() {
             true => Code::NoMotion,

@@ -2,7 +2,6 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use mocap::figure::assumptions;
 use mocap::render::{Clip, ScreenOptions};
 use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
 use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
@@ -72,7 +71,7 @@ impl<'a> InfoView<'a> {
             duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
             clips: scene.animations.iter().map(ClipView::new).collect(),
             root_offset: scene.metadata.root_offset.as_ref(),
-            assumptions: assumptions(scene),
+            assumptions: scene.assumptions(),
             warnings: &scene.warnings,
         }
     }

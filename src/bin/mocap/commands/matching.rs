@@ -5,7 +5,7 @@ use std::path::Path;
 
 use mocap::files::ReplacePolicy;
 use mocap::glam::Vec3;
-use mocap::matching::{Controller, Database, Followed, Moves, follow};
+use mocap::matching::{Controller, Database, Followed, Moves};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene, SkeletonMesh};
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     let [start, next] = [path[0], path[1]].map(|point| Vec3::new(point.x, 0.0, point.y));
     let forward = (next - start).normalize_or(Vec3::Z);
     let mut controller = Controller::new(&database, moves, start, forward)?;
-    let (animation, followed) = follow(&mut controller, &hero, path, args.speed)?;
+    let (animation, followed) = controller.follow(&hero, path, args.speed)?;
     hero.animations = vec![animation];
     let mut written = Exporter::new().format(format).write_as(&hero, output)?;
     streams::save(&mut written, &args.output, &policy, given)?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
-use mocap::arrays::{ArrayOptions, arrays, table};
+use mocap::arrays::{ArrayOptions, Arrays, table};
 use mocap::files::{unfinished_target, write_file};
 use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
@@ -185,7 +185,7 @@ impl Packer<'_> {
             record.error = scene.as_ref().err().map(ToString::to_string);
             return Some(table::inventory(&[(clip, &scene)]));
         }
-        let motion = scene.and_then(|scene: Scene| arrays(&scene, &self.options));
+        let motion = scene.and_then(|scene: Scene| Arrays::of(&scene, &self.options));
         let motion = motion.map_err(|error| error.to_string());
         record.error = motion.as_ref().err().cloned();
         match (self.table, &motion) {

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds, examine};
+use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds};
 use mocap::{Code, Diagnostic, SkeletonMesh};
 
 use crate::args::SurveyArgs;
@@ -179,7 +179,7 @@ fn of_file(args: &SurveyArgs, input: &Input, thresholds: &Thresholds) -> mocap::
     }
     let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
     let scene = streams::import(&importer, path)?;
-    Ok(examine(&scene, &path.to_string_lossy(), thresholds))
+    Ok(thresholds.examine(&scene, &path.to_string_lossy()))
 }
 
 /// Prints a table of verdicts and reasons, and the worst clips.

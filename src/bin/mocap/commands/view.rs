@@ -5,7 +5,7 @@ use std::env;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mocap::edit::{ContactOptions, DetectedContacts, contacts};
+use mocap::edit::{ContactOptions, DetectedContacts};
 use mocap::figure::Figure;
 use mocap::render::{Clip, ListingEntry, Page, PageClip};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
@@ -247,7 +247,9 @@ impl Read {
         let glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
         self.glb = glb.filter(|glb| glb.len() <= LARGEST_GLB + LARGEST_MESHES);
         // Only a humanoid with a motion has contacts.
-        self.contacts = contacts(&self.scene, 0, Some(&self.figure.humanoid), &ContactOptions::default()).ok();
+        self.contacts = ContactOptions::default()
+            .detect(&self.scene, 0, Some(&self.figure.humanoid))
+            .ok();
         Ok(())
     }
 
@@ -410,7 +412,7 @@ fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     {
         return written.into_bytes();
     }
-    gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
+    gltf::GltfOptions::default().write_glb(&in_metres)
 }
 
 /// About the bytes of the meshes and the textures in a GLB.

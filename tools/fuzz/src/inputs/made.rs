@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mocap::arrays::{ArrayOptions, arrays};
+use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::compress::PackedClip;
 use mocap::gltf::Compression;
 use mocap::{Conversion, Exporter, Format, Scene};
@@ -137,13 +137,17 @@ pub(super) fn mjcf() -> Vec<Vec<u8>> {
 /// Arrays of small motions, whose source is [`ARRAYS_OF`].
 pub(super) fn npz() -> Vec<Vec<u8>> {
     let options = [ArrayOptions::new(), ArrayOptions::new().velocities(true)];
-    let made = options.map(|options| arrays(&import(ARRAYS_OF), &options).expect("arrays are made").to_npz());
+    let made = options.map(|options| {
+        Arrays::of(&import(ARRAYS_OF), &options)
+            .expect("arrays are made")
+            .to_npz()
+    });
     made.into()
 }
 
 /// As above.
 pub(super) fn csv() -> Vec<Vec<u8>> {
-    let motion = arrays(&import(ARRAYS_OF), &ArrayOptions::new()).expect("arrays are made");
+    let motion = Arrays::of(&import(ARRAYS_OF), &ArrayOptions::new()).expect("arrays are made");
     vec![
         motion.to_csv().into_bytes(),
         motion.to_csv_for_spreadsheet().into_bytes(),
