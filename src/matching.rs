@@ -2,7 +2,7 @@
 //! it that are most like another. `docs/search.md` has the features, the file and the sources.
 //!
 //! ```
-//! use mocap::matching::{Database, FindOptions, Query};
+//! use mocap::matching::{IndexedClip, Database, FindOptions, Query};
 //! # fn main() -> mocap::Result<()> {
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));

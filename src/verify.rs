@@ -62,6 +62,7 @@ impl Verification {
     ///
     /// ```
     /// use mocap::gltf::GltfOptions;
+    /// use mocap::verify::Verification;
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let verified = Verification::of(&scene, &GltfOptions::default().write_glb(&scene)?)?;

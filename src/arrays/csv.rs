@@ -15,7 +15,7 @@ impl Arrays {
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```
-    /// use mocap::arrays::ArrayOptions;
+    /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// let text = motion.to_csv();

@@ -35,7 +35,7 @@ impl Arrays {
     /// | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
     ///
     /// ```
-    /// use mocap::arrays::ArrayOptions;
+    /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// assert!(motion.to_npz().starts_with(b"PK"));

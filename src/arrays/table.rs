@@ -70,7 +70,7 @@ impl Arrays {
     /// The [table](crate::arrays::table) with one row for each frame and joint.
     ///
     /// ```
-    /// use mocap::arrays::ArrayOptions;
+    /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
     /// let rows = motion.to_table("lecture");
@@ -123,7 +123,7 @@ impl Arrays {
 /// the arrays were made with.
 ///
 /// ```
-/// use mocap::arrays::{ArrayOptions, table};
+/// use mocap::arrays::{Arrays, ArrayOptions, table};
 ///
 /// let options = ArrayOptions::default();
 /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &options)?;

@@ -81,7 +81,7 @@ impl Database {
     /// Reads the file of a database.
     ///
     /// ```
-    /// use mocap::matching::Database;
+    /// use mocap::matching::{Database, IndexedClip};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
     /// let bytes = Database::new(IndexedClip::of(&walk, "walk.bvh", true)).to_bytes();

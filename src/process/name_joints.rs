@@ -34,7 +34,7 @@ impl Scene {
     /// Nothing moves. Sides are those of the body, where the file has left and right the other way round.
     ///
     /// ```
-    /// use mocap::figure::BoneNames;
+    /// use mocap::figure::{BoneNames, Humanoid};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
     /// let bones = Humanoid::of(&scene);
