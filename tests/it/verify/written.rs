@@ -288,7 +288,7 @@ fn end_sites_lose_their_names_in_bvh_and_no_other_joint_does() {
     let bytes = accepted(&source, Format::Bvh);
     let text = String::from_utf8(bytes).unwrap();
     let renamed = text.replace("JOINT LeftForeArm", "JOINT leftforearm");
-    let verified = verify(&source, renamed.as_bytes()).unwrap();
+    let verified = Verification::of(&source, renamed.as_bytes()).unwrap();
     assert!(!verified.is_within(CLOSE), "{verified:?}");
 }
 
