@@ -131,10 +131,11 @@ struct PageData {
 /// in the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person.
 ///
 /// ```
+/// use mocap::gltf::GltfOptions;
 /// use mocap::render::{Clip, Page, PageClip};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let glb = Default::default().write_glb(&scene)?;
+/// let glb = GltfOptions::default().write_glb(&scene)?;
 /// let clip = PageClip::new(Clip { name: "Test", scene: &scene }).glb(&glb[..]);
 /// let page = Page::new(&[clip]);
 /// assert!(page.html.starts_with("<!doctype html>"));
