@@ -81,6 +81,10 @@ const SURELY_SMALLER: f32 = 0.85;
 /// own.
 const MAYBE_CONSTANT: f32 = 0.85;
 
+/// The fractions of a bound that are tried where the bound itself is not kept: near the precision of the numbers
+/// roundings add up by chance, so a smaller bound may be kept where a larger one is not.
+const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
+
 /// Compresses `animation` so that no joint is farther from its position than `bound` allows.
 ///
 /// # Errors
@@ -89,6 +93,24 @@ const MAYBE_CONSTANT: f32 = 0.85;
 /// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, where the bound of a joint is not
 /// finite and above 0, and where no joint has its name.
 pub(crate) fn compress(
+    scene: &Scene,
+    animation: &Animation,
+    bound: &ErrorBound,
+    encoding: &dyn Encoding,
+) -> Result<CompressedClip> {
+    let refused = match compress_once(scene, animation, bound, encoding) {
+        Err(error) if error.code() == Code::ErrorBound => error,
+        result => return result,
+    };
+    let tighter = TIGHTER_BOUNDS.map(|fraction| bound.clone().tighter(fraction));
+    let kept = tighter
+        .iter()
+        .find_map(|bound| compress_once(scene, animation, bound, encoding).ok());
+    kept.ok_or(refused)
+}
+
+/// As [`compress()`], at this bound alone.
+fn compress_once(
     scene: &Scene,
     animation: &Animation,
     bound: &ErrorBound,

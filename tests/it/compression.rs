@@ -254,6 +254,24 @@ fn what_cannot_be_kept_is_an_error() {
     }
 }
 
+/// Its bones are metres long: 16 bits kept 0.5 mm and 2 mm, and not 1 mm.
+#[test]
+fn a_bound_is_kept_where_a_smaller_one_is() {
+    let source = import("huesitos.fbx");
+    let scene = in_metres(&source);
+    for compression in compressions() {
+        for millimetres in [0.5, 1.0, 2.0] {
+            let bound = millimetres / 1000.0;
+            let glb = options(compression, bound).write_glb(&scene).unwrap();
+            let verified = Verification::of(&source, &glb).unwrap();
+            assert!(
+                verified.max_error <= bound,
+                "{compression:?}, {millimetres} mm: {verified:?}"
+            );
+        }
+    }
+}
+
 /// The T-pose that the CMU conversions have as their first frame is gone in the next, and nothing stands between.
 #[test]
 fn a_cut_stays_between_its_two_frames() {
