@@ -189,7 +189,7 @@ def main():
     rows = sum(row for name, row in total.items() if not name.endswith(".bvh"))
     print(f"{'all':45} {rows[0]:8} {rows[1] / rows[0]:8.1%} {rows[2] / rows[0]:8.1%} {rows[3]:6}")
     least = next((float(a.split("=")[1]) for a in arguments if a.startswith("--least=")), 0)
-    sys.exit(100 * rows[1] / rows[0] < least)
+    sys.exit(int(100 * rows[1] / rows[0] < least))
 
 
 main()
