@@ -263,6 +263,10 @@ impl Verifier {
                 output.stated_unit(source),
             ),
         };
+        let pairs = match change.humanoid {
+            Some(_) => pairs.of_bones(source, &ours, &theirs)?,
+            None => pairs,
+        };
         // Joints of BVH rest without a rotation, so that another up axis turns their axes. A file alone does not say
         // that it has another rest pose on purpose.
         let is_bvh = output.format() == Some(Format::Bvh);

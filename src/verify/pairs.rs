@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 use super::chain::{Joint, Skeleton};
 use super::{Finding, FindingKind};
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::NodeKind;
+use crate::scene::{HumanoidBone, NodeKind, Scene};
 
 /// Names that are told at most, of many findings of one kind.
 const MOST_NAMES: usize = 8;
@@ -47,6 +47,25 @@ impl Pairs {
         let exact = match_names(ours, theirs, std::borrow::ToOwned::to_owned);
         let loose = match_names(ours, theirs, simplified);
         let list = if loose.len() > exact.len() { loose } else { exact };
+        Self::of_list(list, ours, theirs)
+    }
+
+    /// The pairs that are bones, in a VRM animation of `source`. Its nodes have the names of the joints that they were
+    /// made of; one for a bone that the source lacks has the bone's own name, and is no joint of the source.
+    ///
+    /// # Errors
+    /// Where there is no pair.
+    pub(super) fn of_bones(self, source: &Scene, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
+        let states_bones = source.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        let is_bone = |&(a, b): &(usize, usize)| {
+            let (joint, name) = (&source.nodes[a], &theirs.joints[b].name);
+            let is_of_source = !states_bones || joint.humanoid_bone.is_some();
+            joint.name == *name && (is_of_source || HumanoidBone::ALL.iter().all(|bone| bone.as_str() != name))
+        };
+        Self::of_list(self.list.into_iter().filter(is_bone).collect(), ours, theirs)
+    }
+
+    fn of_list(list: Vec<(usize, usize)>, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
         if list.is_empty() {
             let message = "the file has no joint of its source";
             return Err(Diagnostic::new(Code::Unrepresentable, message)

@@ -310,3 +310,38 @@ fn a_frame_time_longer_than_the_motion_is_not_believed() {
     assert_eq!(source.animations[0].frame_count(), 75);
     accepted(&source, Format::Bvh);
 }
+
+/// A VRM animation has a hand where its source has none: a joint of nearly that name, or of that name, is no bone where
+/// the source states its bones without it.
+#[test]
+fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {
+    let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let (bytes, _) = VrmaOptions::default().write(&scene).unwrap();
+    for name in ["RightHand", "rightHand"] {
+        let mut glb = gltf::Glb::from_slice(&bytes).unwrap();
+        let mut file: Value = serde_json::from_slice(&glb.json).unwrap();
+        let bones = &mut file["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"];
+        let hand = bones.as_object_mut().unwrap().remove("rightHand").unwrap();
+        let hand = hand["node"].as_u64().unwrap() as usize;
+        file["nodes"][hand]["name"] = json!(name);
+        glb.json = serde_json::to_vec(&file).unwrap().into();
+        let source = Importer::new().read(&glb.to_vec().unwrap(), "a.vrma").unwrap();
+        let written = accepted(&source, Format::Vrma);
+        // A bone of the file that is lost is still found.
+        let mut glb = gltf::Glb::from_slice(&written).unwrap();
+        let mut file: Value = serde_json::from_slice(&glb.json).unwrap();
+        let hand = file["nodes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .position(|node| node["name"] == "LeftHand");
+        let channels = file["animations"][0]["channels"].as_array_mut().unwrap();
+        let before = channels.len();
+        channels.retain(|channel| channel["target"]["node"] != json!(hand.unwrap()));
+        assert_eq!(channels.len(), before - 1);
+        glb.json = serde_json::to_vec(&file).unwrap().into();
+        let verified = Verification::of(&source, &glb.to_vec().unwrap()).unwrap();
+        assert!(!verified.is_within(CLOSE), "{verified:?}");
+    }
+}
