@@ -1,6 +1,7 @@
 //! Written glTF files, read back by another implementation and compared.
 
 mod character;
+mod dangling;
 mod file;
 mod fixtures;
 mod foreign;

@@ -1,6 +1,7 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
 use super::read::{Placed, RestPose, read_placed};
+use super::write::dangling;
 use super::write::patch::{self, Replaced};
 use super::write::{BufferPlace, GltfOptions, GltfReport};
 use super::{Provenance, meshes};
@@ -12,7 +13,8 @@ use crate::scene::{Animation, Scene};
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
 /// [`Character::with_animations`] is the file with animations added. Meshes, materials, textures, morph targets,
-/// extensions and everything else of it stay as they are, byte by byte.
+/// extensions and everything else of it stay as they are, byte by byte; but an index that points at nothing is taken
+/// out, with a warning.
 ///
 /// ```
 /// use mocap::Importer;
@@ -51,6 +53,8 @@ impl Character {
             let help = "other programs may not draw it: repair the number, or export the file again";
             Diagnostic { message, ..fault }.help(help)
         }));
+        let (bytes, dangling) = dangling::without(source.bytes)?;
+        scene.warnings.extend(dangling);
         let mut nodes = vec![None; scene.nodes.len()];
         for (index, id) in placed {
             nodes[id.index()] = Some(index);
@@ -58,7 +62,7 @@ impl Character {
         let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
         let humanoid = is_stated.then(|| Humanoid::of(&scene));
         Ok(Self {
-            bytes: source.bytes.to_vec(),
+            bytes: bytes.into_owned(),
             scene,
             nodes,
             humanoid,

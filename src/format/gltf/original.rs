@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::json::{self, MAGIC};
-use super::write::patch;
-use crate::error::Result;
+use super::write::{dangling, patch};
+use crate::error::{Diagnostic, Result};
 use crate::files::percent_decoded;
 use crate::format::Source;
 use crate::scene::{Node, NodeId, Original, OriginalFile, SKELETON_MATERIAL, Scene};
@@ -59,13 +59,13 @@ impl Contents {
 }
 
 /// The file of a source, where it has meshes; `nodes` are the indices in the file of those of the scene, which stand
-/// there as `in_file` says.
+/// there as `in_file` says. Indices that point at nothing are out of it, each with a warning.
 pub(super) fn of(
     source: &Source<'_>,
     scene: &Scene,
     nodes: &[(usize, NodeId)],
     in_file: Vec<Node>,
-) -> Result<Option<Original>> {
+) -> Result<Option<(Original, Vec<Diagnostic>)>> {
     let (text, _) = json::split(source.bytes)?;
     // A file that cannot be passed through is still read.
     let Ok(contents) = serde_json::from_slice::<Contents>(text) else {
@@ -74,9 +74,10 @@ pub(super) fn of(
     if !contents.has_meshes() {
         return Ok(None);
     }
+    let (bytes, warnings) = dangling::without(source.bytes)?;
     let mut beside = Vec::new();
-    if !source.bytes.starts_with(MAGIC) {
-        for uri in patch::external_files(source.bytes).unwrap_or_default() {
+    if !bytes.starts_with(MAGIC) {
+        for uri in patch::external_files(&bytes).unwrap_or_default() {
             let named = percent_decoded(&uri);
             let path = source.name.with_file_name(&named);
             // What is missing is missing in the output too.
@@ -90,17 +91,18 @@ pub(super) fn of(
         indices[id.index()] = Some(*index);
     }
     let file = OriginalFile {
-        bytes: source.bytes.to_vec(),
+        bytes: bytes.into_owned(),
         beside,
         is_vrm: contents.extensions.vrm1.is_some() || contents.extensions.vrm0.is_some(),
         indices,
         in_file,
         as_read: scene.nodes.clone(),
     };
-    Ok(Some(Original {
+    let original = Original {
         file: Arc::new(file),
         replaced: None,
-    }))
+    };
+    Ok(Some((original, warnings)))
 }
 
 /// Whether a file is in the folder of the one that names it, or below.

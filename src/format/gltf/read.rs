@@ -88,8 +88,11 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         }
         scene.warnings.push(*wrong);
     }
-    if !options.without_original {
-        scene.original = original::of(source, &scene, &nodes, in_file)?;
+    if !options.without_original
+        && let Some((original, warnings)) = original::of(source, &scene, &nodes, in_file)?
+    {
+        scene.original = Some(original);
+        scene.warnings.extend(warnings);
     }
     Ok(scene)
 }
