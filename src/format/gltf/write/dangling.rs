@@ -217,7 +217,8 @@ impl File {
             let mut sound = samplers.into_iter().flatten().enumerate();
             let sound = sound.find(|(index, _)| !dead.contains(&index.to_string()));
             let sound = sound.map_or(Value::Null, |(_, sampler)| sampler.clone());
-            if let Some(channels) = self.json["animations"][animation]["channels"].as_array_mut() {
+            let channels = self.json.pointer_mut(&format!("/animations/{animation}/channels"));
+            if let Some(channels) = channels.and_then(Value::as_array_mut) {
                 channels.retain(|channel| !dead.contains(&channel["sampler"].to_string()));
             }
             for index in &dead {
