@@ -183,8 +183,7 @@ impl Change {
     pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, metres: f64, stated: Option<f64>) -> Self {
         let seen = moments(ours, theirs);
         let mut change = Self::none();
-        let mut ratios = seen.iter();
-        let of_links = ratios.find_map(|(here, there)| ratio_of_lengths(&pairs.list, here, there));
+        let of_links = ratio_of_lengths(&pairs.list, &seen);
         if let Some(ratio) = of_links.or_else(|| ratio_of_distances(&pairs.list, &seen)) {
             let is_near = |unit: &f64| (ratio / unit - 1.0).abs() < SAME_UNIT;
             let of_source = UNITS.iter().map(|unit| metres / unit);
@@ -322,19 +321,29 @@ fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)
     (ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
-/// The median of the ratios of lengths between neighbouring pairs. One that is broken does not change it.
-fn ratio_of_lengths(pairs: &[(usize, usize)], here: &[DMat4], there: &[DMat4]) -> Option<f64> {
+/// The median of the ratios of lengths between neighbouring pairs, in the first moment that has any. One that is broken
+/// does not change it.
+fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], from: usize, to: usize| world[from].w_axis.distance(world[to].w_axis);
-    let lengths = pairs.windows(2).map(|pair| {
-        let [(a, b), (next_a, next_b)] = [pair[0], pair[1]];
-        (length(here, a, next_a), length(there, b, next_b))
-    });
-    let lengths: Vec<(f64, f64)> = lengths.collect();
-    let longest = lengths.iter().fold(0.0, |longest: f64, (ours, _)| longest.max(*ours));
-    // Joints in one position have a distance of mere roundings.
-    let lengths = lengths.into_iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
-    let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
-    ratios.sort_by(f64::total_cmp);
-    let median = ratios.get(ratios.len() / 2).copied();
-    median.filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+    let lengths = |(here, there): &(Vec<DMat4>, Vec<DMat4>)| -> Vec<(f64, f64)> {
+        let pairs = pairs.windows(2).map(|pair| {
+            let [(a, b), (next_a, next_b)] = [pair[0], pair[1]];
+            (length(here, a, next_a), length(there, b, next_b))
+        });
+        pairs.collect()
+    };
+    let lengths: Vec<_> = seen.iter().map(lengths).collect();
+    let longest = lengths
+        .iter()
+        .flatten()
+        .fold(0.0, |longest: f64, (ours, _)| longest.max(*ours));
+    let median = |lengths: &Vec<(f64, f64)>| {
+        // Joints in one position have a distance of mere roundings.
+        let lengths = lengths.iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
+        let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios.get(ratios.len() / 2).copied();
+        median.filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+    };
+    lengths.iter().find_map(median)
 }

@@ -371,3 +371,21 @@ fn height(scene: &Scene, pose: &mut Pose, binding: &Binding) -> f64 {
     let (least, most) = (places().reduce(Vec3::min).unwrap(), places().reduce(Vec3::max).unwrap());
     f64::from((most - least).max_element())
 }
+
+/// Its OFFSET is elsewhere, and it has one position channel of three: with all three written, and near zero in all
+/// frames, they could be read as moves from the OFFSET.
+#[test]
+fn a_joint_that_stays_at_its_parent_does_so_when_it_is_written() {
+    let text = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT arm\n{\n\
+                OFFSET 1 0 0\nCHANNELS 3 Zrotation Xposition Yrotation\nEnd Site\n{\nOFFSET 3 0 0\n}\n}\n}\n\
+                MOTION\nFrames: 2\nFrame Time: 0.1\n0 0 0 0 0 0\n0 0 0 0 0 0\n";
+    let scene = read(text.as_bytes());
+    let again = read(written(&scene, &BvhOptions::default()).as_bytes());
+    for scene in [scene, again] {
+        let animation = &scene.animations[0];
+        let mut pose = Pose::rest(&scene);
+        pose.sample(&Binding::new(&scene, animation), animation, 1.0);
+        let arm = scene.nodes.iter().position(|node| node.name == "arm").unwrap();
+        assert_eq!(pose.position(NodeId::new(arm)), Vec3::ZERO);
+    }
+}

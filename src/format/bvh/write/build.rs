@@ -212,7 +212,10 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
             depth: above.map_or(0, |above| above.depth + 1),
             offset: match parent.is_none() && !keeps_offsets {
                 true => Vec3::ZERO,
-                false => written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+                false => written_offset(offset, scale * start[index].translation, moves, || {
+                    let is_near = |key: &Vec3| is_near_zero(scale * *key, offset);
+                    parent.is_none() || channel.is_some_and(|channel| channel.position_keys.values.iter().all(is_near))
+                }),
             },
             scale,
             moves,
@@ -261,18 +264,24 @@ fn first_written(motion: &Motion<'_>) -> usize {
 
 /// A joint without position channels gets the position of its first frame.
 ///
-/// Some programs read a root that begins near zero, while its OFFSET does not, as moving relative to the OFFSET. With a
-/// zero OFFSET all programs agree.
-fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root: bool) -> Vec3 {
-    /// Of the OFFSET's length; wider than the limit of this crate's reader.
-    const NEAR_ZERO: f32 = 0.05;
+/// Some programs read a root that begins near zero, while its OFFSET does not, as moving relative to the OFFSET, and
+/// joints that stay there. With a zero OFFSET all programs agree. `is_root_or_stays` is asked of a joint that begins
+/// there: whether it is a root, or in no frame elsewhere.
+fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: impl FnOnce() -> bool) -> Vec3 {
     if !moves {
         start
-    } else if is_root && start.abs().max_element() <= NEAR_ZERO * offset.length() {
+    } else if is_near_zero(start, offset) && is_root_or_stays() {
         Vec3::ZERO
     } else {
         offset
     }
+}
+
+/// Whether a position may be read as a move from the OFFSET.
+fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
+    /// Of the OFFSET's length; wider than the limits of this crate's reader.
+    const NEAR_ZERO: f32 = 0.06;
+    position.abs().max_element() <= NEAR_ZERO * offset.length()
 }
 
 /// One frame per whole tick, from 0 to the last within the duration.

@@ -15,7 +15,7 @@ use super::names::Names;
 use super::properties::Properties;
 use super::skeleton::Placed;
 use super::space::Space;
-use super::time::{Rate, time};
+use super::time::{Rate, key_times, time};
 use super::{FbxOptions, FbxReport, unrepresentable};
 use crate::error::{Code, Result};
 use crate::limits::{self, FARTHEST, is_plausible};
@@ -253,7 +253,7 @@ impl Clip<'_, '_, '_> {
             let count = if curve.is_constant() { 1 } else { curve.values.len() };
             let times = match &curve.ticks {
                 None => self.whole_times(count),
-                Some(ticks) => Array::longs(ticks[..count].iter().map(|tick| time(*tick, self.rate))),
+                Some(ticks) => Array::longs(key_times(&ticks[..count], self.rate)),
             };
             let values = curve.values[..count].iter().map(|value| *value as f32);
             let (curve, element) = self.document.object("AnimationCurve", ["", "AnimCurve", ""]);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::Property;
@@ -12,7 +12,7 @@ use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
 use super::rest::Rest;
 use super::text::{Animation, Channel, Sampler, Target};
-use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, without_noise};
+use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, with_middles, without_noise};
 use super::{GltfOptions, GltfReport};
 use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
@@ -75,6 +75,11 @@ pub(super) fn write(
     report: &mut GltfReport,
 ) -> Result<Option<Animation>> {
     let ticks_per_second = positive(Code::FrameTime, "ticks per second", animation.ticks_per_second)?;
+    let with_middles: Vec<Option<Keys<Quat>>> = animation
+        .channels
+        .iter()
+        .map(|channel| with_middles(&channel.rotation_keys))
+        .collect();
     let (clocks, key_times, samplers, channels) = Default::default();
     let mut writer = Writer {
         scene,
@@ -97,14 +102,16 @@ pub(super) fn write(
     for (node, channel) in Binding::new(scene, animation).driven() {
         let node = node.index();
         first_driven.get_or_insert(node);
+        let rotation_keys = with_middles[channel].as_ref();
         let channel = &animation.channels[channel];
+        let rotation_keys = rotation_keys.unwrap_or(&channel.rotation_keys);
         let rest = &mut rest[node];
         match &compressed {
             Some(clip) => writer.compressed(node, clip, rest),
             None => {
                 rest.translation =
                     writer.track(node, Property::Translation, &channel.position_keys, rest.translation)?;
-                rest.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, rest.rotation)?;
+                rest.rotation = writer.track(node, Property::Rotation, rotation_keys, rest.rotation)?;
             }
         }
         // A constant scale is part of the node even where constant tracks are kept, if it can be.

@@ -76,6 +76,30 @@ pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
     keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
 }
 
+/// The keys with one more in the middle of two that are half a turn apart, where there are frames between them: which
+/// way such a turn goes depends on roundings, and on the signs of its ends. `None` where there are none.
+pub(super) fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
+    /// The cosine of half the angle between the two: within 0.01 degrees of half a turn.
+    const HALF_A_TURN: f32 = 1e-4;
+    let ticks = keys.ticks.as_ref()?;
+    let is_open = |pair: usize| {
+        let has_frames = ticks[pair].floor() + 1.0 < ticks[pair + 1];
+        has_frames && keys.values[pair].dot(keys.values[pair + 1]).abs() < HALF_A_TURN
+    };
+    let middles: Vec<f64> = (0..keys.len().saturating_sub(1))
+        .filter(|pair| is_open(*pair))
+        .map(|pair| f64::midpoint(ticks[pair], ticks[pair + 1]))
+        .collect();
+    if middles.is_empty() {
+        return None;
+    }
+    let mut all: Vec<(f64, Quat)> = std::iter::zip(ticks.iter().copied(), keys.values.iter().copied()).collect();
+    all.extend(middles.into_iter().filter_map(|tick| Some((tick, keys.sample(tick)?))));
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (ticks, values) = all.into_iter().unzip();
+    Some(Keys::at_ticks(values, ticks))
+}
+
 /// A rotation of a compressed clip with its few decimals, where its length is 1 but for their rounding.
 pub(super) fn rounded_unit(rotation: Quat) -> Quat {
     if (rotation.length_squared() - 1.0).abs() < 1e-5 {
@@ -107,4 +131,26 @@ pub(super) fn unit(rotation: Quat) -> Option<Quat> {
     let length = rotation.length();
     (length.is_finite() && length > 0.0)
         .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_a_turn_has_a_key_in_its_middle() {
+        let start = Quat::from_xyzw(0.0, 0.705_533_7, -0.047_140_453, -0.707_106_77);
+        let end = Quat::from_xyzw(-0.707_106_77, 0.047_140_453, 0.705_533_7, 0.0);
+        let keys = |last| Keys::at_ticks(vec![start, end], vec![41.0, last]);
+        let with_middle = with_middles(&keys(43.0)).expect("which way the turn goes is open");
+        assert_eq!(with_middle.ticks.as_deref(), Some([41.0, 42.0, 43.0].as_slice()));
+        let middle = keys(43.0).sample(42.0).expect("there are keys");
+        assert_eq!(with_middle.values, [start, middle, end]);
+        // A quarter of a turn on either side: the way is no longer open.
+        for end in [start, end] {
+            assert!(middle.dot(end).abs() > 0.7);
+        }
+        assert!(with_middles(&keys(42.0)).is_none(), "no frame is between the two");
+        assert!(with_middles(&Keys::at_ticks(vec![start, middle], vec![41.0, 43.0])).is_none());
+    }
 }

@@ -134,7 +134,8 @@ impl Times {
                     |[w, x, y, z]: [f32; 4]| {
                         let found = Quat::from_xyzw(x, y, z, w);
                         // What is no rotation is the rest pose's.
-                        if found.length_squared() > f32::EPSILON {
+                        let square = found.length_squared();
+                        if square > f32::EPSILON && square.is_finite() {
                             found.normalize()
                         } else {
                             rest.rotation

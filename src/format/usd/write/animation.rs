@@ -63,7 +63,7 @@ impl Stage<'_> {
         let at = |index: usize| {
             let of = |driven: &Driven<'_>| driven.channel.scaling_keys.sample(ticks[index]);
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.scale));
-            all.map(|value| value.to_array().map(half)).collect()
+            all.map(|value| value.to_array().map(half_of_scale)).collect()
         };
         self.text.samples("half3[] scales", &place(&ticks), at, text::tuple);
         self.text.close();
@@ -113,7 +113,7 @@ impl Stage<'_> {
         let worst = |driven: &Driven<'_>| {
             let keys = driven.channel.scaling_keys.values.iter().copied();
             let rest = driven.channel.scaling_keys.is_empty().then_some(driven.rest.scale);
-            let of = |scale: f32| (half(scale) - scale).abs() / scale.abs().max(f32::MIN_POSITIVE);
+            let of = |scale: f32| (half_of_scale(scale) - scale).abs() / scale.abs().max(f32::MIN_POSITIVE);
             keys.chain(rest)
                 .flat_map(|scale| scale.to_array())
                 .map(of)
@@ -174,11 +174,21 @@ fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
     ticks
 }
 
+/// The half that is nearest to a scale, and not 0 unless the scale is: an axis of no length has no direction.
+fn half_of_scale(scale: f32) -> f32 {
+    match half(scale) {
+        0.0 if scale != 0.0 => STEP.copysign(scale),
+        nearest => nearest,
+    }
+}
+
+/// The least half that is not 0, and the step between those next to it.
+const STEP: f32 = 5.960_464_5e-8;
+
 /// The half (IEEE 754 binary16) that is nearest, as USD has it.
 fn half(value: f32) -> f32 {
-    /// The least number that a half has with all of its digits, and the step below it.
+    /// The least number that a half has with all of its digits.
     const NORMAL: f32 = 6.103_515_6e-5;
-    const STEP: f32 = 5.960_464_5e-8;
     const LARGEST: f32 = 65_504.0;
     if value.abs() < NORMAL {
         return (value / STEP).round_ties_even() * STEP;
@@ -205,5 +215,13 @@ mod tests {
         ] {
             assert_eq!(half(value), expected, "{value}");
         }
+    }
+
+    #[test]
+    fn a_scale_that_is_not_zero_keeps_its_sign() {
+        assert_eq!(half_of_scale(-1e-9), -STEP);
+        assert_eq!(half_of_scale(1e-30), STEP);
+        assert_eq!(half_of_scale(0.0), 0.0);
+        assert_eq!(half_of_scale(0.01), half(0.01));
     }
 }
