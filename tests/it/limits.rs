@@ -3,7 +3,7 @@
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::BufferPlace;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
-use mocap::{Code, Exporter, Format, FormatInfo, Importer, Scene};
+use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene};
 
 /// A chain of joints with a name and an offset each, in metres with +Y up.
 fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
@@ -103,6 +103,28 @@ fn what_a_writer_writes_its_reader_reads() {
         }
     }
     assert!(written > 20 && refused > 20, "{written} written, {refused} refused");
+}
+
+/// A chain is no body, so that none of the scenes above is a VRM animation.
+#[test]
+fn hips_far_from_the_floor_are_refused_or_read_again_in_a_vrm_animation() {
+    for (far, is_written) in [(1e3_f32, true), (1.4e18, false)] {
+        let mut scene = Importer::new().import("fixtures/real/cmu_short.bvh").unwrap();
+        Conversion::new().apply(&mut scene).unwrap();
+        let keys = &mut scene.animations[0].channels[0].position_keys;
+        *keys.values.last_mut().unwrap() = Vec3::new(far, 1.0, far);
+        match Exporter::new().write(&scene, Format::Vrma) {
+            Ok(files) => {
+                let read = Importer::new().read(&files.into_bytes().unwrap(), "out.vrma");
+                assert!(is_written && read.is_ok(), "{far}: {:?}", read.err());
+            }
+            Err(error) => {
+                assert!(!is_written, "{far}: {error}");
+                let said = error.to_string();
+                assert!(said.contains("would be refused when it is read"), "{said}");
+            }
+        }
+    }
 }
 
 #[test]

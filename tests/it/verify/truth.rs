@@ -15,7 +15,7 @@ use self::kinds::KINDS;
 use crate::sample::Sample;
 
 /// The formats, and the name under which another program wrote the file.
-const FORMATS: [&str; 11] = [
+const FORMATS: [&str; 12] = [
     "glb",
     "glb of another program",
     "gltf",
@@ -25,6 +25,7 @@ const FORMATS: [&str; 11] = [
     "vrma",
     "usda",
     "usdz",
+    "trc",
     "npz",
     "csv",
 ];
@@ -32,7 +33,8 @@ const FORMATS: [&str; 11] = [
 const LYING: &str = "the up axis of a file without provenance is found from its first frame";
 const END_SITE: &str = "other programs leave end sites out";
 
-const CHOICE: &str = "arrays may have a choice of joints";
+const CHOICE: &str = "arrays and markers may have a choice of joints";
+const NO_ROTATIONS: &str = "markers have positions alone";
 const BONES: &str =
     "a VRM animation has bones in the hierarchy of VRM, and of others than those that it requires no more";
 const POSITIONS: &str = "the bound of packed clips is one of positions, and of rotations that move no joint";
@@ -48,6 +50,10 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("an end site is missing", "glb of another program", END_SITE),
     ("an end site is missing", "bvh", END_SITE),
     ("an end site is missing", "mclip", END_SITE),
+    ("Z up for Y up", "trc", LYING),
+    ("lying on the ground", "trc", LYING),
+    ("a forearm turned about itself, its hand back", "trc", NO_ROTATIONS),
+    ("an end site is missing", "trc", CHOICE),
     ("an end site is missing", "npz", CHOICE),
     ("an end site is missing", "csv", CHOICE),
     ("a joint is missing", "npz", CHOICE),

@@ -345,3 +345,17 @@ fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {
         assert!(!verified.is_within(CLOSE), "{verified:?}");
     }
 }
+
+#[test]
+fn the_armature_that_fbx_adds_above_the_skeleton_is_no_other_joint() {
+    let source = Importer::new()
+        .skeleton_mesh(SkeletonMesh::None)
+        .import("fixtures/real/cmu_short.bvh")
+        .unwrap();
+    let bytes = accepted(&source, Format::Fbx);
+    let verified = Verification::of(&source, &bytes).unwrap();
+    assert_eq!(verified.findings, []);
+    let again = Importer::new().read(&bytes, "written.fbx").unwrap();
+    let is_added = |scene: &Scene| scene.nodes.iter().any(|node| node.name == "Armature");
+    assert!(is_added(&again) && !is_added(&source));
+}

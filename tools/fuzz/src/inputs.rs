@@ -131,7 +131,8 @@ pub(crate) const TRC: Input = Input {
     made: made::trc,
     words: TRC_WORDS,
     base: 1 << 20,
-    factor: 1024,
+    // A marker is a joint, and a name of one letter is all that it takes.
+    factor: 8192,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Trc).read(bytes, "fuzz.trc"),
 };

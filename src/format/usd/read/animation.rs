@@ -121,7 +121,9 @@ impl Times {
                 });
                 continue;
             };
-            let rest = Trs::from_matrix(skeleton.nodes[node].transform);
+            let mut rest = Trs::from_matrix(skeleton.nodes[node].transform);
+            // A transform that shears has no rotation of unit length.
+            rest.rotation = unit(rest.rotation).unwrap_or(Quat::IDENTITY);
             channels.push(Channel {
                 node_name: skeleton.nodes[node].name.clone(),
                 node: Some(NodeId::new(node)),
@@ -132,14 +134,8 @@ impl Times {
                     joints.len(),
                     rest.rotation,
                     |[w, x, y, z]: [f32; 4]| {
-                        let found = Quat::from_xyzw(x, y, z, w);
                         // What is no rotation is the rest pose's.
-                        let square = found.length_squared();
-                        if square > f32::EPSILON && square.is_finite() {
-                            found.normalize()
-                        } else {
-                            rest.rotation
-                        }
+                        unit(Quat::from_xyzw(x, y, z, w)).unwrap_or(rest.rotation)
                     },
                 ),
                 scaling_keys: keys(&scales, place, joints.len(), rest.scale, Vec3::from_array),
@@ -201,6 +197,12 @@ impl Times {
         }
         Ok((samples.iter().map(|(tick, _)| *tick).collect(), rows))
     }
+}
+
+/// A rotation of unit length; `None` of numbers that are none, such as zeros or those whose squares overflow.
+fn unit(rotation: Quat) -> Option<Quat> {
+    let square = rotation.length_squared();
+    (square > f32::EPSILON && square.is_finite()).then(|| rotation.normalize())
 }
 
 /// The keys of one joint; its value at rest where it has no keys.
