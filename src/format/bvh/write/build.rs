@@ -212,10 +212,14 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
             depth: above.map_or(0, |above| above.depth + 1),
             offset: match parent.is_none() && !keeps_offsets {
                 true => Vec3::ZERO,
-                false => written_offset(offset, scale * start[index].translation, moves, || {
-                    let is_near = |key: &Vec3| is_near_zero(scale * *key, offset);
-                    parent.is_none() || channel.is_some_and(|channel| channel.position_keys.values.iter().all(is_near))
-                }),
+                false => {
+                    let stays = channel.is_some_and(|channel| {
+                        let mut keys = channel.position_keys.values.iter();
+                        keys.all(|key| is_near_zero(scale * *key, offset))
+                    });
+                    let start = scale * start[index].translation;
+                    written_offset(offset, start, moves, parent.is_none() || stays)
+                }
             },
             scale,
             moves,
@@ -264,13 +268,12 @@ fn first_written(motion: &Motion<'_>) -> usize {
 
 /// A joint without position channels gets the position of its first frame.
 ///
-/// Some programs read a root that begins near zero, while its OFFSET does not, as moving relative to the OFFSET, and
-/// joints that stay there. With a zero OFFSET all programs agree. `is_root_or_stays` is asked of a joint that begins
-/// there: whether it is a root, or in no frame elsewhere.
-fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: impl FnOnce() -> bool) -> Vec3 {
+/// Some programs take the positions of a root that begins near zero, while its OFFSET does not, as moves from the
+/// OFFSET; and those of a joint that is near zero in all frames. With a zero OFFSET all programs agree.
+fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
     if !moves {
         start
-    } else if is_near_zero(start, offset) && is_root_or_stays() {
+    } else if is_near_zero(start, offset) && is_root_or_stays {
         Vec3::ZERO
     } else {
         offset

@@ -76,8 +76,8 @@ pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
     keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
 }
 
-/// The keys with one more in the middle of two that are half a turn apart, where there are frames between them: which
-/// way such a turn goes depends on roundings, and on the signs of its ends. `None` where there are none.
+/// The keys, with a new one in the middle of every two that are half a turn apart and have a frame between them. Such a
+/// turn can go either way: rounding and the signs of the two quaternions decide. `None` if no key is added.
 pub(super) fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
     /// The cosine of half the angle between the two: within 0.01 degrees of half a turn.
     const HALF_A_TURN: f32 = 1e-4;

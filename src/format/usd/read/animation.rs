@@ -199,7 +199,7 @@ impl Times {
     }
 }
 
-/// A rotation of unit length; `None` of numbers that are none, such as zeros or those whose squares overflow.
+/// The rotation scaled to unit length; `None` if its length is nearly zero, or its square overflows.
 fn unit(rotation: Quat) -> Option<Quat> {
     let square = rotation.length_squared();
     (square > f32::EPSILON && square.is_finite()).then(|| rotation.normalize())
