@@ -18,7 +18,7 @@ use crate::scene::{Format, Node, Original, Scene};
 ///
 /// A scene goes out as it is: [`Conversion`](crate::Conversion) brings it to metres with +Y up, which glTF, VRM
 /// animations and packed clips are in. FBX states its unit and its axes; BVH has the scene's. In BVH the rest pose has
-/// no rotations: where that of the scene has, its joints get frames along the axes of the world.
+/// no rotations: where the rest pose of the scene has, its joints get frames along the axes of the world.
 ///
 /// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
 /// to say of an output, [`Written`] says.
@@ -50,7 +50,7 @@ impl Exporter {
         Self::default()
     }
 
-    /// The format. Default: that of the extension.
+    /// The format. Default: by the extension.
     ///
     /// ```
     /// use mocap::{Exporter, Format};
@@ -97,7 +97,7 @@ impl Exporter {
     }
 
     /// The distance of a shell from each joint, in metres, whose points keep the largest error too, as a skin does.
-    /// Default: that of [`Exporter::error_bound`]; in FBX 3 cm at least. It has no effect without a largest error.
+    /// Default: as in [`Exporter::error_bound`]; in FBX 3 cm at least. It has no effect without a largest error.
     #[must_use]
     pub fn shell_distance(mut self, metres: f64) -> Self {
         self.options.shell_distance = Some(metres);
@@ -134,8 +134,8 @@ impl Exporter {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     #[must_use]
-    pub fn buffer(mut self, place: BufferPlace) -> Self {
-        self.options.buffer = place;
+    pub fn buffer(mut self, buffer: BufferPlace) -> Self {
+        self.options.buffer = buffer;
         self
     }
 

@@ -121,9 +121,9 @@ impl Replaced {
         if !target.try_exists()? {
             return Ok(());
         }
-        let place = named(target)?.into_temp_path();
-        fs::rename(target, &place)?;
-        self.old.push((target.to_owned(), place));
+        let aside = named(target)?.into_temp_path();
+        fs::rename(target, &aside)?;
+        self.old.push((target.to_owned(), aside));
         Ok(())
     }
 
@@ -140,8 +140,8 @@ impl Drop for Replaced {
             // An error cannot be handled here.
             let _ = fs::remove_file(path);
         }
-        for (target, place) in self.old.drain(..).rev() {
-            let _ = place.persist(target);
+        for (target, aside) in self.old.drain(..).rev() {
+            let _ = aside.persist(target);
         }
     }
 }

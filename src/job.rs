@@ -101,7 +101,7 @@ impl Job {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`], with the place as a path, where the text is no job.
+    /// [`Code::InvalidValue`], with the path of the value, where the text is no job.
     pub fn from_json(text: &str) -> Result<Self> {
         // An empty list would be an empty job.
         if !text.trim_start().starts_with('{') {
@@ -115,10 +115,10 @@ impl Job {
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
-            let (place, message) = (error.path().to_string(), error.inner().to_string());
-            let message = match place.as_str() {
+            let (path, message) = (error.path().to_string(), error.inner().to_string());
+            let message = match path.as_str() {
                 "." | "?" => format!("the job: {message}"),
-                place => format!("the job: {place}: {message}"),
+                path => format!("the job: {path}: {message}"),
             };
             Diagnostic::new(Code::InvalidValue, message)
                 .help("mocap run --schema prints what a job may hold")
@@ -300,7 +300,7 @@ fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     schemars::json_schema!({"type": "array", "items": {"anyOf": all}})
 }
 
-/// Whether a value needs no place in a job file.
+/// Whether a value can be left out of a job file.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

@@ -1,4 +1,4 @@
-//! The arithmetic that several modules share.
+//! The arithmetic of several modules.
 
 pub(crate) mod cholesky;
 pub(crate) mod directions;

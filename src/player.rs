@@ -11,7 +11,7 @@ use crate::scene::Animation;
 pub enum LoopMode {
     /// It stops there.
     Once,
-    /// It starts again. The last frame and the first are the same moment, so one loop takes [`Animation::duration`]
+    /// It starts again. The last frame and the first are one moment, so one loop takes [`Animation::duration`]
     /// ticks.
     #[default]
     Loop,
@@ -105,16 +105,16 @@ impl Player {
         let step = ticks * self.speed;
         let step = if step.is_finite() { step } else { 0.0 };
         // Forwards and backwards as one cycle of twice the duration.
-        let way = 2.0 * self.duration;
+        let cycle = 2.0 * self.duration;
         self.returns &= self.loop_mode == LoopMode::PingPong;
-        let so_far = if self.returns { way - self.tick } else { self.tick } + step;
+        let so_far = if self.returns { cycle - self.tick } else { self.tick } + step;
         self.tick = match self.loop_mode {
             LoopMode::Once => OutOfRange::Clamp.resolve(so_far, self.duration),
             LoopMode::Loop => OutOfRange::Loop.resolve(so_far, self.duration),
             LoopMode::PingPong => {
-                let so_far = OutOfRange::Loop.resolve(so_far, way);
+                let so_far = OutOfRange::Loop.resolve(so_far, cycle);
                 self.returns = so_far > self.duration;
-                if self.returns { way - so_far } else { so_far }
+                if self.returns { cycle - so_far } else { so_far }
             }
         };
         self.tick

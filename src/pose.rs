@@ -8,7 +8,7 @@
 //! The results are matrices, not translation, rotation and scale, because products of those may have shear.
 //!
 //! [`Updater`] writes into the scene itself, as users of Assimp do; a [`Pose`] is separate from the scene, so any
-//! number of poses can share one scene.
+//! number of poses can use one scene.
 
 mod binding;
 mod flat;
@@ -328,7 +328,7 @@ mod tests {
     fn a_point_on_a_node_moves_with_it() {
         let pose = Pose::at_tick(&lecture(), 0, 9.0).unwrap();
         let [_, _, wrist, _] = arm(Vec3::new(1.0, 0.18, 0.0), [50.0, 100.0, 80.0]);
-        // The wrist's x axis points in the direction of 230 degrees, its y axis in that of 320.
+        // The wrist's x axis points at 230 degrees, its y axis at 320.
         let expected = wrist + step(3.0, 230.0) + step(4.0, 320.0) + Vec3::Z;
         let found = pose.point_to_world(NodeId(2), Vec3::new(3.0, 4.0, 1.0));
         assert!(found.abs_diff_eq(expected, 2e-6), "{found}, not {expected}");

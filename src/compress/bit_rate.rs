@@ -3,7 +3,7 @@
 //!
 //! A rotation about the arm to a child hardly moves the child. So among the [`candidates`](super::candidates) around a
 //! target some are far better than the nearest, and a track needs about one bit less than if it were rounded. Variable
-//! bit rates are those of the Animation Compression Library: N. Frechette, "Animation Compression: Advanced
+//! bit rates come from the Animation Compression Library: N. Frechette, "Animation Compression: Advanced
 //! Quantization", <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
 
 use super::candidates::{Candidates, Dropped};

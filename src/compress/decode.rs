@@ -51,7 +51,7 @@ impl Block {
     }
 }
 
-/// Finds the keys around the frames of a block, for all tracks with the same key frames.
+/// Finds the keys around the frames of a block, for all tracks of one list of key frames.
 pub(super) struct Cursor<'a> {
     pub(super) key_frames: &'a Arc<KeyFrames>,
     /// The last key that is not after the frame.
@@ -114,9 +114,9 @@ pub(super) struct JointState {
     raw_rotation: Matrices,
     /// As each decoder has it.
     lossy: [(Vectors, Matrices); Decoder::COUNT],
-    /// The largest distance between the raw position and that of a decoder.
+    /// The largest distance between the raw position and what a decoder gives.
     pub(super) error: Lanes,
-    /// The angle by which its rotation may differ between implementations of the same decoder, if it may.
+    /// The angle by which its rotation may differ between implementations of one decoder, if it may.
     pub(super) ambiguity: Option<Lanes>,
     /// Whether there is such an angle for it or for a joint above it.
     pub(super) is_ambiguous: bool,

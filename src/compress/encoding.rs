@@ -72,7 +72,7 @@ pub(crate) enum KeyFrameChoice {
     /// Each track has key frames of its own, or all tracks have common ones, whichever is smaller: for keys as plain
     /// numbers.
     OwnOrShared,
-    /// All tracks have the same key frames, or keys at all frames, whichever is smaller: for keys that are stored as
+    /// All tracks have one list of key frames, or keys at all frames, whichever is smaller: for keys that are stored as
     /// differences. Times of each track's own hardly compress in streams, and took 1.4 to 3.2 times the bytes for five
     /// real clips within 1, 5, 10 and 25 mm.
     SharedOrAll,

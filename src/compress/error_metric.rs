@@ -1,7 +1,7 @@
 //! The error metric: how far a rotation error of a joint moves what is attached to the joint.
 //!
 //! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint that stands for its skin:
-//! a twist about the bone moves no joint, but the skin. The metric and its shell distance are those of the Animation
+//! a twist about the bone moves no joint, but the skin. The metric and its shell distance come from the Animation
 //! Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
 //! <https://nfrechette.github.io/2016/11/01/anim_compression_accuracy/>
 

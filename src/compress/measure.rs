@@ -255,7 +255,7 @@ mod tests {
         let mut errors = FrameErrors::new(FRAMES);
         measure(&measurement, slice::from_ref(&(0..FRAMES)), &mut errors);
 
-        // The same bits without wide vectors, and nearly the same in ranges whose lengths are no multiples of the
+        // Equal bits without wide vectors, and nearly equal in ranges whose lengths are no multiples of the
         // lanes.
         let mut plain = FrameErrors::new(FRAMES);
         measure_lanes(&measurement, slice::from_ref(&(0..FRAMES)), &mut plain);
@@ -298,7 +298,7 @@ mod tests {
         }
     }
 
-    /// The matrix of a quaternion of length `l` is `I + l^2 (R - I)`, where `R` is that of the rotation.
+    /// The matrix of a quaternion of length `l` is `I + l^2 (R - I)`, where `R` is the matrix of the rotation.
     #[test]
     fn a_length_other_than_1_stretches_for_decoders_that_do_not_normalize() {
         let length = 1.01;

@@ -51,8 +51,8 @@ impl Component {
     }
 }
 
-/// The rates along each axis from the cell of the frame before to that of each frame, from the near or far side to the
-/// near or far side: `[axis][from][to]`. The first frame has none.
+/// The rates along each axis from the cell of the frame before to the cell of each frame, from the near or far side
+/// to the near or far side: `[axis][from][to]`. The first frame has none.
 pub(super) struct Rates([[[Lanes; 2]; 2]; 3]);
 
 impl Rates {

@@ -13,7 +13,7 @@ use crate::pose::{Pose, Trs};
 use crate::process;
 use crate::scene::{AppliedStep, NodeId, NodeKind, Scene};
 
-/// The fraction of the size of a skeleton below which two joints are in one place, and no direction is between them.
+/// The fraction of the size of a skeleton below which two joints coincide, and no direction is between them.
 const COINCIDENT: f32 = 1e-4;
 
 /// The sine of the angle between a bone and the axis about which it would bend below which that says nothing: what is
@@ -35,7 +35,7 @@ pub enum AlongBone {
 impl Conversion {
     /// Which axis of each joint's frame points along its bone at rest.
     ///
-    /// Default: `None`, frames are those of the file: in BVH they lie along the axes of the world, and in Blender every
+    /// Default: `None`, frames as in the file: in BVH they lie along the axes of the world, and in Blender every
     /// bone points up. Nothing moves, neither at rest nor in motion.
     ///
     /// ```
@@ -57,7 +57,7 @@ impl Conversion {
 }
 
 impl AlongBone {
-    /// Turns the frames of `scene`, which has the bones `humanoid`; the caller has stated those of `stated`.
+    /// Turns the frames of `scene`, which has the bones `humanoid`; the caller has stated the bones `stated`.
     ///
     /// # Errors
     /// Where a node is scaled otherwise along one axis than along another; `scene` is then unchanged.

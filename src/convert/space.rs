@@ -36,7 +36,7 @@ impl Space {
         up: Some(UpAxis::Y),
     };
 
-    /// The values of `self`, or else those of `other`.
+    /// The values of `self`, or else of `other`.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             metres_per_unit: self.metres_per_unit.or(other.metres_per_unit),

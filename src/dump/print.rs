@@ -82,8 +82,8 @@ fn print_mesh_info_2017(out: &mut impl fmt::Write, scene: &Scene) -> fmt::Result
             writeln!(out, " --- Bone Name: {}  nweights = {}", bone.name, bone.weights.len())?;
             print_matrix(out, "     Offset matrix: ", bone.offset_matrix)?;
             for weight in &bone.weights {
-                let share = Streamed(weight.weight);
-                writeln!(out, "      Vertex id: {}  weight = {share}", weight.vertex_id)?;
+                let value = Streamed(weight.weight);
+                writeln!(out, "      Vertex id: {}  weight = {value}", weight.vertex_id)?;
             }
         }
     }

@@ -156,7 +156,7 @@ codes! {
         "The hierarchy has more than one ROOT; they were put under one parent node."
         "Give each skeleton its own file if you want them apart."
     DuplicateName "duplicate-name"
-        "Several nodes have the same name; the names were kept, and each node has its own channel."
+        "Several nodes have one name; the names were kept, and each node has its own channel."
         "Rename them if another program finds nodes by name."
     ErrorBound "error-bound"
         "The chosen number format cannot keep the error below the limit."

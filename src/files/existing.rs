@@ -50,7 +50,7 @@ pub struct ReplacePolicy {
 }
 
 impl ReplacePolicy {
-    /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of
+    /// Extensions, in lower case, of files that may be somebody's source: of all formats that are read, and of
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
         "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "bip",

@@ -49,8 +49,8 @@ fn bones(mut scene: Scene) -> Result<Body> {
     Conversion::new().apply(&mut scene)?;
     let body = scene.vrm_humanoid(None)?;
     let rest = Pose::rest(&body);
-    let place =
+    let position =
         |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));
     let bones = body.nodes.iter().map(|node| node.humanoid_bone).enumerate();
-    Ok(Body::Bones(bones.filter_map(place).collect::<BTreeMap<_, _>>()))
+    Ok(Body::Bones(bones.filter_map(position).collect::<BTreeMap<_, _>>()))
 }

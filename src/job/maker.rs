@@ -71,7 +71,7 @@ pub struct Made {
     pub scene: Option<Scene>,
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
     pub humanoid: Option<Humanoid>,
-    /// How well each motion is the same on the other body.
+    /// How well each motion is kept on the other body.
     pub clips: Vec<Report>,
     /// The motions of several for one output that could not be put on the other body, and why.
     pub left_out: Vec<(PathBuf, Diagnostic)>,
@@ -83,7 +83,7 @@ impl<'a> Maker<'a> {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] where options do not go together, [`Code::UnknownFormat`] where the output is in no
-    /// format that is written; those of reading the target and the second motions.
+    /// format that is written; and warnings of reading the target and the second motions.
     pub fn new(job: &Job, given: &'a [MemoryFile<'a>], hear: Hear<'_>) -> Result<Self> {
         Self::of(job, Files { given, has_disk: true }, hear)
     }
@@ -326,7 +326,7 @@ impl<'a> Maker<'a> {
         Ok(source)
     }
 
-    /// From the space and the frames of an input to those of the output.
+    /// From the space and the frames of an input to the space and the frames of the output.
     fn conversion(&self) -> Conversion {
         let Job { source, write, .. } = &self.job;
         let keeps_units = self.format().is_some_and(FormatInfo::keeps_units);
@@ -340,7 +340,7 @@ impl<'a> Maker<'a> {
         write.space.of(conversion).keep_units(keeps_units)
     }
 
-    /// Does the steps on a scene with the bones `found`, and returns those of what it has become.
+    /// Does the steps on a scene with the bones `found`, and returns the bones of what it has become.
     fn apply_steps(&self, scene: &mut Scene, found: Humanoid, hear: Hear<'_>) -> Result<Humanoid> {
         // What the caller has stated is recorded.
         let stated = (!self.bones.is_empty()).then(|| found.clone());

@@ -63,13 +63,13 @@ pub struct OntoBody {
     /// Whether feet are held still while those of the source stand.
     #[serde(skip_serializing_if = "is_default")]
     pub feet: Feet,
-    /// The names of the clips, in the order of the motions. Default: those of the files.
+    /// The names of the clips, in the order of the motions. Default: the names in the files.
     #[serde(skip_serializing_if = "is_default")]
     pub names_of_clips: Vec<String>,
     /// Of a character: whether the animations that it has are left out; by default they stay.
     #[serde(skip_serializing_if = "is_default")]
     pub replace_animations: bool,
-    /// Of a character or a skeleton: the largest allowed angle between a limb of the motion and that of the character
+    /// Of a character or a skeleton: the largest allowed angle between a limb of the motion and of the character
     /// in any frame, in degrees; above it the job fails after it has written.
     #[serde(skip_serializing_if = "is_default")]
     pub max_angle: Option<Angle>,
@@ -99,7 +99,7 @@ pub struct OntoBody {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Feet {
-    /// They are held where those of the source stand.
+    /// They are held where the source's feet stand.
     #[default]
     Lock,
     /// They are left as they come.

@@ -43,7 +43,7 @@ pub struct JobReport {
     /// What each step changed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<EditReport>,
-    /// How well each motion is the same on the other body.
+    /// How well each motion is kept on the other body.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<Report>,
     /// How far the output is from the motion, where keys or bits were left out.
@@ -52,7 +52,7 @@ pub struct JobReport {
     /// How far the output is from its source, where the job asks for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
-    /// What is worse than the job allows: the files are written all the same.
+    /// What is worse than the job allows: the files are written nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
 }

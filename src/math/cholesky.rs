@@ -18,7 +18,7 @@ pub(crate) fn factor(matrix: &mut [f64], size: usize) {
     }
 }
 
-/// Solves L y = right in place.
+/// Solves L y = right, and leaves y in `right`.
 pub(crate) fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
     for row in 0..size {
         let known: f64 = (0..row).map(|column| matrix[row * size + column] * right[column]).sum();
@@ -26,7 +26,7 @@ pub(crate) fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
     }
 }
 
-/// Solves the transpose of L times x = right in place.
+/// Solves the transpose of L times x = right, and leaves x in `right`.
 pub(crate) fn backward(matrix: &[f64], right: &mut [f64], size: usize) {
     for row in (0..size).rev() {
         let known: f64 = (row + 1..size)
@@ -36,7 +36,7 @@ pub(crate) fn backward(matrix: &[f64], right: &mut [f64], size: usize) {
     }
 }
 
-/// Solves the system in place; the matrix becomes its factor.
+/// Solves the system, and leaves the solution in its right side; the matrix becomes its factor.
 pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64], size: usize) {
     factor(matrix, size);
     forward(matrix, right, size);

@@ -7,8 +7,8 @@ use super::soa::{Quaternions, Vectors};
 /// How much the square of the length of an axis may differ from 1 that counts as 1.
 const UNIT: f32 = 1e-5;
 
-/// The rotation of a matrix whose axes may be scaled, and of a mirrored one that of [`Trs`](crate::pose::Trs). Shear is
-/// lost.
+/// The rotation of a matrix whose axes may be scaled, and of a mirrored one the rotation of its
+/// [`Trs`](crate::pose::Trs). Shear is lost.
 pub(crate) fn rotation_of(matrix: &Mat4) -> Quat {
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec4::truncate);
     // Most have length 1, and need no square root.

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-/// `rotation` or its negative, which is the same rotation: the one that is nearer to `reference`.
+/// `rotation` or its negative, an equal rotation: whichever is nearer to `reference`.
 pub(crate) fn in_hemisphere_of(reference: Quat, rotation: Quat) -> Quat {
     if rotation.dot(reference) < 0.0 {
         -rotation
@@ -84,7 +84,7 @@ pub(crate) fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
     ];
     let (x, y, z, w) = (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]);
     let chord = (x * x + y * y) + (z * z + w * w);
-    // That to the negative of the other quaternion, which is the same rotation, is 4 less it.
+    // The squared distance to the negative of the other quaternion, an equal rotation, is 4 less this one.
     let chord = if chord > 2.0 { 4.0 - chord } else { chord };
     chord * polynomial(QUOTIENT, chord)
 }
@@ -92,8 +92,8 @@ pub(crate) fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
 #[inline(always)]
 fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
     let mut sum = coefficients[N - 1];
-    for place in (0..N - 1).rev() {
-        sum = sum * x + coefficients[place];
+    for power in (0..N - 1).rev() {
+        sum = sum * x + coefficients[power];
     }
     sum
 }

@@ -113,7 +113,7 @@ pub(crate) fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) 
         (-parity * at(i, j)).atan2(at(i, i))
     };
     let (sin_c, cos_c) = c.sin_cos();
-    // Column j of R Rk(-c), which is that of Ri(a).
+    // Column j of R Rk(-c), which is column j of Ri(a).
     let without_c = |row| cos_c * at(row, j) + parity * sin_c * at(row, i);
     let a = (parity * without_c(k)).atan2(without_c(j));
 
@@ -192,13 +192,13 @@ mod tests {
                 [0.0, 130.0, -170.0],
             ] {
                 let rotation = from_angles(order, angles);
-                // Near the right turn of the wheel, the very angles.
+                // Near the angles themselves, these very angles.
                 let near = angles.map(|angle| angle + 7.0);
                 let found = to_euler(rotation, order, near);
                 for (angle, found) in std::iter::zip(angles, found) {
                     assert!((angle - found).abs() < 1e-9, "{order:?} {angles:?} {found}");
                 }
-                // From anywhere else, the same rotation.
+                // From anywhere else, angles of an equal rotation.
                 let again = from_angles(order, to_euler(-rotation, order, [0.0; 3]));
                 assert!(again.dot(rotation).abs() > 1.0 - 1e-12, "{order:?} {angles:?}");
             }

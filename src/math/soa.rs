@@ -200,11 +200,11 @@ mod tests {
 
     #[test]
     fn an_unnormalized_quaternion_is_a_matrix_that_stretches() {
-        let (length, turn) = (1.2, rotations(1.0));
-        let units = Rotations::of(|lane| turn[lane].to_array());
-        let found = Matrices::from_unnormalized(units, Lanes::all(length * length));
-        for (lane, turn) in turn.into_iter().enumerate() {
-            let expected = DMat3::from_quat(turn * length);
+        let (length, units) = (1.2, rotations(1.0));
+        let many = Rotations::of(|lane| units[lane].to_array());
+        let found = Matrices::from_unnormalized(many, Lanes::all(length * length));
+        for (lane, unit) in units.into_iter().enumerate() {
+            let expected = DMat3::from_quat(unit * length);
             for column in 0..3 {
                 let found = DVec3::from_array(found.0[column].lane(lane));
                 assert!(found.abs_diff_eq(expected.col(column), 1e-14), "{found}");

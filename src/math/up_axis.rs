@@ -60,8 +60,11 @@ mod tests {
         let point = Vec3::new(1.0, 2.0, 3.0);
         for (from, axis) in std::iter::zip(UpAxis::ALL, axes) {
             assert_eq!(to_y_up(axis, from), Vec3::Y);
-            let turn = Mat4::from_quat(turn_to_y_up(from).as_quat());
-            assert!(turn.abs_diff_eq(from_to(from, UpAxis::Y), 1e-6), "{from:?}: {turn}");
+            let rotation = Mat4::from_quat(turn_to_y_up(from).as_quat());
+            assert!(
+                rotation.abs_diff_eq(from_to(from, UpAxis::Y), 1e-6),
+                "{from:?}: {rotation}"
+            );
             for (to, other) in std::iter::zip(UpAxis::ALL, axes) {
                 assert_eq!(turned(axis, from, to), other, "{from:?} to {to:?}");
                 assert_eq!(turned(point, from, to), from_to(from, to).transform_vector3(point));

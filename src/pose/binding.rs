@@ -318,7 +318,7 @@ mod tests {
         animation.channels[1].node = Some(NodeId(3));
         let binding = Binding::new(&scene(), &animation);
         assert_eq!(driven(&binding, &animation), [(2, a), (3, b), (1, c)]);
-        // The ids of another scene are not taken for those of this one.
+        // The ids of another scene are not taken for ids of this one.
         for stale in [NodeId(0), NodeId(9)] {
             animation.channels[0].node = Some(stale);
             let binding = Binding::new(&scene(), &animation);

@@ -54,7 +54,7 @@ impl Default for Trs {
 }
 
 impl Channel {
-    /// The transform to the parent at `tick`. The component of a track without keys is that of `rest`.
+    /// The transform to the parent at `tick`. A track without keys has the component of `rest`.
     ///
     /// A program with its own nodes needs only this:
     ///
@@ -109,7 +109,7 @@ impl Channel {
     }
 }
 
-/// Which tracks of a channel have to be sampled, because their value is not the same at every tick.
+/// Which tracks of a channel have to be sampled, because their value changes between ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving {
     pub(super) position: bool,
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn rotations_take_the_shorter_way() {
-        // From 10 to 350 degrees it is 20 degrees backwards, not 340 forwards; and a negated quaternion is the same
+        // From 10 to 350 degrees it is 20 degrees backwards, not 340 forwards; and a negated quaternion is an equal
         // rotation.
         for end in [about_z(350.0), -about_z(350.0)] {
             let middle = Keys::every_tick(vec![about_z(10.0), end]).sample(0.5).unwrap();
@@ -405,8 +405,8 @@ mod tests {
             let (from, to) = (values[tick as usize], values[tick as usize + 1]);
             let turned = Keys::every_tick(values).sample(tick).unwrap();
             // An angle comes from an arc cosine here, which near 1 tells angles below 1e-3 apart no more.
-            let share = tick.fract() as f32 * from.angle_between(to);
-            prop_assert!((from.angle_between(turned) - share).abs() < 2e-3, "{} of {}", turned.angle_between(from), share);
+            let (found, expected) = (from.angle_between(turned), tick.fract() as f32 * from.angle_between(to));
+            prop_assert!((found - expected).abs() < 2e-3, "{found} of {expected}");
             prop_assert!((turned.length() - 1.0).abs() < 1e-5);
         }
     }

@@ -15,7 +15,7 @@ use crate::scene::{Keys, Scene};
 pub struct KeyTolerance {
     /// Distance between positions, in the file's unit. Default: 0.
     pub position: f32,
-    /// Angle between rotations, in radians. Default: 0. A quaternion and its negative are the same rotation.
+    /// Angle between rotations, in radians. Default: 0. A quaternion and its negative are one rotation.
     pub rotation: f32,
     /// Distance between scales, which have no unit. Default: 0.
     pub scaling: f32,

@@ -45,17 +45,17 @@ pub(crate) fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64,
     for index in 0..scene.animations.len() {
         let root_channel = root_channel(scene, index);
         for (channel_index, channel) in scene.animations[index].channels.iter_mut().enumerate() {
-            let turn = if Some(channel_index) == root_channel {
+            let of_channel = if Some(channel_index) == root_channel {
                 axes
             } else {
                 Axes::default()
             };
             for value in &mut channel.position_keys.values {
-                *value = turn.point(scaled(*value));
+                *value = of_channel.point(scaled(*value));
             }
-            if turn.from != turn.to {
+            if of_channel.from != of_channel.to {
                 for value in &mut channel.rotation_keys.values {
-                    *value = turn.rotation(*value);
+                    *value = of_channel.rotation(*value);
                 }
             }
         }
@@ -94,8 +94,8 @@ impl Axes {
         if self.from == self.to {
             return rotation;
         }
-        let turn = turn_to_y_up(self.to).inverse() * turn_to_y_up(self.from);
-        (turn * rotation.as_dquat()).as_quat()
+        let change = turn_to_y_up(self.to).inverse() * turn_to_y_up(self.from);
+        (change * rotation.as_dquat()).as_quat()
     }
 }
 

@@ -10,11 +10,11 @@ impl Scene {
     ///
     /// Before: mesh 0 on the root, with the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh 1
     /// on `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look
-    /// the same in every pose.
+    /// equal in every pose.
     ///
-    /// A bone is *needed* if it shares a vertex with another bone, or if a face has vertices of it and of something
-    /// else. The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep those
-    /// bones. Faces without any bone stay with them.
+    /// A bone is *needed* if it moves a vertex together with another bone, or if a face has vertices of it and of
+    /// something else. The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep
+    /// those bones. Faces without any bone stay with them.
     ///
     /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
     /// near the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
@@ -53,7 +53,7 @@ impl Scene {
 
 /// The faces of a mesh, as indices.
 struct FacesByBone {
-    /// Those of needed bones, or of none.
+    /// The vertices of needed bones, or of none.
     kept: Vec<usize>,
     /// Of each bone those that can leave with it.
     split_off: Vec<Vec<usize>>,
@@ -92,7 +92,7 @@ fn faces_by_bone(mesh: &Mesh) -> FacesByBone {
     faces
 }
 
-/// The tie of each vertex, and of each bone whether it shares a vertex.
+/// The tie of each vertex, and of each bone whether another moves one of its vertices.
 fn ties(mesh: &Mesh) -> (Vec<Tie>, Vec<bool>) {
     let mut ties = vec![Tie::Loose; mesh.vertices.len()];
     let mut needed = vec![false; mesh.bones.len()];

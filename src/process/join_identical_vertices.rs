@@ -11,13 +11,13 @@ use crate::scene::{Mesh, Scene};
 const NORMAL_TOLERANCE: f32 = 1e-5;
 
 impl Scene {
-    /// Stores equal vertices once, and lets the faces share them.
+    /// Stores equal vertices once, for all their faces.
     ///
     /// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12
-    /// vertices that 12 faces share. The first of equal vertices stays; the order stays.
+    /// vertices for 12 faces. The first of equal vertices stays; the order stays.
     ///
-    /// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their
-    /// texture coordinates are the same, and the same bones move them by the same weights. Assimp does not have the
+    /// Two vertices are equal if their positions are equal bit by bit, their normals differ by less than 1e-5, their
+    /// texture coordinates are equal, and one set of bones moves them by equal weights. Assimp does not have the
     /// last condition, and so gives vertices of one bone to another where two links coincide.
     pub fn join_identical_vertices(&mut self) {
         for mesh in &mut self.meshes {
@@ -28,12 +28,12 @@ impl Scene {
 
 fn join(mesh: &mut Mesh) {
     let mut kept: Vec<usize> = Vec::new();
-    let mut kept_at: HashMap<(Place, TexturePlace, Ties), Vec<usize>> = HashMap::new();
+    let mut kept_at: HashMap<(PositionBits, TextureBits, Ties), Vec<usize>> = HashMap::new();
     let mut new_index = Vec::with_capacity(mesh.vertices.len());
     for (vertex, ties) in ties(mesh).into_iter().enumerate() {
         let normal = mesh.normals[vertex];
         let candidates = kept_at
-            .entry((place(mesh.vertices[vertex]), texture_place(mesh, vertex), ties))
+            .entry((position_bits(mesh.vertices[vertex]), texture_bits(mesh, vertex), ties))
             .or_default();
         let equal = candidates
             .iter()
@@ -58,18 +58,18 @@ fn join(mesh: &mut Mesh) {
 }
 
 /// The bits of a position.
-type Place = [u32; 3];
+type PositionBits = [u32; 3];
 
-fn place(position: Vec3) -> Place {
+fn position_bits(position: Vec3) -> PositionBits {
     position.to_array().map(f32::to_bits)
 }
 
 /// The bits of a texture coordinate.
-type TexturePlace = Option<[u32; 2]>;
+type TextureBits = Option<[u32; 2]>;
 
-fn texture_place(mesh: &Mesh, vertex: usize) -> TexturePlace {
-    let place = mesh.texture_coords.get(vertex)?;
-    Some(place.to_array().map(f32::to_bits))
+fn texture_bits(mesh: &Mesh, vertex: usize) -> TextureBits {
+    let position = mesh.texture_coords.get(vertex)?;
+    Some(position.to_array().map(f32::to_bits))
 }
 
 /// The bones that move a vertex, and the bits of their weights.

@@ -31,7 +31,7 @@ pub struct Naming {
 impl Scene {
     /// Gives the joints of a humanoid the names of `names`; a bone that it does not name, or with `None`, and a joint
     /// that is no bone keep theirs. Meshes and channels follow, and end sites that are called after their joint.
-    /// Nothing moves. Sides are those of the body, where the file has left and right the other way round.
+    /// Nothing moves. Sides are the body's, where the file has left and right exchanged.
     ///
     /// ```
     /// use mocap::figure::{BoneNames, Humanoid};

@@ -46,8 +46,8 @@ impl Scene {
         for (animation, (clip, driven)) in std::iter::zip(&mut self.animations, all) {
             largest = f64::max(largest, clip.error.max);
             let ticks_of = |key_frames: &[u32]| key_frames.iter().map(|frame| clip.ticks[*frame as usize]).collect();
-            for (node, place) in driven {
-                let (track, channel) = (&clip.tracks[node.index()], &mut animation.channels[place]);
+            for (node, channel) in driven {
+                let (track, channel) = (&clip.tracks[node.index()], &mut animation.channels[channel]);
                 if !channel.position_keys.is_empty() {
                     channel.position_keys = match &track.translation {
                         Track::Constant(value) => Keys::constant(*value),

@@ -90,7 +90,7 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
             old,
             new: old / old_per_new,
         }));
-        // Whole new ticks before edges at the same tick, so that the whole ticks are kept.
+        // Whole new ticks before edges at an equal tick, so that the whole ticks are kept.
         moments.sort_by(|a, b| a.old.total_cmp(&b.old));
         moments.dedup_by(|later, earlier| later.old - earlier.old < SAME_TICK);
     }

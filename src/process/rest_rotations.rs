@@ -66,7 +66,7 @@ pub(crate) fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<(
         node.transform = Mat4::from_scale_rotation_translation(rest.scale, rotation, translation);
     }
     for (node, turned) in turned.iter().enumerate() {
-        turn_meshes(scene, node, *turned);
+        rotate_meshes(scene, node, *turned);
     }
     for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
         bone.offset_matrix = Mat4::from_quat(turned[bone.node.index()]) * bone.offset_matrix;
@@ -108,19 +108,19 @@ fn each<T: Copy>(keys: &mut Keys<T>, change: impl Fn(T) -> T) {
     }
 }
 
-/// Turns the rigid meshes of a node. One that several nodes hold becomes one for each.
-fn turn_meshes(scene: &mut Scene, node: usize, turn: Quat) {
-    for place in 0..scene.nodes[node].meshes.len() {
-        let index = scene.nodes[node].meshes[place];
+/// Rotates the rigid meshes of a node. One that several nodes hold becomes one for each.
+fn rotate_meshes(scene: &mut Scene, node: usize, rotation: Quat) {
+    for at in 0..scene.nodes[node].meshes.len() {
+        let index = scene.nodes[node].meshes[at];
         if !scene.meshes[index].bones.is_empty() {
             continue;
         }
         let mut mesh: Mesh = scene.meshes[index].clone();
-        mesh.vertices.iter_mut().for_each(|vertex| *vertex = turn * *vertex);
-        mesh.normals.iter_mut().for_each(|normal| *normal = turn * *normal);
+        mesh.vertices.iter_mut().for_each(|vertex| *vertex = rotation * *vertex);
+        mesh.normals.iter_mut().for_each(|normal| *normal = rotation * *normal);
         let holders = scene.nodes.iter().flat_map(|node| &node.meshes);
         if holders.filter(|held| **held == index).count() > 1 {
-            scene.nodes[node].meshes[place] = scene.meshes.len();
+            scene.nodes[node].meshes[at] = scene.meshes.len();
             scene.meshes.push(mesh);
         } else {
             scene.meshes[index] = mesh;

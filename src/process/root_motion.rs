@@ -106,7 +106,7 @@ fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3
         ticks
     };
     let mut heading = DQuat::IDENTITY;
-    let (mut places, mut headings) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
+    let (mut on_ground, mut headings) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
     let (mut heights, mut leans) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
     for &tick in &ticks {
         let position = channel.position_keys.sample(tick).unwrap_or(rest);
@@ -115,7 +115,7 @@ fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3
         if rotation.y * rotation.y + rotation.w * rotation.w > NO_HEADING {
             heading = DQuat::from_xyzw(0.0, rotation.y, 0.0, rotation.w).normalize();
         }
-        places.push(Vec3::new(position.x, 0.0, position.z));
+        on_ground.push(Vec3::new(position.x, 0.0, position.z));
         headings.push(heading.as_quat());
         heights.push(Vec3::new(0.0, position.y, 0.0));
         leans.push((heading.inverse() * rotation).as_quat());
@@ -125,7 +125,7 @@ fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3
     let root = Channel {
         node_name: name.to_owned(),
         node: None,
-        position_keys: Keys::at_ticks(places, ticks.clone()),
+        position_keys: Keys::at_ticks(on_ground, ticks.clone()),
         rotation_keys: Keys::at_ticks(headings, ticks),
         scaling_keys: Keys::constant(Vec3::ONE),
     };

@@ -17,7 +17,7 @@ pub enum SkeletonMesh {
     Segmented,
     /// One mesh on the root, with a bone for every node that has a piece.
     Skinned,
-    /// No mesh of the skeleton: those of the file alone.
+    /// No mesh of the skeleton: the meshes of the file alone.
     Own,
     /// No mesh.
     None,
@@ -41,7 +41,7 @@ impl Scene {
     /// faces whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A
     /// child in the position of its parent gets no pointer, so a node whose children are all at its own position has no
     /// piece and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes
-    /// are those of Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
+    /// equal Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
     ///
     /// `Skinned` puts the pieces into one mesh on the root, placed by the rest pose in the space of the root's parent.
     /// Each bone moves its node's piece with weight 1. A scene without pieces does not change.

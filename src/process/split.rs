@@ -1,4 +1,4 @@
-//! What the steps that take meshes apart share.
+//! What both steps that take meshes apart need.
 
 use std::collections::HashMap;
 

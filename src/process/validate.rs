@@ -196,7 +196,7 @@ fn check_mesh(scene: &Scene, mesh: &Mesh, index: usize, check: &mut impl FnMut(b
     check(mesh.normals.len() == count && unit, Rule::MeshNormals, part);
     let are_placed = mesh.vertices.iter().all(|vertex| vertex.is_finite());
     let coords = &mesh.texture_coords;
-    let are_textured = coords.is_empty() || coords.len() == count && coords.iter().all(|place| place.is_finite());
+    let are_textured = coords.is_empty() || coords.len() == count && coords.iter().all(|position| position.is_finite());
     check(are_placed && are_textured, Rule::MeshVertices, part);
     let whole = mesh.indices.len().is_multiple_of(mesh.primitive.indices_per_face());
     let in_range = mesh.indices.iter().all(|&vertex| (vertex as usize) < count);

@@ -106,7 +106,7 @@ pub struct Material {
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Surface {
-    /// Red, green, blue and alpha, linear. They multiply those of the texture.
+    /// Red, green, blue and alpha, linear. They multiply the texture's.
     pub base_color: Vec4,
     /// The texture of the colour, an index into [`Scene::textures`].
     pub texture: Option<usize>,

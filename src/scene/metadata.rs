@@ -162,7 +162,7 @@ pub struct Origin {
 pub(crate) const UNNAMED_MOTION: &str = "Motion";
 
 impl Metadata {
-    /// What a clip is called in a file: its own name, or else that of the file that it was read from.
+    /// What a clip is called in a file: its own name, or else the name of the file that it was read from.
     pub(crate) fn clip_name<'a>(&'a self, animation: &'a Animation) -> &'a str {
         let own = animation.name.as_str();
         let of_file = self.origin.as_ref().map(Origin::stem);
@@ -323,7 +323,7 @@ pub enum Topic {
     Facing,
     /// The kind of the rest pose.
     RestPose,
-    /// Whether the names of the sides are those of the body's sides.
+    /// Whether the names of the sides are right for the body.
     Sides,
     /// Whether the skeleton is a humanoid.
     Humanoid,

@@ -9,7 +9,7 @@ use crate::error::{Code, Diagnostic, Result};
 /// The name of the material of a mesh that is drawn of a skeleton, which is nothing that a file could lose.
 pub(crate) const SKELETON_MATERIAL: &str = "SkeletonMaterial";
 
-/// How far a number of a node's transform may be from that of the file: what a change and its inverse round.
+/// How far a number of a node's transform may be from the number in the file: what a change and its inverse round.
 const ROUNDED: f32 = 1e-5;
 
 /// A glTF or VRM file with meshes, whole. A scene that has it is written as glTF into this file: its animations are
@@ -60,7 +60,7 @@ impl Original {
         self.file.is_vrm
     }
 
-    /// Refuses a scene whose skeleton is no longer that of the file.
+    /// Refuses a scene whose skeleton is no longer the file's.
     pub(crate) fn check(&self, scene: &Scene) -> Result<()> {
         let (ours, theirs) = (&scene.nodes, &self.file.as_read);
         let is_same = |(a, b): (&Node, &Node)| {

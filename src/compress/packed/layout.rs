@@ -86,7 +86,7 @@ impl Lines {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RotationTrack {
     pub(super) node: u32,
-    /// Where its header starts in those of a block, in bits.
+    /// Where its header starts among the headers of a block, in bits.
     pub(super) header: u32,
     /// A step of the lattice.
     pub(super) step: f32,

@@ -96,7 +96,7 @@ pub(super) fn line(values: &[i32], offsets: &[i32], rise: i32, log2: u32) -> Axi
     }
 }
 
-/// The line with the fewest bits of a key, of some whose rises are near to that of the values.
+/// The line with the fewest bits of a key, of some whose rises are near to the rise of the values.
 pub(super) fn best_line(values: &[i32], key_frames: &[u32], first: u32, log2: u32) -> AxisBlock {
     let offsets: Vec<i32> = key_frames.iter().map(|frame| (frame - first) as i32).collect();
     let mut best = line(values, &offsets, 0, log2);

@@ -147,7 +147,7 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// That of the QUATERNION filter with a bit rate: bits per component.
+    /// The lattice of the QUATERNION filter with a bit rate: bits per component.
     pub(crate) fn of_filter(bits: u32) -> Self {
         Self {
             max: (1 << (bits - 1)) - 1,
@@ -163,7 +163,7 @@ impl Lattice {
         }
     }
 
-    /// That of a file which states its largest integer.
+    /// The lattice of a file which states its largest integer.
     pub(in crate::compress) fn of_max(max: u16) -> Self {
         Self {
             max: max.into(),

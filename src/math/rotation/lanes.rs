@@ -69,7 +69,7 @@ fn begin(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
 fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     let (sin, cos) = sin_cos_of_half(degrees);
     let Quaternions { x, y, z, w } = rotations;
-    // The products of i, j and k are the same for every axis but for a cyclic change of names: `about` is the axis,
+    // The products of i, j and k differ between axes only by a cyclic change of names: `about` is the axis,
     // `next` and `last` the two that follow it.
     let (about, next, last) = match axis {
         Axis::X => (x, y, z),
@@ -228,7 +228,7 @@ mod tests {
                     (Axis::ALL[axis], angle % 1_000.0 - 500.0)
                 });
                 let expected = with_assimp_sign(from_euler(rotations.into_iter()));
-                // Half a unit in the last place, and once more where the two fall on different sides of a rounding.
+                // Half a unit in the last digit, and once more where the two fall on different sides of a rounding.
                 assert!(
                     key(&rotations).abs_diff_eq(expected, f32::EPSILON / 2.0),
                     "{rotations:?}"

@@ -11,7 +11,7 @@ pub(crate) struct Matrices<T, const N: usize>(pub(crate) [Vectors<T, N>; 3]);
 impl<T: Real, const N: usize> Matrices<T, N> {
     pub(crate) const ZERO: Self = Self([Vectors::ZERO; 3]);
 
-    /// Sets `self` to `left * right`. In place, because a copy would be large.
+    /// Sets `self` to `left * right`, without a copy, which would be large.
     #[inline(always)]
     pub(crate) fn set_product(&mut self, left: &Self, right: &Self) {
         for column in 0..3 {
@@ -63,7 +63,7 @@ impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
     }
 }
 
-/// Affine transforms: the axes and the origin of a space in that of its parent.
+/// Affine transforms: the axes and the origin of a space, in the space of its parent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transforms<T, const N: usize> {
     pub(crate) axes: Matrices<T, N>,
@@ -71,13 +71,13 @@ pub(crate) struct Transforms<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Transforms<T, N> {
-    /// Sets the origin to that of `parent * local`.
+    /// Sets the origin to the origin of `parent * local`.
     #[inline(always)]
     pub(crate) fn set_product_of_origins(&mut self, parent: &Self, local: &Self) {
         self.origin = &parent.axes * local.origin + parent.origin;
     }
 
-    /// Sets the axes to those of `parent * local`.
+    /// Sets the axes to the axes of `parent * local`.
     #[inline(always)]
     pub(crate) fn set_product_of_axes(&mut self, parent: &Self, local: &Self) {
         self.axes.set_product(&parent.axes, &local.axes);

@@ -23,8 +23,8 @@ const SINE_OVER_ANGLE: [f32; 7] = [
 #[inline(always)]
 fn polynomial<const TERMS: usize, const N: usize>(coefficients: [f32; TERMS], x: Lanes<f32, N>) -> Lanes<f32, N> {
     let mut sum = Lanes::all(coefficients[TERMS - 1]);
-    for place in (0..TERMS - 1).rev() {
-        sum = sum * x + Lanes::all(coefficients[place]);
+    for power in (0..TERMS - 1).rev() {
+        sum = sum * x + Lanes::all(coefficients[power]);
     }
     sum
 }
@@ -69,18 +69,18 @@ impl<const N: usize> Quaternions<f32, N> {
 
     /// A rotation between two, on the shorter arc.
     #[inline(always)]
-    pub(crate) fn slerp(self, to: Self, share: f32) -> Self {
+    pub(crate) fn slerp(self, to: Self, fraction: f32) -> Self {
         let dot = self.dot(to);
         let cos = dot.negated_where_negative(dot);
         let from_one = Lanes::ONE - cos;
         // The angle divided by its sine; and the sine's square is (1 - cos) (1 + cos).
         let quotient = polynomial(ANGLE_OVER_SINE, from_one);
         let square = quotient * quotient * (from_one * (Lanes::ONE + cos));
-        let weight = |share: f32| {
-            let sine = polynomial(SINE_OVER_ANGLE, square * Lanes::all(share * share));
-            sine * quotient * Lanes::all(share)
+        let weight = |fraction: f32| {
+            let sine = polynomial(SINE_OVER_ANGLE, square * Lanes::all(fraction * fraction));
+            sine * quotient * Lanes::all(fraction)
         };
-        let (before, after) = (weight(1.0 - share), weight(share).negated_where_negative(dot));
+        let (before, after) = (weight(1.0 - fraction), weight(fraction).negated_where_negative(dot));
         self * before + to * after
     }
 
@@ -170,11 +170,11 @@ mod tests {
         let angles = [0.0, 1e-5, 0.01, 0.5, 1.5, 2.5, PI - 0.01, -2.9_f32];
         for sign in [1.0, -1.0] {
             let to = angles.map(|angle| Quat::from_axis_angle(axis, angle) * from * sign);
-            for share in [0.0, 0.2, 0.5, 0.75, 1.0] {
+            for fraction in [0.0, 0.2, 0.5, 0.75, 1.0] {
                 let many = Rotations::all(from.to_array());
-                let found = many.slerp(Rotations::of(|lane| to[lane].to_array()), share);
+                let found = many.slerp(Rotations::of(|lane| to[lane].to_array()), fraction);
                 for (lane, to) in to.into_iter().enumerate() {
-                    is_near(found.lane(lane), from.slerp(to, share));
+                    is_near(found.lane(lane), from.slerp(to, fraction));
                 }
             }
         }
@@ -185,11 +185,11 @@ mod tests {
         let axis = Vec3::new(0.6, 0.0, -0.8);
         let angles = [0.0, 0.5, -2.0, 3.0, PI, 1.0, -0.1, 2.2_f32];
         let turned = angles.map(|angle| Quat::from_euler(glam::EulerRot::YXZ, angle, 0.4 * angle, -angle));
-        let turned = turned.map(|turn| {
-            if turn == turned[4] {
+        let turned = turned.map(|rotation| {
+            if rotation == turned[4] {
                 Quat::from_axis_angle(Vec3::Y, PI)
             } else {
-                turn
+                rotation
             }
         });
         let found = Rotations::of(|lane| turned[lane].to_array()).twist(axis.to_array());

@@ -25,7 +25,7 @@ fn is_one_metre(metres: &f64) -> bool {
 pub enum AppliedStep {
     /// [`Importer::retime`](crate::Importer::retime): all frames are kept, and play at another rate.
     Retime {
-        /// The ticks per second in place of the file's own.
+        /// The ticks per second instead of the file's own.
         frames_per_second: f64,
     },
     /// [`Importer::clips`](crate::Importer::clips): the other animations of the file were dropped.
@@ -78,7 +78,7 @@ pub enum AppliedStep {
         onto: SecondMotion,
         /// How many times as long the steps over the ground are, both in metres.
         scale: f64,
-        /// Whether the feet were to be held as those of the source are.
+        /// Whether the feet were to be held where the source's are.
         lock_feet: bool,
     },
     /// [`Scene::name_joints`](crate::Scene::name_joints): joints were given other names.
