@@ -23,6 +23,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod osc;
 mod play;
 mod record;
 mod vmc;

@@ -13,6 +13,7 @@ mod figure;
 mod matrix;
 mod movie;
 mod plot;
+mod png;
 mod raster;
 mod sheet;
 mod surface;
