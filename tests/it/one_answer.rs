@@ -170,7 +170,7 @@ fn number_of(page: &str, key: &str) -> f64 {
     page[start..start + end].parse().unwrap()
 }
 
-/// The ground of the figure in what every command says of it, and the bones.
+/// The ground of the figure in what every command says of it, the bones and the T-pose.
 #[test]
 fn every_command_has_one_ground_and_one_map() {
     let mut random = Sample::new();
@@ -213,5 +213,14 @@ fn every_command_has_one_ground_and_one_map() {
             (largest - f64::from(t_pose.largest_rotation())).abs() < 1e-3,
             "{file}: {largest}"
         );
+        folder.succeeds("sheet in.bvh --t-pose -o sheet.svg");
+        let drawn = String::from_utf8(folder.read("sheet.svg")).unwrap();
+        let facts = [
+            format!("{largest:.0}° from the rest pose at most"),
+            format!("{} bones", said["humanoid"]["bones"].as_object().unwrap().len()),
+        ];
+        for fact in facts {
+            assert!(drawn.contains(&format!(">{fact}</text>")), "{file}: {fact}");
+        }
     }
 }
