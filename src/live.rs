@@ -23,7 +23,6 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-mod osc;
 mod play;
 mod record;
 mod vmc;

@@ -13,7 +13,6 @@ mod figure;
 mod matrix;
 mod movie;
 mod plot;
-mod png;
 mod raster;
 mod sheet;
 mod surface;

@@ -1,14 +1,18 @@
 //! A scene into packets.
 
 use glam::{Quat, Vec3};
+use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
-use super::osc::{self, Argument, BEFORE_MESSAGE, BEFORE_MESSAGES, Message};
 use super::vmc::{BONE, Place, ROOT, STATE, TIME, mirrored, unity_name};
 use crate::error::Result;
 use crate::scene::{Channel, Scene};
 
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
 const LONGEST: usize = 1452;
+
+/// Bytes of a bundle before its messages, and before each of them.
+const BUNDLE: usize = 16;
+const BEFORE_MESSAGE: usize = 4;
 
 /// The motion of a humanoid as packets of VMC.
 ///
@@ -47,15 +51,15 @@ impl VmcMotion {
 
     /// As [`Self::packets`], with another time on the clock: a motion that repeats goes on.
     pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
-        let message = |address: &str, arguments: Vec<Argument>| Message {
-            address: address.to_owned(),
-            arguments,
+        let message = |address: &str, args: Vec<OscType>| OscMessage {
+            addr: address.to_owned(),
+            args,
         };
         // Loaded, calibrated, in the usual mode.
-        let state = [1, 3, 0].map(Argument::Int).to_vec();
+        let state = [1, 3, 0].map(OscType::Int).to_vec();
         let mut messages = vec![
             message(STATE, state),
-            message(TIME, vec![Argument::Float(clock as f32)]),
+            message(TIME, vec![OscType::Float(clock as f32)]),
             message(
                 ROOT,
                 place(
@@ -89,27 +93,37 @@ impl VmcMotion {
 }
 
 /// A name, a position and a rotation, in Unity's axes.
-fn place(name: &str, pose: Place) -> Vec<Argument> {
+fn place(name: &str, pose: Place) -> Vec<OscType> {
     let Place { position, rotation } = mirrored(pose);
     let numbers = position.to_array().into_iter().chain(rotation.to_array());
-    let name = Argument::Text(name.to_owned());
-    std::iter::once(name).chain(numbers.map(Argument::Float)).collect()
+    let name = OscType::String(name.to_owned());
+    std::iter::once(name).chain(numbers.map(OscType::Float)).collect()
 }
 
 /// The messages in as few packets as a network takes in one piece, in their order.
-fn bundles(messages: Vec<Message>) -> Vec<Vec<u8>> {
+fn bundles(messages: Vec<OscMessage>) -> Vec<Vec<u8>> {
+    // "Immediately", as OSC 1.0 has it.
+    const NOW: OscTime = OscTime {
+        seconds: 0,
+        fractional: 1,
+    };
+    let encoded = |packet: OscPacket| encoder::encode(&packet).unwrap_or_default();
     let mut packets = Vec::new();
-    let (mut content, mut length) = (Vec::new(), BEFORE_MESSAGES);
+    let (mut content, mut length) = (Vec::new(), BUNDLE);
+    let mut flush = |content: Vec<OscPacket>| {
+        let bundle = OscBundle { timetag: NOW, content };
+        packets.push(encoded(OscPacket::Bundle(bundle)));
+    };
     for message in messages {
-        let message = message.bytes();
-        let own = BEFORE_MESSAGE + message.len();
+        let message = OscPacket::Message(message);
+        let own = BEFORE_MESSAGE + encoded(message.clone()).len();
         if length + own > LONGEST {
-            packets.push(osc::bundle(&content));
-            (content, length) = (Vec::new(), BEFORE_MESSAGES);
+            flush(std::mem::take(&mut content));
+            length = BUNDLE;
         }
         content.push(message);
         length += own;
     }
-    packets.push(osc::bundle(&content));
+    flush(content);
     packets
 }

@@ -7,8 +7,8 @@
 //! and the quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
 
 use glam::{Quat, Vec3};
+use rosc::{OscMessage, OscPacket, OscType, decoder};
 
-use super::osc::{self, Argument, Message};
 use crate::scene::HumanoidBone as Bone;
 
 pub(super) const TIME: &str = "/VMC/Ext/T";
@@ -39,19 +39,36 @@ pub(super) enum Said {
     Malformed,
 }
 
+/// How many bundles there may be, beside each other or within: a packet of a sender has one or a few. Without a limit
+/// a packet of 64 KiB is thousands of them, one in the other.
+const MOST_BUNDLES: usize = 64;
+
 /// The messages of a packet; `None` where it is no OSC.
 pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
-    Some(osc::messages(packet)?.iter().map(said).collect())
+    if memchr::memmem::find_iter(packet, b"#bundle\0").count() > MOST_BUNDLES {
+        return None;
+    }
+    let (_, packet) = decoder::decode_udp(packet).ok()?;
+    let mut found = Vec::new();
+    let mut open = vec![packet];
+    while let Some(packet) = open.pop() {
+        match packet {
+            OscPacket::Message(message) => found.push(said(&message)),
+            // Backwards, because the last of a stack comes first.
+            OscPacket::Bundle(bundle) => open.extend(bundle.content.into_iter().rev()),
+        }
+    }
+    Some(found)
 }
 
-fn said(message: &Message) -> Said {
-    let arguments = message.arguments.as_slice();
-    let read = match message.address.as_str() {
+fn said(message: &OscMessage) -> Said {
+    let arguments = message.args.as_slice();
+    let read = match message.addr.as_str() {
         TIME => number(arguments.first()).filter(|time| *time >= 0.0).map(Said::Time),
         ROOT => place(arguments).map(Said::Root),
         // A bone that no humanoid has is another thing, not a fault.
         BONE => match arguments.first() {
-            Some(Argument::Text(name)) => match bone(name) {
+            Some(OscType::String(name)) => match bone(name) {
                 Some(bone) => place(arguments).map(|place| Said::Bone(bone, place)),
                 None => Some(Said::Other),
             },
@@ -63,11 +80,11 @@ fn said(message: &Message) -> Said {
     read.unwrap_or(Said::Malformed)
 }
 
-fn number(argument: Option<&Argument>) -> Option<f64> {
+fn number(argument: Option<&OscType>) -> Option<f64> {
     match argument? {
-        Argument::Float(number) => Some(f64::from(*number)),
-        Argument::Double(number) => Some(*number),
-        Argument::Int(number) => Some(f64::from(*number)),
+        OscType::Float(number) => Some(f64::from(*number)),
+        OscType::Double(number) => Some(*number),
+        OscType::Int(number) => Some(f64::from(*number)),
         _ => None,
     }
     .filter(|number| number.is_finite())
@@ -77,7 +94,7 @@ fn number(argument: Option<&Argument>) -> Option<f64> {
 const FARTHEST: f64 = 1e6;
 
 /// The seven numbers behind a name.
-fn place(arguments: &[Argument]) -> Option<Place> {
+fn place(arguments: &[OscType]) -> Option<Place> {
     let mut numbers = [0.0_f32; 7];
     for (index, into) in numbers.iter_mut().enumerate() {
         *into = number(arguments.get(index + 1)).filter(|number| number.abs() < FARTHEST)? as f32;

@@ -1,7 +1,6 @@
 //! The matrix of the distances of all moments of two clips as a picture.
 
-use super::png::Channels;
-use super::raster::{check_size, png_of};
+use super::raster::check_size;
 use crate::error::{Code, Result};
 use crate::graph::DistanceMatrix;
 
@@ -33,6 +32,7 @@ impl DistanceMatrix {
     /// # Errors
     /// [`Code::LimitExceeded`] for a matrix without a row or a column.
     pub fn png(&self, marked: &[[usize; 2]]) -> Result<Vec<u8>> {
+        const STEADY: &str = "the header is one of a picture of this size, and memory takes all";
         let block = self.rows.max(self.columns).div_ceil(LARGEST).max(1);
         let (height, width) = (self.rows.div_ceil(block), self.columns.div_ceil(block));
         check_size(width as u32, height as u32, Code::LimitExceeded)?;
@@ -52,7 +52,13 @@ impl DistanceMatrix {
                 }
             }
         }
-        let pixels = pixels.as_flattened();
-        Ok(png_of(width as u32, height as u32, Channels::Rgb, pixels))
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().expect(STEADY);
+        writer.write_image_data(pixels.as_flattened()).expect(STEADY);
+        writer.finish().expect(STEADY);
+        Ok(bytes)
     }
 }

@@ -7,7 +7,6 @@ use glam::Vec3;
 use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing};
 use super::figure::{Clip, DrawnClip, short};
-use super::png::{Channels, Png};
 use super::surface::{has_skin, paint_body, shades};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
@@ -216,17 +215,24 @@ impl<'a> Movie<'a> {
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
     pub fn to_apng(&mut self) -> Result<Vec<u8>> {
+        const STEADY: &str = "the header is one of an animation of this length, and memory takes all";
         let mut pixels = self.picture(0).to_rgb()?;
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.options.width, self.options.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_animated(self.picture_count() as u32, 0).expect(STEADY);
         let milliseconds = (1000.0 / self.options.frames_per_second).round().clamp(1.0, 65_535.0);
-        let mut png = Png::new(self.options.width, self.options.height, Channels::Rgb)
-            .animated(self.picture_count() as u32, milliseconds as u16);
+        encoder.set_frame_delay(milliseconds as u16, 1000).expect(STEADY);
+        let mut writer = encoder.write_header().expect(STEADY);
         for index in 0..self.picture_count() {
             if index > 0 {
                 pixels = self.picture(index).to_rgb()?;
             }
-            png.add(&pixels);
+            writer.write_image_data(&pixels).expect(STEADY);
         }
-        Ok(png.finish())
+        writer.finish().expect(STEADY);
+        Ok(bytes)
     }
 }
 

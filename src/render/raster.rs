@@ -9,7 +9,6 @@ use tiny_skia::{
 use ttf_parser::{Face, OutlineBuilder};
 
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
-use super::png::{Channels, Png};
 use crate::error::{Code, Diagnostic, Result};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
@@ -24,7 +23,7 @@ impl Drawing {
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or more than 16,384 pixels.
     pub fn to_png(&self) -> Result<Vec<u8>> {
-        Ok(png_of(self.width, self.height, Channels::Rgb, &self.to_rgb()?))
+        Ok(png_of(self.width, self.height, png::ColorType::Rgb, &self.to_rgb()?))
     }
 
     /// Red, green and blue of every pixel, row by row from the top.
@@ -51,10 +50,19 @@ impl Drawing {
 }
 
 /// A PNG file of pixels with 8 bits for each part of a colour.
-pub(super) fn png_of(width: u32, height: u32, channels: Channels, pixels: &[u8]) -> Vec<u8> {
-    let mut png = Png::new(width, height, channels);
-    png.add(pixels);
-    png.finish()
+pub(super) fn png_of(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder
+        .write_header()
+        .expect("a header of two lengths above 0 is valid");
+    writer
+        .write_image_data(pixels)
+        .expect("there are width x height pixels, and memory takes all");
+    writer.finish().expect("memory takes all");
+    bytes
 }
 
 /// Refuses pictures that are empty or too large, with an error of this code.

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
-use super::png::Channels;
 use super::raster::png_of;
 
 impl Drawing {
@@ -73,7 +72,7 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
                 height,
                 rgba,
             } = pixels;
-            let png = png_of(*width as u32, *height as u32, Channels::Rgba, rgba);
+            let png = png_of(*width as u32, *height as u32, png::ColorType::Rgba, rgba);
             let data = base64::engine::general_purpose::STANDARD.encode(png);
             writeln!(
                 svg,

@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::inputs::Input;
@@ -38,33 +39,7 @@ pub(crate) struct Counts {
     pub(crate) eta_seconds: Option<f64>,
 }
 
-/// Five updates per second are enough to see, and cost little.
-const REDRAWN_AFTER: Duration = Duration::from_millis(200);
-
 impl Counts {
-    /// A line of so many columns: a bar, and the counts behind it.
-    fn bar(&self, columns: usize) -> String {
-        let fraction = (self.bytes_done as f64 / self.bytes.max(1) as f64).min(1.0);
-        let left = match self.eta_seconds.map(|seconds| seconds.round() as u64) {
-            None => String::new(),
-            Some(seconds) if seconds < 60 => format!("  {seconds} s left"),
-            Some(seconds) if seconds < 3600 => format!("  {} min {:02} s left", seconds / 60, seconds % 60),
-            Some(seconds) => format!("  {} h {:02} min left", seconds / 3600, seconds / 60 % 60),
-        };
-        let counts = format!(
-            " {:3.0}%  {}/{} files, {} failed  {:.1} MB/s{left}",
-            100.0 * fraction,
-            self.done,
-            self.files,
-            self.failed,
-            self.megabytes_per_second
-        );
-        let width = columns.saturating_sub(counts.len());
-        let full = (fraction * width as f64) as usize;
-        let line = format!("{}{}{counts}", "█".repeat(full), "░".repeat(width - full));
-        line.chars().take(columns).collect()
-    }
-
     /// The outcome of the run, which decides the exit code.
     pub(crate) fn verdict(&self) -> Result<(), Failure> {
         match self.failed {
@@ -90,7 +65,7 @@ pub(crate) struct Progress {
 }
 
 enum Display {
-    Bar { last: Option<Instant> },
+    Bar(ProgressBar),
     Json { last: Instant },
     None,
 }
@@ -104,7 +79,7 @@ impl Progress {
             ..Counts::default()
         };
         let display = match arg {
-            ProgressArg::Auto if io::stderr().is_terminal() => Display::Bar { last: None },
+            ProgressArg::Auto if io::stderr().is_terminal() => Display::Bar(bar(counts.bytes)),
             ProgressArg::Json => Display::Json { last: start },
             ProgressArg::Auto | ProgressArg::None => Display::None,
         };
@@ -121,15 +96,18 @@ impl Progress {
             Outcome::Failed => self.counts.failed += 1,
         }
         match &mut self.display {
-            Display::Bar { last } if last.is_none_or(|last| last.elapsed() >= REDRAWN_AFTER) => {
-                *last = Some(Instant::now());
-                draw(&self.now().bar(columns()));
+            Display::Bar(bar) => {
+                let Counts {
+                    files, done, failed, ..
+                } = self.counts;
+                bar.set_message(format!("{done}/{files} files, {failed} failed"));
+                bar.set_position(self.counts.bytes_done);
             }
             Display::Json { last } if last.elapsed() >= Duration::from_secs(1) => {
                 *last = Instant::now();
                 print_line(&self.now());
             }
-            Display::Bar { .. } | Display::Json { .. } | Display::None => {}
+            Display::Json { .. } | Display::None => {}
         }
     }
 
@@ -141,9 +119,7 @@ impl Progress {
     pub(crate) fn finish(self) -> Counts {
         let counts = self.now();
         match &self.display {
-            Display::Bar { last: None } => {}
-            // Spaces clear the line on every terminal.
-            Display::Bar { .. } => draw(&format!("{:1$}\r", "", columns())),
+            Display::Bar(bar) => bar.finish_and_clear(),
             Display::Json { .. } => print_line(&counts),
             Display::None => {}
         }
@@ -163,54 +139,17 @@ impl Progress {
     }
 }
 
-/// Columns of the terminal that the bar may take: the last one would begin a new line on some terminals.
-fn columns() -> usize {
-    /// Where standard error does not say how wide it is.
-    const USUAL: usize = 80;
-    let size = terminal_size::terminal_size_of(io::stderr());
-    size.map_or(USUAL, |(width, _)| usize::from(width.0)).saturating_sub(1)
-}
-
-/// Writes from the start of the line.
-fn draw(line: &str) {
-    let mut stderr = io::stderr().lock();
-    // Nothing can be reported if standard error is closed.
-    let _ = write!(stderr, "\r{line}").and_then(|()| stderr.flush());
+fn bar(bytes: u64) -> ProgressBar {
+    let template = "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left";
+    let style = ProgressStyle::with_template(template).expect("the template is a constant");
+    // Five updates per second are enough to see, and cost little.
+    let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
+    bar.with_style(style)
 }
 
 fn print_line(counts: &Counts) {
     // Nothing can be reported if standard error is closed.
     if let Ok(line) = serde_json::to_string(counts) {
         let _ = writeln!(io::stderr().lock(), "{line}");
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_bar_takes_the_columns_that_there_are() {
-        let counts = Counts {
-            files: 8,
-            done: 2,
-            failed: 1,
-            bytes: 400,
-            bytes_done: 100,
-            megabytes_per_second: 12.34,
-            eta_seconds: Some(75.0),
-            ..Counts::default()
-        };
-        let line = counts.bar(79);
-        assert_eq!(line.chars().count(), 79);
-        assert!(
-            line.ends_with("░  25%  2/8 files, 1 failed  12.3 MB/s  1 min 15 s left"),
-            "{line}"
-        );
-        let full = line.chars().filter(|c| *c == '█').count();
-        let all = full + line.chars().filter(|c| *c == '░').count();
-        assert_eq!(full, all / 4, "{line}");
-        assert_eq!(counts.bar(20).chars().count(), 20);
-        assert_eq!(Counts::default().bar(0), "");
     }
 }
