@@ -19,6 +19,7 @@ pub(crate) mod names;
 mod poses;
 mod rate;
 pub(crate) mod robot_bones;
+mod robot_clip;
 pub(crate) mod rotations;
 pub(crate) mod t_pose;
 pub(crate) mod ticks;

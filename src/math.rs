@@ -2,6 +2,7 @@
 
 pub(crate) mod cholesky;
 pub(crate) mod directions;
+pub(crate) mod hull;
 pub(crate) mod inertia;
 pub(crate) mod median;
 pub(crate) mod polyline;

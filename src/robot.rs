@@ -20,6 +20,7 @@
 //! ```
 
 mod band;
+mod branches;
 mod capsule;
 mod collision;
 mod cones;

@@ -5,6 +5,8 @@
 //! that begins highest the arms. In a limb the knee or elbow are the joints of that name, from the first whose axis is
 //! across the limb, else the fourth joint.
 
+mod feet;
+
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
@@ -44,6 +46,26 @@ const ALONG: f64 = 0.8;
 /// The joints of a limb at least.
 const LIMB: usize = 3;
 
+/// What a humanoid has at least, and what an upper body has.
+const LEGS: [Bone; 6] = [
+    Bone::LeftUpperLeg,
+    Bone::LeftLowerLeg,
+    Bone::LeftFoot,
+    Bone::RightUpperLeg,
+    Bone::RightLowerLeg,
+    Bone::RightFoot,
+];
+const ARMS: [Bone; 4] = [
+    Bone::LeftUpperArm,
+    Bone::LeftLowerArm,
+    Bone::RightUpperArm,
+    Bone::RightLowerArm,
+];
+
+/// How long both parts of a limb are at least on both sides of a joint that may be its knee or elbow, as a fraction of
+/// the limb.
+const HALF: f64 = 0.25;
+
 /// A chain of moving links without a branch.
 #[derive(Clone, Debug)]
 struct Limb {
@@ -56,7 +78,8 @@ impl Robot {
     /// The bones of the humanoid that the robot has, with those of `map` instead of what is found.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where there are no two legs; [`Code::InvalidValue`] where no link has a name of the map.
+    /// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
+    /// [`Code::InvalidValue`] where no link has a name of the map.
     pub fn bones(&self, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
         let tree = Tree::new(self);
         let mut links: BTreeMap<Bone, usize> = match tree.find() {
@@ -80,16 +103,13 @@ impl Robot {
             };
             links.insert(*bone, link);
         }
-        for bone in [
-            Bone::Hips,
-            Bone::LeftUpperLeg,
-            Bone::LeftLowerLeg,
-            Bone::LeftFoot,
-            Bone::RightUpperLeg,
-            Bone::RightLowerLeg,
-            Bone::RightFoot,
-        ] {
-            if !links.contains_key(&bone) {
+        let is_leg = |bone: &Bone| LEGS.contains(bone);
+        let needed: &[Bone] = match links.keys().any(is_leg) || !ARMS.iter().all(|arm| links.contains_key(arm)) {
+            true => &LEGS,
+            false => &ARMS,
+        };
+        for bone in [Bone::Hips].iter().chain(needed) {
+            if !links.contains_key(bone) {
                 let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
                 return Err(Diagnostic::new(Code::NotHumanoid, message)
                     .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
@@ -98,6 +118,12 @@ impl Robot {
         }
         let taken: Vec<usize> = links.values().copied().collect();
         let bones = links.iter().map(|(&bone, &link)| {
+            // A foot that is part of the link of its shin.
+            if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
+                let at = tree.lowest_point(link).unwrap_or(tree.places[link].translation);
+                let joints = Vec::new();
+                return RobotBone { bone, link, joints, at };
+            }
             let joints = tree.joints_to(link, &taken);
             let at = tree.centre(&joints).unwrap_or(tree.places[link].translation);
             RobotBone { bone, link, joints, at }
@@ -130,7 +156,11 @@ impl Robot {
             ..Scene::default()
         };
         for bone in self.bones(None).unwrap_or_default() {
-            scene.nodes[bone.link].humanoid_bone = Some(bone.bone);
+            let marked = &mut scene.nodes[bone.link].humanoid_bone;
+            // A foot that is part of the shin is no node of its own.
+            if marked.is_none() || !bone.joints.is_empty() {
+                *marked = Some(bone.bone);
+            }
         }
         scene
     }
@@ -195,8 +225,15 @@ impl<'a> Tree<'a> {
         limbs
     }
 
-    /// Pairs of limbs, the left one before the right one.
+    /// Pairs of limbs, the left one before the right one. Those that begin at the end of another pair are fingers.
     fn pairs(&self, limbs: &[Limb], height: f64) -> Vec<[Limb; 2]> {
+        let pairs = self.mirrored(limbs, height);
+        let ends = pairs.iter().flatten().filter_map(|limb| limb.links.last().copied());
+        let ends: Vec<usize> = ends.collect();
+        pairs.into_iter().filter(|pair| !ends.contains(&pair[0].from)).collect()
+    }
+
+    fn mirrored(&self, limbs: &[Limb], height: f64) -> Vec<[Limb; 2]> {
         let mut pairs = Vec::new();
         let long = limbs.iter().enumerate().filter(|(_, limb)| limb.links.len() >= LIMB);
         let long: Vec<_> = long.collect();
@@ -270,10 +307,16 @@ impl<'a> Tree<'a> {
         let lowest = pairs.iter().filter(|pair| !self.is_arm(&pair[0]));
         let lowest = lowest.min_by(|a, b| reach(a).total_cmp(&reach(b)));
         let Some(legs) = lowest else {
-            return Err(match pairs.is_empty() {
-                true => "no two limbs of at least three joints mirror each other, so it has no legs".to_owned(),
-                false => "the two limbs that mirror each other have the names of arms, so it has no legs".to_owned(),
-            });
+            let highest = pairs
+                .iter()
+                .max_by(|a, b| self.start(&a[0]).z.total_cmp(&self.start(&b[0]).z));
+            let Some(arms) = highest else {
+                return Err("no two limbs of at least three joints mirror each other, so it has no legs".to_owned());
+            };
+            // An upper body, on wheels or fixed: its base is what its hips are.
+            let mut bones = BTreeMap::from([(Bone::Hips, 0)]);
+            self.add_arms(arms, &limbs, &pairs, 0, &mut bones);
+            return Ok(bones);
         };
         let leg = self.start(&legs[0]).z - self.end(&legs[0]).z;
         if leg < 0.2 * height {
@@ -301,9 +344,25 @@ impl<'a> Tree<'a> {
             if knee + 1 < limb.links.len() {
                 // Three joints at most: what follows are toes.
                 add(Bone::LeftFoot, (knee + 3).min(limb.links.len() - 1));
+            } else if let Some(foot) = self.fixed_foot(limb.links[knee]) {
+                bones.insert(Bone::LeftFoot.on(side), foot);
             }
         }
-        let Some(arms) = arms else { return Ok(bones) };
+        if let Some(arms) = arms {
+            self.add_arms(arms, &limbs, &pairs, legs[0].from, &mut bones);
+        }
+        Ok(bones)
+    }
+
+    /// Adds arms, and the chest and the head that go with them.
+    fn add_arms(
+        &self,
+        arms: &[Limb; 2],
+        limbs: &[Limb],
+        pairs: &[[Limb; 2]],
+        hips: usize,
+        bones: &mut BTreeMap<Bone, usize>,
+    ) {
         for (side, limb) in Side::ALL.into_iter().zip(arms) {
             let [first, elbow] = self.middle(limb, "elbow");
             let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
@@ -314,7 +373,7 @@ impl<'a> Tree<'a> {
             }
         }
         let chest = arms[0].from;
-        if chest != legs[0].from {
+        if chest != hips {
             bones.insert(Bone::Chest, chest);
         }
         let is_limb = |limb: &Limb| pairs.iter().flatten().any(|other| other.links[0] == limb.links[0]);
@@ -329,7 +388,6 @@ impl<'a> Tree<'a> {
         if let Some(&head) = head.and_then(|limb| limb.links.last()) {
             bones.insert(Bone::Head, head);
         }
-        Ok(bones)
     }
 
     /// The first and the last joint of the knee or elbow in a limb: of several of that name, the first that bends the
@@ -340,6 +398,9 @@ impl<'a> Tree<'a> {
         if let Some(last) = named.clone().next_back() {
             return [named.find(|place| self.bends(limb, *place)).unwrap_or(last), last];
         }
+        if let Some(place) = self.halving(limb) {
+            return [place; 2];
+        }
         let usual = match limb.links.len() {
             0..=3 => limb
                 .links
@@ -349,6 +410,19 @@ impl<'a> Tree<'a> {
             _ => 3,
         };
         [usual.max(1); 2]
+    }
+
+    /// Of a limb of more than four joints without the names of knees and elbows: the joint that bends it where both
+    /// parts are longest, which the joints of hips, shoulders, ankles and wrists do not.
+    fn halving(&self, limb: &Limb) -> Option<usize> {
+        let (start, end) = (self.start(limb), self.end(limb));
+        let shorter = |place: usize| {
+            let at = self.anchor(limb.links[place]);
+            at.distance(start).min(at.distance(end))
+        };
+        let bending = (1..limb.links.len()).filter(|place| self.bends(limb, *place));
+        let best = bending.max_by(|a, b| shorter(*a).total_cmp(&shorter(*b)))?;
+        (limb.links.len() > 4 && shorter(best) > HALF * start.distance(end)).then_some(best)
     }
 
     /// Whether the axis of a joint is across the limb above it and below it.
@@ -378,9 +452,12 @@ impl<'a> Tree<'a> {
         joints
     }
 
-    /// The point that is nearest to the axes of some joints; along what they leave open, that of the first.
+    /// The point that is nearest to the axes of some joints, of the last three of many: what stands before are
+    /// clavicles and spines. Along what they leave open, it is that of the first.
     fn centre(&self, joints: &[usize]) -> Option<DVec3> {
         const PULL: f64 = 1e-4;
+        const JOINTS: usize = 3;
+        let joints = &joints[joints.len().saturating_sub(JOINTS)..];
         let first = self.anchor(*joints.first()?);
         let mut matrix = DMat3::from_diagonal(DVec3::splat(PULL));
         let mut vector = PULL * first;

@@ -23,18 +23,21 @@ pub(super) fn mesh_bounds(source: &Source<'_>, folder: &str, file: &str) -> Opti
     read(&bytes).filter(|[low, high]| low.is_finite() && high.is_finite())
 }
 
-/// The paths at which the file may be: as written, and without the package of a `package://` address.
+/// How many folders above the robot its package may be.
+const LEVELS: usize = 6;
+
+/// The paths at which the file may be: as written; of a `package://` address the path within the package, or with it,
+/// in the folder of the robot or in one above it.
 fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
     let Some(address) = file.strip_prefix("package://") else {
         return vec![Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file))];
     };
+    let address = address.trim_start_matches('/');
     let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
-    // Robots stand in the package itself, or in a folder such as `urdf` of it.
-    vec![
-        PathBuf::from(inside),
-        Path::new("..").join(inside),
-        Path::new("../..").join(address),
-    ]
+    let above = (0..=LEVELS).map(|levels| PathBuf::from("../".repeat(levels)));
+    above
+        .flat_map(|above| [above.join(inside), above.join(address)])
+        .collect()
 }
 
 fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
@@ -88,6 +91,19 @@ fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn packages_are_looked_for_in_folders_above() {
+        let found = candidates("", "package:///data/robots/r/meshes/a.stl");
+        for wanted in [
+            "robots/r/meshes/a.stl",
+            "../robots/r/meshes/a.stl",
+            "../../../data/robots/r/meshes/a.stl",
+        ] {
+            assert!(found.contains(&PathBuf::from(wanted)), "{wanted}");
+        }
+        assert_eq!(candidates("meshes", "a.stl"), [PathBuf::from("meshes/a.stl")]);
+    }
 
     #[test]
     fn meshes_have_bounds_and_a_false_count_has_none() {

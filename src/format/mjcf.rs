@@ -18,6 +18,8 @@
 //! from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are degrees
 //! unless the compiler says `radian`. Quaternions are `w x y z`.
 //!
+//! A body without `<inertial>` has the mass of its geoms, unless one of them is a mesh.
+//!
 //! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main
 //! one, stand there instead. What stands in a `<frame>` is placed by it.
 
@@ -26,6 +28,7 @@ mod body;
 mod equality;
 mod frame;
 mod include;
+mod mass;
 
 use glam::DVec3;
 

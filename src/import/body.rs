@@ -1,8 +1,9 @@
 //! The body of arrays of rotations, from a file.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
+
+use glam::Vec3;
 
 use super::Importer;
 use super::solved::is_array;
@@ -10,7 +11,7 @@ use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Body, ReadOptions, Source, body_model};
 use crate::pose::Pose;
-use crate::scene::{HumanoidBone, Scene};
+use crate::scene::{Format, HumanoidBone, Scene};
 
 impl Importer {
     /// The options of the reader, with the body where one was named.
@@ -18,19 +19,32 @@ impl Importer {
         let mut options = self.read.clone();
         if let Some(path) = &self.body {
             let bytes = (source.open)(path)?;
-            let body = self.body_of(&bytes, path).map_err(|error| error.with_path(path))?;
+            let file = Source {
+                bytes: &bytes,
+                name: path,
+                blocks: None,
+                ..*source
+            };
+            let body = self.body_of(&file).map_err(|error| error.with_path(path))?;
             options.body = Some(Arc::new(body));
         }
         Ok(options)
     }
 
-    /// A model of SMPL's family, or the bones of a figure in any format.
-    fn body_of(&self, bytes: &[u8], path: &Path) -> Result<Body> {
-        if let Some(model) = body_model(bytes, &self.read.limits)? {
+    /// A model of SMPL's family, a robot, or the bones of a figure in any format.
+    fn body_of(&self, file: &Source<'_>) -> Result<Body> {
+        if let Some(model) = body_model(file.bytes, &self.read.limits)? {
             return Ok(Body::Model(model));
         }
         let importer = Self::new().limits(self.read.limits).gltf_meshes(false);
-        bones(importer.read(bytes, path)?)
+        let format = importer.find_format(file.bytes, file.name).map(|row| row.format);
+        if matches!(format, Ok(Format::Urdf | Format::Mjcf)) {
+            let robot = importer.robot(file)?;
+            // One without legs is no figure for rotations of people, and has joints all the same.
+            let bones = bones(robot.scene()).unwrap_or_default();
+            return Ok(Body::Robot(Box::new(robot), bones));
+        }
+        bones(importer.read(file.bytes, file.name)?).map(Body::Bones)
     }
 
     /// Refuses a body for a file that needs none.
@@ -45,12 +59,12 @@ impl Importer {
 }
 
 /// Where the bones of a figure are in its T-pose.
-fn bones(mut scene: Scene) -> Result<Body> {
+fn bones(mut scene: Scene) -> Result<BTreeMap<HumanoidBone, Vec3>> {
     Conversion::new().apply(&mut scene)?;
     let body = scene.vrm_humanoid(None)?;
     let rest = Pose::rest(&body);
     let position =
         |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));
     let bones = body.nodes.iter().map(|node| node.humanoid_bone).enumerate();
-    Ok(Body::Bones(bones.filter_map(position).collect::<BTreeMap<_, _>>()))
+    Ok(bones.filter_map(position).collect())
 }

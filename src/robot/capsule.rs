@@ -67,7 +67,7 @@ pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Ca
     let mut capsules = Vec::new();
     for (place, link) in parts {
         let inertial = robot.links[*link].inertial;
-        if let Some((within, half_size)) = inertial.and_then(|inertial| inertial.equivalent_box()) {
+        if let Some((within, half_size)) = inertial.and_then(|inertial| inertial.plausible_box()) {
             add_box(half_size, &place.then(&within), &mut capsules);
         }
     }

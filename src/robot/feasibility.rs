@@ -9,6 +9,7 @@ use super::dynamics::{Dynamics, GRAVITY, Rates, rates};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::sole::SoleBall;
+use crate::math::hull::convex_hull;
 use crate::scene::robot::{JointKind, Robot};
 
 /// A point of a sole touches the floor where it is lower than this, in metres.
@@ -224,26 +225,7 @@ fn percentile(values: impl Iterator<Item = f64>) -> f64 {
 
 /// How far a point is outside the convex hull of others.
 fn outside(mut points: Vec<DVec2>, at: DVec2) -> f64 {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let mut hull: Vec<DVec2> = Vec::with_capacity(2 * points.len());
-    // A. M. Andrew's monotone chain: the lower side, then the upper one.
-    for half in [false, true] {
-        let begin = hull.len();
-        let way: Box<dyn Iterator<Item = &DVec2>> = if half {
-            Box::new(points.iter().rev())
-        } else {
-            Box::new(points.iter())
-        };
-        for &point in way {
-            while let &[.., a, b] = &hull[begin..]
-                && (b - a).perp_dot(point - b) <= 0.0
-            {
-                hull.pop();
-            }
-            hull.push(point);
-        }
-        hull.pop();
-    }
+    let hull = convex_hull(&mut points);
     if hull.is_empty() {
         return points.first().map_or(f64::INFINITY, |point| point.distance(at));
     }

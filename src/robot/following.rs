@@ -7,7 +7,7 @@ use super::sole::SoleBall;
 use super::terms::{Goals, Reach, Turn, rotation_vector};
 use super::twin::{Twin, TwinBone};
 use crate::pose::Pose;
-use crate::scene::robot::Robot;
+use crate::scene::robot::{Placement, Robot, RobotShape};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// Squares of weights: of directions of limbs, of rotations about limbs, of what no joint of an ankle does, and of
@@ -29,6 +29,9 @@ const HIPS_PLACE: f64 = 9.0;
 const AIR_PLACE: f64 = 100.0;
 const STANDING_HEIGHT: f64 = 3000.0;
 const NEARING: f64 = 0.08;
+
+/// Of the base of a robot without legs, which stays.
+const FIXED: f64 = 1e7;
 
 /// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
 /// the interval is halved in which the turn is looked for.
@@ -95,6 +98,10 @@ pub(super) struct Following {
     turns: Vec<Follower>,
     reaches: Vec<Reached>,
     figure_to_world: DQuat,
+    /// Of a robot without legs, whose base stays: where that stands.
+    pub(super) stand: Option<Placement>,
+    /// Where its source faces, as a turn about the up axis.
+    pub(super) heading: DQuat,
 }
 
 impl Following {
@@ -161,16 +168,36 @@ impl Following {
             turns,
             reaches,
             figure_to_world: twin.figure_to_world,
+            stand: (!twin.has_legs).then(|| stand(robot)),
+            heading: DQuat::IDENTITY,
         }
+        .with_fixed_base()
     }
 
-    /// The goals of the hips.
-    pub(super) fn hips(&self) -> Option<(&Turn, &Reach)> {
+    /// With goals that keep the base of a robot without legs where it stands.
+    fn with_fixed_base(mut self) -> Self {
+        if self.stand.is_some()
+            && let Some((turn, reach)) = self.hips_places()
+        {
+            self.goals.turns[turn].weights = DVec3::splat(FIXED);
+            self.goals.reaches[reach].weight = DVec3::splat(FIXED);
+        }
+        self
+    }
+
+    /// The goals of the hips: the turn and the reach.
+    fn hips_places(&self) -> Option<(usize, usize)> {
         let reach = self.reaches.iter().position(|reached| reached.foot.is_none())?;
         let turn = self
             .turns
             .iter()
             .position(|turn| turn.node == self.reaches[reach].node)?;
+        Some((turn, reach))
+    }
+
+    /// The goals of the hips.
+    pub(super) fn hips(&self) -> Option<(&Turn, &Reach)> {
+        let (turn, reach) = self.hips_places()?;
         Some((&self.goals.turns[turn], &self.goals.reaches[reach]))
     }
 
@@ -190,7 +217,8 @@ impl Following {
 
     /// Sets the goals to a pose of the twin, brought down by `drop`.
     pub(super) fn aim(&mut self, twin: &Pose, drop: f64) {
-        let to_world = self.figure_to_world;
+        self.face(twin);
+        let to_world = self.heading.inverse() * self.figure_to_world;
         for (turn, follower) in self.goals.turns.iter_mut().zip(&self.turns) {
             let matrix = &twin.node_to_world[follower.node.index()];
             let frame = Quat::from_mat4(matrix).as_dquat().normalize();
@@ -225,6 +253,24 @@ impl Following {
                 goal.target = tilted.slerp(flat, high);
             }
             reach.target.z = reach.target.z.max(depth(goal.target));
+        }
+        if let (Some(stand), Some((turn, reach))) = (&self.stand, self.hips_places()) {
+            self.goals.turns[turn].target = stand.rotation;
+            let reach = &mut self.goals.reaches[reach];
+            reach.target = stand.point(reach.point);
+        }
+    }
+
+    /// Finds where the hips of the twin face, for a robot whose base does not turn with them. Hips that lie face where
+    /// they did before.
+    fn face(&mut self, twin: &Pose) {
+        let Some((turn, _)) = self.hips_places().filter(|_| self.stand.is_some()) else {
+            return;
+        };
+        let hips = Quat::from_mat4(&twin.node_to_world[self.turns[turn].node.index()]).as_dquat();
+        let [from, to] = [DVec3::Z, hips * DVec3::Z].map(|way| self.figure_to_world * way);
+        if to.truncate().length() > LYING {
+            self.heading = DQuat::from_rotation_z(from.truncate().angle_to(to.truncate()));
         }
     }
 
@@ -352,6 +398,21 @@ impl Following {
         if stand.ball.is_some() {
             stand.shift = foot.point(self.reaches[ankle].point) - stand.twin;
         }
+    }
+}
+
+/// Where the base of a robot without legs stands: as it is drawn, with its lowest shape on the floor.
+fn stand(robot: &Robot) -> Placement {
+    let places = robot.zero_pose();
+    let links = robot.links.iter().zip(&places);
+    let bottoms = links.flat_map(|(link, place)| {
+        let balls = link.shapes.iter().flat_map(RobotShape::balls);
+        balls.map(|(centre, radius)| place.point(centre).z - radius)
+    });
+    let lowest = bottoms.fold(f64::INFINITY, f64::min);
+    Placement {
+        rotation: places[0].rotation,
+        translation: DVec3::Z * if lowest.is_finite() { -lowest } else { 0.0 },
     }
 }
 

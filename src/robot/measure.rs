@@ -1,6 +1,6 @@
 //! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
 
-use glam::{DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 
 use super::following::Following;
 use super::kinematics::{Kinematics, RobotPose};
@@ -16,6 +16,8 @@ pub(super) struct Measured<'a> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) twin: &'a Twin,
     pub(super) motion: &'a RobotMotion,
+    /// How far the source is turned about the up axis in each frame against a robot whose base stays.
+    pub(super) headings: &'a [DQuat],
 }
 
 impl Measured<'_> {
@@ -97,6 +99,7 @@ impl Measured<'_> {
             .for_each(|(node, _, _)| driven[node.index()] = true);
         for frame in 0..frames {
             self.pose(frame, &mut pose);
+            let to_figure = to_figure * self.headings.get(frame).copied().unwrap_or(DQuat::IDENTITY);
             for TwinBone {
                 node,
                 link,

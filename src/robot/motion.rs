@@ -1,11 +1,10 @@
 //! The motion of a robot.
 
-use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use super::kinematics::{Kinematics, RobotPose};
+use crate::scene::Animation;
 use crate::scene::robot::{Placement, Robot};
-use crate::scene::{Animation, Channel, Keys, NodeId};
 
 /// The motion of a robot, frame by frame.
 ///
@@ -74,39 +73,6 @@ impl RobotMotion {
 impl Robot {
     /// A motion as an animation of [`scene`](Self::scene).
     pub fn animation(&self, motion: &RobotMotion) -> Animation {
-        let joints = self.moving_joints();
-        let channel = |link: usize, places: Vec<Placement>| {
-            let mut rotations: Vec<Quat> = places.iter().map(|place| place.rotation.as_quat()).collect();
-            for index in 1..rotations.len() {
-                if rotations[index].dot(rotations[index - 1]) < 0.0 {
-                    rotations[index] = -rotations[index];
-                }
-            }
-            let positions: Vec<Vec3> = places.iter().map(|place| place.translation.as_vec3()).collect();
-            let stays = positions.iter().all(|position| *position == positions[0]);
-            Channel {
-                node_name: self.links[link].name.clone(),
-                node: Some(NodeId::new(link)),
-                position_keys: match positions.first() {
-                    Some(first) if stays => Keys::constant(*first),
-                    _ => Keys::every_tick(positions),
-                },
-                rotation_keys: Keys::every_tick(rotations),
-                scaling_keys: Keys::constant(Vec3::ONE),
-            }
-        };
-        let frames = motion.root.len();
-        let mut channels = vec![channel(0, motion.root.clone())];
-        for (dof, &link) in joints.iter().enumerate().filter(|(_, link)| **link > 0) {
-            let joint = &self.links[link].joint;
-            let place = |frame: usize| joint.link_to_parent(motion.dof_pos[frame * joints.len() + dof]);
-            channels.push(channel(link, (0..frames).map(place).collect()));
-        }
-        Animation {
-            name: motion.name.clone(),
-            ticks_per_second: motion.fps,
-            duration: frames.saturating_sub(1) as f64,
-            channels,
-        }
+        self.clip(&motion.name, motion.fps, &motion.root, &motion.dof_pos)
     }
 }

@@ -92,6 +92,8 @@ pub struct RobotReport {
     pub passes: u8,
     /// Parts of the robot that its file does not show, and that were guessed.
     pub guessed: Vec<String>,
+    /// What of the motion a robot without legs does not do.
+    pub left_out: Vec<String>,
     /// Whether the robot can do the motion; absent where its file states no masses, and of fewer than three frames.
     pub dynamics: Option<Feasibility>,
     /// What the verdict depends on, each with its bounds: the worst decides.
@@ -115,6 +117,9 @@ impl RobotReport {
     }
 }
 
+/// What a robot does not do whose base stays, on wheels or fixed.
+const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
+
 /// What was measured of a motion besides its joints.
 pub(super) struct Seen {
     /// The bones of the robot against those of the source.
@@ -130,6 +135,8 @@ pub(super) struct Seen {
     pub(super) unmeasured_limbs: usize,
     pub(super) guessed: Vec<String>,
     pub(super) dynamics: Option<Feasibility>,
+    /// Whether the robot has legs.
+    pub(super) has_legs: bool,
 }
 
 /// The report of a motion.
@@ -142,7 +149,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
     let share_below_floor = below as f64 / frames.max(1) as f64;
     let feet = seen.found.feet.filter(|feet| feet.contact_frames > 0);
     let source_skate = feet.map(|feet| feet.source.skate);
-    let share_floating = floating(motion, &seen.heights);
+    let share_floating = floating(motion, &seen.heights).filter(|_| seen.has_legs);
     let limbs = &seen.found.limbs;
     let measures = Measures {
         mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
@@ -186,6 +193,10 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
         share_lying: seen.lying,
         passes: 1,
         guessed: seen.guessed,
+        left_out: match seen.has_legs {
+            true => Vec::new(),
+            false => WITHOUT_LEGS.map(str::to_owned).to_vec(),
+        },
         dynamics: seen.dynamics,
         criteria,
         verdict,

@@ -1,7 +1,8 @@
 //! Puts the motion of a humanoid on a robot.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
+use super::branches::Branches;
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::floor::{Floor, drops};
@@ -113,7 +114,10 @@ pub struct RobotRetargeter {
     collisions: Collisions,
     solver: Solver,
     following: Following,
+    branches: Branches,
     windows: Windows,
+    /// Where the source faces in each frame, for a robot whose base stays.
+    headings: Vec<DQuat>,
 }
 
 impl RobotRetargeter {
@@ -131,6 +135,7 @@ impl RobotRetargeter {
         let following = Following::new(robot, &kinematics, &twin);
         let terms = Terms::new(&kinematics, &following.goals);
         Ok(Self {
+            branches: Branches::new(&kinematics, &twin),
             windows: Windows::new(terms.clone()),
             solver: Solver::new(terms),
             collisions: Collisions::new(robot, &kinematics),
@@ -141,6 +146,7 @@ impl RobotRetargeter {
             retargeter,
             kinematics,
             following,
+            headings: Vec::new(),
         })
     }
 
@@ -158,12 +164,17 @@ impl RobotRetargeter {
         };
         let moved = self.retargeter.animation(source, animation);
         let mut held = moved;
-        if self.options.lock_feet {
+        if self.options.lock_feet && self.twin.has_legs {
             self.retargeter.lock_feet(source, index, &self.twin.scene, &mut held)?;
         }
         let contacts = self.contacts_of(source, animation);
         let mut goals = Vec::new();
-        let motion = self.follow(&held, animation, contacts, &mut goals);
+        let mut motion = self.follow(&held, animation, contacts, &mut goals);
+        // The box of a frame is that of the frame before, where velocities are kept.
+        if !self.options.velocity_limits {
+            let limits = self.limits();
+            self.branches.choose(&self.kinematics, &goals, &limits, &mut motion);
+        }
         let turns = SourceTurns::new(source, animation, &self.source_bones);
         let steps = Steps::new(&self.kinematics, &self.twin, &goals, turns, motion.fps);
         if self.options.passes < 2 {
@@ -190,12 +201,18 @@ impl RobotRetargeter {
         goals: &[Goals],
         steps: &Steps,
     ) -> (RobotMotion, RobotReport) {
-        if self.options.floor != Floor::Keep {
-            self.lift(&mut motion);
+        match self.following.stand {
+            // What is left of its goals: micrometres.
+            Some(stand) => motion.root.fill(stand),
+            None if self.options.floor != Floor::Keep => self.lift(&mut motion),
+            None => {}
         }
         let measured = self.measured(&motion);
         let as_twin = measured.as_twin();
-        let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
+        let mut found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
+        if !self.twin.has_legs {
+            found.leave_out_legs();
+        }
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
         let collisions = self.collisions.measure(&self.kinematics, &motion);
         let (roll, lying) = measured.roll(&self.following, goals);
@@ -209,7 +226,12 @@ impl RobotRetargeter {
             jumps: steps.share_of_jumps(&self.kinematics, &motion),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
             guessed: self.twin.guessed.clone(),
-            dynamics: feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),
+            // What the wheels of an upper body carry is not known.
+            dynamics: match self.twin.has_legs {
+                true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),
+                false => None,
+            },
+            has_legs: self.twin.has_legs,
         };
         let report = report::report(&self.robot, &motion, seen);
         (motion, report)
@@ -251,10 +273,12 @@ impl RobotRetargeter {
             contacts,
         };
         let mut stands = [Stand::default(), Stand::default()];
+        self.headings.clear();
         let returned = returned(animation.ticks_per_second);
         for (frame, drop) in drops.into_iter().enumerate() {
             twin.sample(&binding, held, frame as f64);
             self.following.aim(&twin, drop);
+            self.headings.push(self.following.heading);
             for (side, stand) in stands.iter_mut().enumerate() {
                 let is_held = self.options.lock_feet && frame > 0 && motion.contacts[frame][side];
                 self.following
@@ -343,6 +367,7 @@ impl RobotRetargeter {
             kinematics: &self.kinematics,
             twin: &self.twin,
             motion,
+            headings: &self.headings,
         }
     }
 

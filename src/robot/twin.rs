@@ -11,7 +11,7 @@ use super::sole::{SoleBall, sole};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::robot_bones::RobotBone;
 use crate::figure::{Figure, Humanoid};
-use crate::scene::robot::{JointKind, Placement, Robot};
+use crate::scene::robot::{JointKind, Placement, Robot, RobotShape};
 use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 
 /// A bone of the twin, and the link that follows it.
@@ -41,6 +41,8 @@ pub(super) struct Twin {
     pub(super) figure_to_world: DQuat,
     /// The soles of both feet, in the frame of the link.
     pub(super) soles: [Vec<SoleBall>; 2],
+    /// Whether the robot has legs: an upper body, on wheels or fixed, has a twin with legs that nothing follows.
+    pub(super) has_legs: bool,
     /// What nothing in the robot's file shows, in words.
     pub(super) guessed: Vec<String>,
 }
@@ -66,9 +68,14 @@ impl Twin {
     pub(super) fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
         let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
         let place = |bone: Bone| found[&bone].at;
-        let across = place(Bone::LeftUpperLeg) - place(Bone::RightUpperLeg);
+        let has_legs = found.contains_key(&Bone::LeftUpperLeg);
+        let [left, right] = match has_legs {
+            true => [Bone::LeftUpperLeg, Bone::RightUpperLeg],
+            false => [Bone::LeftUpperArm, Bone::RightUpperArm],
+        };
+        let across = place(left) - place(right);
         let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
-            let message = "the robot is not a humanoid: both legs begin at one point";
+            let message = "the robot is not a humanoid: both legs or arms begin at one point";
             Diagnostic::new(Code::NotHumanoid, message)
         })?;
         let forward = left.cross(DVec3::Z);
@@ -114,18 +121,49 @@ impl Builder<'_> {
         (joint.kind == JointKind::Hinge).then_some((axis, if middle.is_finite() { middle } else { 0.0 }))
     }
 
-    /// The end of a forearm that has no hand: along the forearm as far as its mass and its shapes reach.
+    /// The end of a forearm that has no hand: along the forearm, as far beyond its centre of mass as that is from the
+    /// elbow, and a little less. The centre of its shapes is taken where the file states no mass.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
+        const BEYOND: f64 = 1.8;
+        const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
-        let link = &self.robot.links[bone.link];
-        let inertial = link.inertial?;
-        let centre = self.places[bone.link].point(inertial.place.translation);
-        let way = centre - bone.at;
-        let way = match self.hinge(forearm) {
-            Some((axis, _)) => way.reject_from_normalized(axis),
-            None => way,
+        let way_to = |centre: DVec3| {
+            let way = centre - bone.at;
+            let way = match self.hinge(forearm) {
+                Some((axis, _)) => way.reject_from_normalized(axis),
+                None => way,
+            };
+            Some(way).filter(|way| way.length() > NOWHERE)
         };
-        (way.length() > 1e-3).then(|| bone.at + 1.8 * way)
+        let inertial = self.robot.links[bone.link].inertial;
+        let by_mass = inertial.and_then(|inertial| way_to(self.places[bone.link].point(inertial.place.translation)));
+        let way = by_mass.or_else(|| way_to(self.centre_of_shapes(bone.link)?))?;
+        Some(bone.at + BEYOND * way)
+    }
+
+    /// The middle of the shapes of a link and of what is fixed to it.
+    fn centre_of_shapes(&self, link: usize) -> Option<DVec3> {
+        let mut carrier = vec![usize::MAX; self.robot.links.len()];
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, part) in self.robot.links.iter().enumerate().skip(link) {
+            let above = part
+                .parent
+                .filter(|_| !part.joint.moves())
+                .map(|parent| carrier[parent]);
+            carrier[index] = if index == link {
+                link
+            } else {
+                above.unwrap_or(usize::MAX)
+            };
+            if carrier[index] != link {
+                continue;
+            }
+            for (centre, radius) in part.shapes.iter().flat_map(RobotShape::balls) {
+                let at = self.places[index].point(centre);
+                (low, high) = (low.min(at - radius), high.max(at + radius));
+            }
+        }
+        (low.x <= high.x).then(|| 0.5 * (low + high))
     }
 
     fn build(&self) -> Result<Twin> {
@@ -135,6 +173,10 @@ impl Builder<'_> {
         let mut soles = [Vec::new(), Vec::new()];
         let mut guessed = Vec::new();
         let mut floor = f64::INFINITY;
+        let has_legs = self.found.contains_key(&Bone::LeftUpperLeg);
+        if !has_legs {
+            floor = self.add_legs(&mut parts);
+        }
         for side in Side::ALL {
             let [upper, lower, foot] =
                 [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| bone.on(side));
@@ -161,18 +203,21 @@ impl Builder<'_> {
             let middle = top - DVec3::Z * thigh.length();
             add(upper, down(thigh), top);
             add(lower, down(shin), middle);
-            add(foot, DQuat::IDENTITY, middle - DVec3::Z * shin.length());
             let leg = thigh.length() + shin.length();
             let link = self.found[&foot].link;
-            let (balls, is_shown) = sole(self.robot, link, &self.places, ankle, leg);
-            if !is_shown {
+            let sole = sole(self.robot, link, &self.places, ankle, leg);
+            add(foot, sole.to_flat, middle - DVec3::Z * shin.length());
+            if !sole.is_shown {
                 let name = &self.robot.links[link].name;
                 guessed.push(format!("the sole of {name}, which has no shape"));
             }
-            let depth = |ball: &SoleBall| ankle.z - self.places[link].point(ball.centre).z + ball.radius;
-            let deepest = balls.iter().map(depth).fold(0.0, f64::max);
+            let depth = |ball: &SoleBall| {
+                let way = self.places[link].point(ball.centre) - ankle;
+                ball.radius - (sole.to_flat * way).z
+            };
+            let deepest = sole.balls.iter().map(depth).fold(0.0, f64::max);
             floor = f64::min(floor, top.z - leg - deepest);
-            soles[side as usize] = balls;
+            soles[side as usize] = sole.balls;
         }
         for side in Side::ALL {
             self.arm(side, &mut parts, &mut tips);
@@ -192,7 +237,34 @@ impl Builder<'_> {
         }
         let mut twin = self.assemble(parts, tips, soles, floor);
         twin.guessed = guessed;
+        twin.has_legs = has_legs;
         Ok(twin)
+    }
+
+    /// Adds the legs of a person with such shoulders, for a robot without; returns the height of the floor.
+    fn add_legs(&self, parts: &mut BTreeMap<Bone, Part>) -> f64 {
+        /// How wide hips are, and how high they and the knees, as fractions of the width and the height of shoulders.
+        const WIDTH: f64 = 0.5;
+        const HIPS: f64 = 0.6;
+        const KNEES: f64 = 0.3;
+        /// How high the shoulders of a person are, as a multiple of their width.
+        const HEIGHT: f64 = 4.0;
+        let [left, right] = [Bone::LeftUpperArm, Bone::RightUpperArm].map(|bone| self.found[&bone].at);
+        let (middle, across) = (0.5 * (left + right), (left - right).reject_from_normalized(DVec3::Z));
+        let height = HEIGHT * across.length();
+        let floor = middle.z - height;
+        for (side, sign) in Side::ALL.into_iter().zip([0.5, -0.5]) {
+            let legs = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| bone.on(side));
+            for (bone, up) in legs.into_iter().zip([HIPS, KNEES, 0.0]) {
+                let at = middle + sign * WIDTH * across - (1.0 - up) * height * DVec3::Z;
+                let part = Part {
+                    to_t_pose: DQuat::IDENTITY,
+                    at: self.figure_to_world.inverse() * at,
+                };
+                parts.insert(bone, part);
+            }
+        }
+        floor
     }
 
     fn arm(&self, side: Side, parts: &mut BTreeMap<Bone, Part>, tips: &mut Vec<(Bone, DVec3, usize, DVec3)>) {
@@ -309,12 +381,11 @@ impl Builder<'_> {
                     tip_nodes.push((node, *link, *place));
                     continue;
                 }
-                let (Some(part), Some(found)) = (parts.get(&bone), self.found.get(&bone)) else {
-                    continue;
-                };
+                let Some(part) = parts.get(&bone) else { continue };
                 let node = push(&mut scene, bone.as_str(), parent, part.at + lift);
                 nodes.insert(bone, node);
                 parent = Some(node);
+                let Some(found) = self.found.get(&bone) else { continue };
                 let link = found.link;
                 let link_to_frame = self.figure_to_world.inverse() * part.to_t_pose * self.places[link].rotation;
                 bones.push(TwinBone {
@@ -358,6 +429,7 @@ impl Builder<'_> {
             tips: tip_nodes,
             figure_to_world: self.figure_to_world,
             soles,
+            has_legs: true,
             guessed: Vec::new(),
         }
     }

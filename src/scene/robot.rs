@@ -293,6 +293,15 @@ impl RobotJoint {
 }
 
 impl Inertial {
+    /// The longest side of a link, in metres: inertia that needs a larger box is a placeholder, such as ixx="1".
+    const LONGEST: f64 = 1.0;
+
+    /// [`Self::equivalent_box`], unless it is larger than a link can be.
+    pub(crate) fn plausible_box(&self) -> Option<(Placement, DVec3)> {
+        let found = self.equivalent_box();
+        found.filter(|(_, half_size)| 2.0 * half_size.max_element() <= Self::LONGEST)
+    }
+
     /// The inertia about the centre, in its axes.
     pub(crate) fn matrix(&self) -> DMat3 {
         let [xx, yy, zz, xy, xz, yz] = self.inertia;
@@ -311,6 +320,36 @@ impl Inertial {
         };
         let half_size = squares.max(DVec3::ZERO).map(f64::sqrt);
         (self.mass > 0.0 && half_size.is_finite() && half_size != DVec3::ZERO).then_some((place, half_size))
+    }
+}
+
+impl RobotShape {
+    /// Balls whose hull is the shape, or is a little larger, in the frame of the link: centres and radii.
+    pub(crate) fn balls(&self) -> Vec<(DVec3, f64)> {
+        let of_box = |low: DVec3, high: DVec3| {
+            let corner = |index: usize| {
+                let pick = |bit: usize, low: f64, high: f64| if index & bit == 0 { low } else { high };
+                DVec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
+            };
+            (0..8).map(|index| (corner(index), 0.0)).collect()
+        };
+        let balls: Vec<(DVec3, f64)> = match &self.kind {
+            ShapeKind::Sphere { radius } => vec![(DVec3::ZERO, *radius)],
+            ShapeKind::Capsule { radius, half_length } => {
+                let end = DVec3::Z * *half_length;
+                vec![(end, *radius), (-end, *radius)]
+            }
+            ShapeKind::Cylinder { radius, half_length } => {
+                let half_size = DVec3::new(*radius, *radius, *half_length);
+                of_box(-half_size, half_size)
+            }
+            ShapeKind::Box { half_size } | ShapeKind::Ellipsoid { half_size } => of_box(-*half_size, *half_size),
+            ShapeKind::Mesh { bounds, .. } => bounds.map(|[low, high]| of_box(low, high)).unwrap_or_default(),
+        };
+        let placed = balls.into_iter();
+        placed
+            .map(|(centre, radius)| (self.place.point(centre), radius))
+            .collect()
     }
 }
 
@@ -348,13 +387,17 @@ impl Robot {
         joints.map(|link| self.links[link].joint.name.clone()).collect()
     }
 
-    /// All links in the frame of the base, with every joint at 0, whatever its limits.
+    /// All links with every joint at 0, whatever its limits: from the origin of the base, which is turned as its file
+    /// has it.
     pub fn zero_pose(&self) -> Vec<Placement> {
         let mut places: Vec<Placement> = Vec::with_capacity(self.links.len());
         for link in &self.links {
             let place = match link.parent {
                 Some(parent) => places[parent].then(&link.joint.link_to_parent(0.0)),
-                None => Placement::IDENTITY,
+                None => Placement {
+                    translation: DVec3::ZERO,
+                    ..link.joint.origin
+                },
             };
             places.push(place);
         }

@@ -124,6 +124,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("share_over_effort", dynamics(&|found| found.share_over_effort)),
         ("max_effort", dynamics(&|found| Some(found.max_effort))),
         ("guessed", texts(&|report| report.guessed.join("; "))),
+        ("left_out", texts(&|report| report.left_out.join("; "))),
         ("criteria", criteria),
     ];
     let columns = columns.into_iter().map(|(name, column)| (name.to_owned(), column));

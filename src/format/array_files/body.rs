@@ -1,4 +1,5 @@
-//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure.
+//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure; and
+//! the robot whose joints are where arrays have them.
 //!
 //! A model states its vertices at rest (`v_template`), which vertices each joint is between (`J_regressor`), and how
 //! coefficients of shape move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are
@@ -15,6 +16,7 @@ use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::limits::{Limits, limit_exceeded};
 use crate::scene::HumanoidBone as Bone;
+use crate::scene::robot::Robot;
 use crate::solve::skeletons::{Joint, smpl};
 
 /// Coefficients of shape that are used, at most: the models have 10 to 300, and those of faces follow.
@@ -29,6 +31,8 @@ pub(crate) enum Body {
     Model(BodyModel),
     /// Those of a figure that stands on the ground.
     Bones(BTreeMap<Bone, Vec3>),
+    /// A robot, for the positions of its joints, and the bones that it has as a figure.
+    Robot(Box<Robot>, BTreeMap<Bone, Vec3>),
 }
 
 /// The joints of a model, and how coefficients move them.
@@ -47,7 +51,7 @@ impl Body {
     pub(super) fn rest(&self, joints: &[Joint], betas: &[f64]) -> Vec<Vec3> {
         let bones = match self {
             Self::Model(model) => model.bones(betas),
-            Self::Bones(bones) => bones.clone(),
+            Self::Bones(bones) | Self::Robot(_, bones) => bones.clone(),
         };
         let generic = proportions::rest(joints);
         let neck = bones.get(&Bone::Neck);
@@ -74,7 +78,7 @@ impl Body {
     pub(super) fn coefficients(&self) -> usize {
         match self {
             Self::Model(model) => model.shape.len(),
-            Self::Bones(_) => 0,
+            Self::Bones(_) | Self::Robot(..) => 0,
         }
     }
 }

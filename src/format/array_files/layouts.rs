@@ -3,6 +3,7 @@
 mod kimodo;
 mod own;
 mod points;
+mod robot;
 mod smpl;
 
 use super::motion::Motion;
@@ -35,12 +36,7 @@ pub(super) fn scene(
     }
     let motion = match () {
         () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
-        () if entries.get("dof_pos").is_some() || entries.get("qpos").is_some() => {
-            return Err(Box::new(
-                refused("the arrays are the motion of a robot, which has no body here", entries)
-                    .help("retarget the human motion that it was made from"),
-            ));
-        }
+        () if robot::is_motion(entries) => return robot::scene(&reader, format),
         () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
         () => match smpl::dictionary(entries) {
             Some(prefix) => smpl::of_dictionary(&reader, &prefix)?,

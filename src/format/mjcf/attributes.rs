@@ -20,16 +20,19 @@ const DEEPEST_CLASS: usize = 64;
 
 /// What the reader uses of a class: others are not kept.
 const KINDS: [&str; 2] = ["joint", "geom"];
-const USED: [&str; 17] = [
+const USED: [&str; 20] = [
     "actuatorfrcrange",
     "armature",
     "axis",
     "axisangle",
     "conaffinity",
     "contype",
+    "density",
     "euler",
     "fromto",
+    "group",
     "limited",
+    "mass",
     "mesh",
     "pos",
     "quat",
@@ -39,6 +42,14 @@ const USED: [&str; 17] = [
     "xyaxes",
     "zaxis",
 ];
+
+/// Where masses come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum InertiaFromGeoms {
+    Auto,
+    Always,
+    Never,
+}
 
 /// The attributes of a kind of element.
 type Values = HashMap<String, String>;
@@ -60,6 +71,11 @@ pub(super) struct Settings {
     /// Whether Euler angles rotate about the axes of the parent, not of the body.
     euler_is_extrinsic: bool,
     pub(super) auto_limits: bool,
+    /// Whether masses are those of geoms: where no `<inertial>` states them, always, or never.
+    pub(super) inertia_from_geoms: InertiaFromGeoms,
+    /// The groups of geoms that have a mass.
+    pub(super) inertia_groups: [f64; 2],
+    pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
     pub(super) meshes: HashMap<String, MeshAsset>,
     classes: HashMap<String, Class>,
@@ -72,6 +88,9 @@ impl Settings {
             euler: [DVec3::X, DVec3::Y, DVec3::Z],
             euler_is_extrinsic: false,
             auto_limits: true,
+            inertia_from_geoms: InertiaFromGeoms::Auto,
+            inertia_groups: [0.0, 5.0],
+            total_mass: None,
             mesh_folder: String::new(),
             meshes: HashMap::new(),
             classes: HashMap::from([(MAIN.to_owned(), Class::new())]),
@@ -132,6 +151,18 @@ impl Settings {
                 _ => return Err(unknown("eulerseq", "three of x, y and z, or of X, Y and Z")),
             }
         }
+        match compiler.attribute("inertiafromgeom") {
+            Some("true") => self.inertia_from_geoms = InertiaFromGeoms::Always,
+            Some("false") => self.inertia_from_geoms = InertiaFromGeoms::Never,
+            Some("auto") => self.inertia_from_geoms = InertiaFromGeoms::Auto,
+            None => {}
+            Some(_) => return Err(unknown("inertiafromgeom", "true, false or auto")),
+        }
+        if let Some(range) = compiler.attribute("inertiagrouprange") {
+            let range = compiler.parse_numbers("inertiagrouprange", range, 2, 2)?;
+            self.inertia_groups = [range[0], range[1]];
+        }
+        self.total_mass = compiler.number("settotalmass")?.or(self.total_mass);
         if let Some(limited) = compiler.attribute("autolimits") {
             self.auto_limits = limited != "false";
         }

@@ -4,8 +4,9 @@ use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
 
-use super::attributes::{Attributes, Settings};
+use super::attributes::{Attributes, InertiaFromGeoms, Settings};
 use super::frame::{Inner, within};
+use super::mass::{Geoms, set_total};
 use super::sizes;
 use crate::error::Code;
 use crate::format::mesh_bounds::mesh_bounds;
@@ -69,6 +70,9 @@ impl<'a> Bodies<'a> {
                 depth: next.depth + 1,
             }));
         }
+        if let Some(total) = self.settings.total_mass {
+            set_total(self.links.iter_mut().filter_map(|link| link.inertial.as_mut()), total);
+        }
         Ok(self.links)
     }
 
@@ -109,9 +113,9 @@ impl<'a> Bodies<'a> {
             let attributes = self.settings.of(inner.element, inner.child_class)?;
             self.joints(&attributes, &name, waiting.parent.is_none(), inner.frame, &mut joints)?;
         }
-        // The base stands where its root position says, not where the model was drawn.
+        // The base is where its root position says, not where the model was drawn; it stands upright as it was drawn.
         if waiting.parent.is_none() {
-            place = Placement::IDENTITY;
+            place.translation = DVec3::ZERO;
         }
         let last = joints.pop().unwrap_or_default();
         let mut parent = waiting.parent;
@@ -127,17 +131,25 @@ impl<'a> Bodies<'a> {
             place = Placement::IDENTITY;
         }
         let mut shapes = Vec::new();
+        let mut geoms = Geoms::default();
         for inner in of_kind(&["geom"]) {
             let attributes = self.settings.of(inner.element, inner.child_class)?;
-            let shape = self.shape(&attributes, warnings)?;
-            shapes.extend(shape.map(|shape| RobotShape {
+            let Some(shape) = self.shape(&attributes, warnings)? else {
+                continue;
+            };
+            let shape = RobotShape {
                 place: inner.frame.then(&shape.place),
                 ..shape
-            }));
+            };
+            geoms.add(&attributes, &shape, self.settings)?;
+            shapes.push(shape);
         }
-        let inertial = match body.child("inertial") {
+        let by_geoms = self.settings.inertia_from_geoms;
+        let stated = body.child("inertial").filter(|_| by_geoms != InertiaFromGeoms::Always);
+        let inertial = match stated {
             Some(inertial) => Some(read_inertial(&self.settings.of(inertial, None)?)?),
-            None => None,
+            None if by_geoms == InertiaFromGeoms::Never => None,
+            None => geoms.inertial(),
         };
         let link = RobotLink {
             name,

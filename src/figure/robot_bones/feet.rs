@@ -1,0 +1,59 @@
+//! Feet that no joint turns against the shin.
+
+use glam::DVec3;
+
+use super::Tree;
+use crate::scene::robot::RobotShape;
+
+/// How long a shin without an ankle is at least, as a fraction of the thigh.
+const SHIN: f64 = 0.5;
+
+/// How far points of a sole may differ in height, in metres.
+const LEVEL_SOLE: f64 = 0.02;
+
+impl Tree<'_> {
+    /// The foot of a shin without an ankle: the lowest link that is fixed to it, if that is below the knee, else the
+    /// shin itself, where its shapes show how far it reaches.
+    pub(super) fn fixed_foot(&self, shin: usize) -> Option<usize> {
+        let height = |link: &usize| self.places[*link].translation.z;
+        let fixed = (shin + 1..self.places.len()).filter(|link| self.is_fixed_to(*link, shin));
+        let lowest = fixed.min_by(|a, b| height(a).total_cmp(&height(b)));
+        let knee = self.anchor(shin).z;
+        match lowest.filter(|link| knee - height(link) > SHIN * (self.anchor_of_hip(shin).z - knee).abs()) {
+            Some(foot) => Some(foot),
+            None => self.lowest_point(shin).filter(|point| point.z < knee).map(|_| shin),
+        }
+    }
+
+    /// The joint that begins the limb in which a link is.
+    fn anchor_of_hip(&self, mut link: usize) -> DVec3 {
+        while let Some(above) = self.children.iter().position(|children| children[..] == [link]) {
+            link = above;
+        }
+        self.anchor(link)
+    }
+
+    /// Whether a link hangs on another without a joint that moves.
+    fn is_fixed_to(&self, mut link: usize, other: usize) -> bool {
+        while link != other && !self.robot.links[link].joint.moves() {
+            match self.robot.links[link].parent {
+                Some(parent) => link = parent,
+                None => return false,
+            }
+        }
+        link == other
+    }
+
+    /// The middle of the lowest points of the shapes of a link, which is a part of a leg.
+    pub(super) fn lowest_point(&self, link: usize) -> Option<DVec3> {
+        let balls = self.robot.links[link].shapes.iter().flat_map(RobotShape::balls);
+        let places = balls.map(|(centre, radius)| self.places[link].point(centre) - radius * DVec3::Z);
+        let places: Vec<DVec3> = places.collect();
+        let least = places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
+        let lowest: Vec<DVec3> = places
+            .into_iter()
+            .filter(|place| place.z < least + LEVEL_SOLE)
+            .collect();
+        (!lowest.is_empty()).then(|| lowest.iter().sum::<DVec3>() / lowest.len() as f64)
+    }
+}

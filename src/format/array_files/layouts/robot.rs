@@ -1,0 +1,194 @@
+//! The motion of a robot: where its base is and the positions of its joints, in the layouts that `mocap robot` writes.
+//! The robot itself is the body that is named.
+
+use glam::{DQuat, DVec3};
+
+use super::{Reader, refused};
+use crate::error::{Code, Diagnostic};
+use crate::format::Failure;
+use crate::format::array_files::body::Body;
+use crate::format::array_files::motion::Motion;
+use crate::format::array_files::ndarray::{Entries, NdArray};
+use crate::scene::robot::{Placement, Robot};
+use crate::scene::{Format, Scene};
+
+/// What is assumed where the arrays state no rate: that of motions for Unitree's robots.
+const USUAL_RATE: f64 = 30.0;
+
+/// A layout: the names of its arrays.
+struct Layout {
+    joints: &'static str,
+    places: &'static str,
+    rotations: &'static str,
+    /// Whether rotations are w, x, y, z.
+    w_first: bool,
+    /// Whether places and rotations are of all links, the base first.
+    of_links: bool,
+}
+
+const LAYOUTS: &[Layout] = &[
+    Layout {
+        joints: "dof_pos",
+        places: "root_pos",
+        rotations: "root_rot",
+        w_first: false,
+        of_links: false,
+    },
+    Layout {
+        joints: "joint_pos",
+        places: "body_pos_w",
+        rotations: "body_quat_w",
+        w_first: true,
+        of_links: true,
+    },
+    Layout {
+        joints: "dof_positions",
+        places: "body_positions",
+        rotations: "body_rotations",
+        w_first: true,
+        of_links: true,
+    },
+    Layout {
+        joints: "joint_angles",
+        places: "base_frame_pos",
+        rotations: "base_frame_wxyz",
+        w_first: true,
+        of_links: false,
+    },
+];
+
+/// MuJoCo's positions: the base in seven numbers, then the joints.
+const QPOS: &str = "qpos";
+const BASE: usize = 7;
+
+/// Whether the arrays are the motion of a robot.
+pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
+    let has = |name: &str| entries.get(name).is_some();
+    has(QPOS) || LAYOUTS.iter().any(|layout| has(layout.joints))
+}
+
+/// The robot of the body in this motion.
+pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
+    let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
+        let message = "the arrays are the motion of a robot, and do not say which";
+        return Err(Box::new(
+            refused(message, reader.entries).help("name the robot that moves: --body robot.urdf, or .xml of MJCF"),
+        ));
+    };
+    let mut motion = Motion::default();
+    reader.frame_rate(USUAL_RATE, &mut motion)?;
+    let (root, positions) = positions(reader, robot)?;
+    let mut scene = robot.scene();
+    scene.metadata.format = Some(format);
+    scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
+    scene
+        .animations
+        .push(robot.clip("", motion.frame_rate, &root, &positions));
+    Ok(scene)
+}
+
+/// The base in each frame, and the positions of the joints in the robot's order.
+fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, Vec<f64>), Failure> {
+    let entries = reader.entries;
+    let own = robot.dof_names();
+    let stated = entries.get("dof_names").map(NdArray::texts);
+    let names = stated.as_deref().unwrap_or(&own);
+    let count = names.len();
+    let layout = LAYOUTS.iter().find(|layout| entries.get(layout.joints).is_some());
+    let (rows, joints, joints_name) = match layout {
+        Some(layout) => {
+            let (frames, joints) = reader.numbers(layout.joints, None, &[count])?;
+            (base(reader, layout, frames)?, joints, layout.joints)
+        }
+        None => {
+            let (_, all) = reader.numbers(QPOS, None, &[BASE + count])?;
+            let rows = all.chunks_exact(BASE + count);
+            let base = rows.clone().map(|row| {
+                let &[x, y, z, w, i, j, k, ..] = row else {
+                    return [0.0; BASE];
+                };
+                [x, y, z, i, j, k, w]
+            });
+            (
+                base.collect(),
+                rows.flat_map(|row| row[BASE..].to_vec()).collect(),
+                QPOS,
+            )
+        }
+    };
+    let places = own.iter().map(|name| {
+        let found = names.iter().position(|other| other == name);
+        found.ok_or_else(|| no_joint(name, names))
+    });
+    let places: Vec<usize> = places.collect::<Result<_, _>>()?;
+    if let Some(other) = names.iter().find(|name| !own.contains(name)) {
+        return Err(no_joint(other, &own));
+    }
+    let root = rows.iter().enumerate().map(|(frame, row)| placement(frame, row));
+    let root = root.collect::<Result<Vec<_>, _>>()?;
+    let ordered = joints
+        .chunks_exact(count.max(1))
+        .flat_map(|row| places.iter().map(|place| row[*place]));
+    let ordered: Vec<f64> = ordered.collect();
+    if let Some(at) = ordered.iter().position(|position| !position.is_finite()) {
+        let (frame, name) = (at / own.len(), &own[at % own.len()]);
+        let message = format!("the position of a joint is not finite in frame {frame} of {joints_name}");
+        let diagnostic = Diagnostic::new(Code::NonFiniteValue, message).in_joint(name.as_str());
+        return Err(Box::new(diagnostic.expected_found("a number", ordered[at].to_string())));
+    }
+    Ok((root, ordered))
+}
+
+/// The base in each frame: x, y, z, then its rotation as x, y, z, w.
+fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[f64; BASE]>, Failure> {
+    let links = match reader.entries.get(layout.places).filter(|_| layout.of_links) {
+        Some(array) => array.shape.get(1).copied().unwrap_or(1).max(1),
+        None => 1,
+    };
+    let widths = |last: usize| match layout.of_links {
+        true => vec![links, last],
+        false => vec![last],
+    };
+    let (_, places) = reader.numbers(layout.places, Some(frames), &widths(3))?;
+    let (_, rotations) = reader.numbers(layout.rotations, Some(frames), &widths(4))?;
+    let rows = places.chunks_exact(3 * links).zip(rotations.chunks_exact(4 * links));
+    Ok(rows
+        .map(|(place, turn)| {
+            let [i, j, k, w] = match layout.w_first {
+                true => [turn[1], turn[2], turn[3], turn[0]],
+                false => [turn[0], turn[1], turn[2], turn[3]],
+            };
+            [place[0], place[1], place[2], i, j, k, w]
+        })
+        .collect())
+}
+
+fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
+    /// Rotations whose lengths are farther from 1 are none, or in another order.
+    const LENGTH: std::ops::Range<f64> = 0.9..1.1;
+    let [x, y, z, i, j, k, w] = *row;
+    let (translation, rotation) = (DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w));
+    if !translation.is_finite() || !LENGTH.contains(&rotation.length()) {
+        let message = format!("the base is nowhere in frame {frame}");
+        let found = format!("{x} {y} {z} and {i} {j} {k} {w}");
+        return Err(Box::new(
+            Diagnostic::new(Code::NonFiniteValue, message)
+                .expected_found("a finite position and a rotation of length 1", found),
+        ));
+    }
+    Ok(Placement {
+        rotation: rotation.normalize(),
+        translation,
+    })
+}
+
+fn no_joint(name: &str, names: &[String]) -> Failure {
+    const NAMED: usize = 6;
+    let message = "the arrays and the robot have other joints: --body names another robot than that of the motion";
+    let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+    Box::new(
+        Diagnostic::new(Code::InvalidRobot, message)
+            .in_joint(name)
+            .expected_found(format!("{name:?} in both"), format!("{} ...", first.join(", "))),
+    )
+}

@@ -1,0 +1,315 @@
+//! Which way arms turn where there are several: a shoulder of three hinges reaches one direction in more than one way,
+//! and a frame after another keeps the way of the first, also into a corner of the limits.
+//!
+//! Where an arm is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
+//! beginnings are tried, both ways. Of these tracks the best is taken in each frame, with a cost for each change of
+//! joints, so that one becomes another where they agree: the shortest way by dynamic programming (R. Bellman, 1957).
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use super::solver::{Bounds, Solver};
+use super::terms::{Goals, Terms, rotation_vector};
+use super::twin::Twin;
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// An arm is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
+const SUSPECT: f64 = 0.12;
+const WINDOW: f64 = 0.2;
+
+/// Of how many of its worst moments other beginnings are tried, how far apart these are in seconds, and how much better
+/// such a beginning must be.
+const SEEDS: usize = 3;
+const APART: f64 = 0.5;
+const BETTER: f64 = 0.6;
+
+/// Steps of the solver for a new beginning, and for each frame after it.
+const FIRST_STEPS: usize = 60;
+const STEPS: usize = 8;
+
+/// What a change of joints from frame to frame costs at 30 frames a second, in squares of radians, against the error of
+/// an arm in a frame.
+const CHANGE: f64 = 1.0;
+const RATE: f64 = 30.0;
+
+/// An arm: what it follows, and the positions of its joints.
+#[derive(Clone, Debug)]
+struct Arm {
+    turns: Vec<usize>,
+    positions: Vec<usize>,
+    solver: Solver,
+}
+
+/// The arms of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct Branches {
+    arms: Vec<Arm>,
+}
+
+/// The positions of an arm in every frame, and its cost there.
+struct Track {
+    positions: Vec<Vec<f64>>,
+    costs: Vec<f64>,
+}
+
+impl Branches {
+    pub(super) fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
+        let arms = Side::ALL.map(|side| {
+            let bones = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
+            let found = twin.bones.iter().enumerate();
+            let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
+            let turns: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
+            let joints = found.flat_map(|(_, bone)| &bone.joints);
+            let mut used = vec![false; kinematics.bodies.len() - 1];
+            for joint in joints {
+                used[kinematics.body_of(*joint).0 - 1] = true;
+            }
+            let positions = (0..used.len()).filter(|position| used[*position]).collect();
+            Arm {
+                turns,
+                positions,
+                solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
+            }
+        });
+        Self {
+            arms: arms.into_iter().filter(|arm| !arm.positions.is_empty()).collect(),
+        }
+    }
+
+    /// Takes for each arm the best way that is found.
+    pub(super) fn choose(
+        &mut self,
+        kinematics: &Kinematics,
+        goals: &[Goals],
+        bounds: &Bounds,
+        motion: &mut RobotMotion,
+    ) {
+        for arm in &mut self.arms {
+            arm.choose(kinematics, goals, bounds, motion);
+        }
+    }
+}
+
+impl Arm {
+    fn choose(&mut self, kinematics: &Kinematics, goals: &[Goals], bounds: &Bounds, motion: &mut RobotMotion) {
+        let goals: Vec<Goals> = goals.iter().map(|goals| self.own(goals)).collect();
+        let mut pose = kinematics.rest();
+        let frames = motion.frames();
+        let costs = (0..frames).map(|frame| {
+            motion.set(frame, kinematics, &mut pose);
+            cost(&goals[frame], &pose)
+        });
+        let as_it_is = Track {
+            costs: costs.collect(),
+            positions: (0..frames)
+                .map(|frame| self.positions.iter().map(|at| motion.dof_of(frame)[*at]).collect())
+                .collect(),
+        };
+        let suspects = suspects(&as_it_is.costs, motion.fps);
+        if suspects.is_empty() {
+            return;
+        }
+        let mut follow = Follow {
+            arm: self,
+            kinematics,
+            goals: &goals,
+            bounds,
+            motion,
+        };
+        let mut tracks = Vec::new();
+        if let Some(last) = as_it_is.positions.last().cloned() {
+            tracks.push(follow.both_ways(frames - 1, last));
+        }
+        for frame in suspects {
+            let begun = follow.begin(frame);
+            if let Some((_, begun)) = begun.filter(|(cost, _)| *cost < BETTER * as_it_is.costs[frame]) {
+                tracks.push(follow.both_ways(frame, begun));
+            }
+        }
+        tracks.insert(0, as_it_is);
+        let chosen = shortest(&tracks, CHANGE * motion.fps / RATE);
+        let count = motion.dof_names.len();
+        for (frame, track) in chosen.into_iter().enumerate() {
+            for (at, value) in self.positions.iter().zip(&tracks[track].positions[frame]) {
+                motion.dof_pos[frame * count + at] = *value;
+            }
+            if !kinematics.followers.is_empty() {
+                motion.set(frame, kinematics, &mut pose);
+                motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
+            }
+        }
+    }
+
+    /// The goals of this arm alone.
+    fn own(&self, goals: &Goals) -> Goals {
+        Goals {
+            turns: self.turns.iter().map(|turn| goals.turns[*turn].clone()).collect(),
+            reaches: Vec::new(),
+        }
+    }
+}
+
+/// Follows an arm while the rest of the robot stays as it is in a motion.
+struct Follow<'a> {
+    arm: &'a mut Arm,
+    kinematics: &'a Kinematics,
+    goals: &'a [Goals],
+    bounds: &'a Bounds,
+    motion: &'a RobotMotion,
+}
+
+impl Follow<'_> {
+    /// The arm in a frame, from a beginning; returns its cost.
+    fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
+        let mut pose = self.kinematics.rest();
+        pose.root = self.motion.root[frame];
+        pose.positions.copy_from_slice(self.motion.dof_of(frame));
+        for (at, value) in self.arm.positions.iter().zip(positions.iter()) {
+            pose.positions[*at] = *value;
+        }
+        let goals = &self.goals[frame];
+        self.arm
+            .solver
+            .solve(self.kinematics, goals, self.bounds, &mut pose, steps);
+        for (at, value) in self.arm.positions.iter().zip(positions) {
+            *value = pose.positions[*at];
+        }
+        cost(goals, &pose)
+    }
+
+    /// The best of several beginnings in a frame: joints near 0, in the middles of their limits, and a quarter off to
+    /// either side.
+    fn begin(&mut self, frame: usize) -> Option<(f64, Vec<f64>)> {
+        let ranges: Vec<[f64; 2]> = self
+            .arm
+            .positions
+            .iter()
+            .map(|at| [self.bounds.lower[*at], self.bounds.upper[*at]].map(|limit| limit.clamp(-3.2, 3.2)))
+            .collect();
+        let along = |share: f64| {
+            ranges
+                .iter()
+                .map(move |[low, high]| low + share * (high - low))
+                .collect()
+        };
+        let rest = ranges.iter().map(|[low, high]| 0.0_f64.max(*low).min(*high)).collect();
+        let starts: [Vec<f64>; 4] = [rest, along(0.5), along(0.25), along(0.75)];
+        let ends = starts.map(|mut positions| (self.solve(frame, &mut positions, FIRST_STEPS), positions));
+        ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The track that is in this pose in a frame, followed from there to both ends.
+    fn both_ways(&mut self, frame: usize, begun: Vec<f64>) -> Track {
+        let frames = self.goals.len();
+        let mut track = Track {
+            positions: vec![begun.clone(); frames],
+            costs: vec![0.0; frames],
+        };
+        let mut here = begun.clone();
+        for at in (0..=frame).rev() {
+            track.costs[at] = self.solve(at, &mut here, STEPS);
+            track.positions[at].clone_from(&here);
+        }
+        here = begun;
+        for at in frame + 1..frames {
+            track.costs[at] = self.solve(at, &mut here, STEPS);
+            track.positions[at].clone_from(&here);
+        }
+        track
+    }
+}
+
+/// How far a pose is from goals that are turns, in squares of radians by their weights.
+fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
+    let costs = goals.turns.iter().map(|turn| {
+        let rotation = pose.bodies[turn.body].rotation;
+        let apart = rotation_vector(turn.target * rotation.inverse());
+        let along = (rotation * turn.weight_axes).inverse() * apart;
+        (turn.weights * along * along).element_sum()
+    });
+    costs.sum()
+}
+
+/// The worst frames of an arm, where it is far off for a while.
+fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
+    let half = (0.5 * WINDOW * fps).ceil().min(costs.len() as f64) as usize;
+    let mean = |frame: usize| {
+        let near = &costs[frame.saturating_sub(half)..(frame + half + 1).min(costs.len())];
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    let mut bad: Vec<(usize, f64)> = (0..costs.len()).map(|frame| (frame, mean(frame))).collect();
+    bad.retain(|(_, mean)| *mean > SUSPECT);
+    bad.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut found: Vec<usize> = Vec::new();
+    for (frame, _) in bad {
+        if found.len() < SEEDS && found.iter().all(|other| other.abs_diff(frame) as f64 > APART * fps) {
+            found.push(frame);
+        }
+    }
+    found
+}
+
+/// Which track is taken in each frame.
+fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
+    let frames = tracks.first().map_or(0, |track| track.costs.len());
+    let mut sums: Vec<f64> = tracks
+        .iter()
+        .map(|track| track.costs.first().copied().unwrap_or(0.0))
+        .collect();
+    let mut from: Vec<Vec<usize>> = vec![Vec::new(); frames];
+    for frame in 1..frames {
+        let mut next = Vec::with_capacity(tracks.len());
+        for track in tracks {
+            let step = |other: usize| {
+                let pairs = tracks[other].positions[frame - 1].iter().zip(&track.positions[frame]);
+                sums[other] + change * pairs.map(|(was, is)| (is - was).powi(2)).sum::<f64>()
+            };
+            let best = (0..tracks.len()).map(|other| (other, step(other)));
+            let (other, sum) = best.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+            from[frame].push(other);
+            next.push(sum + track.costs[frame]);
+        }
+        sums = next;
+    }
+    let mut here = (0..sums.len())
+        .min_by(|a, b| sums[*a].total_cmp(&sums[*b]))
+        .unwrap_or(0);
+    let mut chosen = vec![here; frames];
+    for frame in (1..frames).rev() {
+        chosen[frame] = here;
+        here = from[frame][here];
+    }
+    if let Some(first) = chosen.first_mut() {
+        *first = here;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
+    #[test]
+    fn the_way_changes_where_tracks_agree() {
+        let track = |positions: [f64; 6], costs: [f64; 6]| Track {
+            positions: positions.map(|position| vec![position]).to_vec(),
+            costs: costs.to_vec(),
+        };
+        let first = track([0.0, 0.1, 2.0, 2.0, 2.0, 0.1], [0.0, 0.0, 0.5, 0.5, 0.5, 0.0]);
+        let second = track([1.5, 0.1, 0.1, 0.1, 0.1, 1.5], [0.9, 0.1, 0.0, 0.0, 0.0, 0.9]);
+        assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
+    }
+
+    #[test]
+    fn the_worst_moments_are_apart() {
+        let mut costs = vec![0.0; 120];
+        costs[20..40].fill(1.0);
+        costs[90..100].fill(0.5);
+        let found = suspects(&costs, 30.0);
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(
+            (20..40).contains(&found[0]) && (88..102).contains(&found[1]),
+            "{found:?}"
+        );
+    }
+}
