@@ -1,5 +1,5 @@
 //! Robots of many kinds, each built here: feet without a joint, feet that are tilted, inertia that says nothing,
-//! fingers, upper bodies; and the motion of one robot on another.
+//! fingers, upper bodies; and the motion of a robot that is read again.
 
 use std::fmt::Write;
 
@@ -471,14 +471,14 @@ fn geoms_have_the_mass_of_a_body() {
 }
 
 #[test]
-fn the_motion_of_a_robot_goes_onto_that_robot_and_onto_another() {
+fn the_motion_of_a_robot_is_read_with_its_robot() {
     let g1 = "fixtures/robots/g1_29dof_rev_1_0.urdf";
     let robot = Importer::new().import_robot(g1).unwrap();
     let (motion, _) = on(&robot, &walk());
     let importer = Importer::new().body(g1);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
-    for bytes in [motion.to_pickle(), motion.to_qpos_npz(), motion.to_npz()] {
+    for bytes in [motion.to_qpos_npz(), motion.to_npz()] {
         std::fs::write(&path, bytes).unwrap();
         let scene = importer.import(&path).unwrap();
         assert_eq!(scene.animations[0].ticks_per_second, 30.0);
@@ -495,18 +495,6 @@ fn the_motion_of_a_robot_goes_onto_that_robot_and_onto_another() {
         let here = pose.node_to_world[hand].w_axis.truncate();
         assert!(here.distance(there) < 1e-4, "{here} {there}");
     }
-    let scene = importer.import(&path).unwrap();
-    let (again, report) = on(&robot, &scene);
-    let apart = motion.dof_pos.iter().zip(&again.dof_pos).map(|(a, b)| (a - b).abs());
-    let mean = apart.sum::<f64>() / motion.dof_pos.len() as f64;
-    assert!(mean < 0.05, "{mean} rad, {} degrees", report.mean_degrees);
-    let h1 = Importer::new().import_robot("fixtures/robots/h1.urdf").unwrap();
-    let (_, other) = on(&h1, &scene);
-    assert!(
-        other.mean_degrees < 5.0 && other.limit_violations == 0,
-        "{}",
-        other.mean_degrees
-    );
     let without = Importer::new().import(&path).unwrap_err();
     assert!(without.to_string().contains("--body robot.urdf"), "{without}");
     let wrong = Importer::new()
