@@ -30,6 +30,7 @@ mod robot_format;
 mod said;
 mod smaller;
 mod source;
+mod survey;
 mod text;
 mod writing;
 
@@ -47,13 +48,14 @@ pub use self::robot_format::RobotFormat;
 pub use self::said::Said;
 pub use self::smaller::Smaller;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
+pub use self::survey::Surveying;
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::{ReplacePolicy, remove_unfinished};
-use crate::format::Written;
 use crate::format::gltf::Provenance;
+use crate::format::{Written, WrittenFile};
 use crate::import::MemoryFile;
 use crate::scene::Scene;
 use crate::verify::{Verification, Verifier};
@@ -78,6 +80,10 @@ pub struct Job {
     /// The body that the motions are put on. Default: their own.
     #[serde(skip_serializing_if = "is_default")]
     pub onto: Option<Onto>,
+    /// What is to be known of the inputs, instead of an output of their motion: a row for each clip, in the report and
+    /// in the table that `write` names, if it does.
+    #[serde(skip_serializing_if = "is_default")]
+    pub survey: Option<Surveying>,
     /// The output.
     pub write: Writing,
 }
@@ -148,6 +154,9 @@ impl Job {
     /// # Errors
     /// As [`run`](Self::run).
     pub fn run_with(&self, given: &[MemoryFile<'_>]) -> Result<JobReport> {
+        if let Some(surveying) = &self.survey {
+            return self.run_survey(surveying, Files { given, has_disk: true });
+        }
         let output = &self.write.output;
         self.check_one_file()?;
         let policy = self.policy();
@@ -272,6 +281,13 @@ impl Job {
     }
 
     fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+        if let Some(surveying) = &self.survey {
+            let (made, report) = self.survey(surveying, files)?;
+            let made = made
+                .into_iter()
+                .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
+            return Ok((Written::of(made.collect()), report));
+        }
         let (mut report, output) = (JobReport::default(), &self.write.output);
         let maker = Maker::of(self, files, &mut |said| report.hear(said))?;
         let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
@@ -298,6 +314,11 @@ fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     let text = serde_json::json!({"type": "string", "description": "a step as text: NAME:key=value,..."});
     let all: Vec<_> = std::iter::once(text).chain(EditStep::ALL.iter().map(object)).collect();
     schemars::json_schema!({"type": "array", "items": {"anyOf": all}})
+}
+
+/// The name of a file, without its folder.
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Whether a value can be left out of a job file.

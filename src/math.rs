@@ -9,6 +9,7 @@ pub(crate) mod polyline;
 pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;
+pub(crate) mod spread;
 pub(crate) mod up_axis;
 pub(crate) mod velocity;
 pub(crate) mod wide;

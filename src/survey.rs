@@ -19,6 +19,7 @@ mod defects;
 mod descriptor;
 mod filter;
 mod fingerprint;
+mod formats;
 mod motion;
 mod row;
 mod sarif;
@@ -41,6 +42,7 @@ pub use self::filter::Condition;
 pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
 pub(crate) use self::motion::{Body, Motion};
 pub use self::row::{ClipRow, Defect, Quality};
+pub use self::select::{SelectAmount, SelectBy};
 pub use self::thresholds::{DefectKind, Thresholds};
 pub(crate) use self::twins::mirrored_row;
 
@@ -174,6 +176,22 @@ fn travel(motion: &Motion, row: &mut ClipRow) {
     row.distance = finite(path);
     row.speed = finite(path / motion.seconds().max(f64::MIN_POSITIVE) as f32);
     row.top_speed = finite(top);
+    row.jerk = jerk(motion);
+}
+
+/// The root mean square of the third differences of the positions of all joints, over the third power of a frame's time.
+fn jerk(motion: &Motion) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0_u64);
+    let joints: Vec<usize> = (0..motion.nodes()).filter(|node| motion.is_joint[*node]).collect();
+    for frame in motion.first + 3..motion.frames {
+        for &node in &joints {
+            let [a, b, c, d] = [3, 2, 1, 0].map(|before| motion.at(frame - before, node).as_dvec3());
+            sum += (d - a + 3.0 * (b - c)).length_squared();
+            count += 1;
+        }
+    }
+    let mean = (sum / count as f64).sqrt() * motion.rate.powi(3);
+    (count > 0 && mean.is_finite()).then_some(mean)
 }
 
 fn finite(value: f32) -> Option<f64> {

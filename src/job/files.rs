@@ -1,9 +1,11 @@
 //! Where the files of a job are: on a disk, or in memory.
 
+use std::fs;
 use std::path::Path;
 
 use super::Onto;
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::files::check_confined;
 use crate::import::{Importer, MemoryFile};
 use crate::process::SkeletonMesh;
 use crate::retargeting::Target;
@@ -27,6 +29,18 @@ impl<'a> Files<'a> {
             (Some(file), true) => importer.read(file.bytes, path),
             (Some(file), false) => importer.read_among(file, &self.others(path)),
         }
+    }
+
+    /// The text of a file.
+    pub(super) fn text(&self, path: &Path) -> Result<String> {
+        let read = match (self.find(path), self.has_disk) {
+            (None, false) => return Err(missing(path)),
+            (None, true) => check_confined(path).map(|()| fs::read(path))?,
+            (Some(file), _) => Ok(file.bytes.to_vec()),
+        };
+        let text = read.and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
+        let text = text.map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
+        text.map_err(|error| Error::from(error).with_path(path))
     }
 
     /// The body that motions are put on. `mesh` is what shows the skeleton of a character without meshes.

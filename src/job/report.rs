@@ -9,6 +9,7 @@ use crate::edit::EditReport;
 use crate::error::Diagnostic;
 use crate::format::{Achieved, Renamed, Written};
 use crate::retargeting::Report;
+use crate::survey::ClipRow;
 use crate::verify::Verification;
 
 /// What a job has done.
@@ -52,6 +53,9 @@ pub struct JobReport {
     /// How far the output is from its source, where the job asks for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
+    /// The rows of a survey.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub survey: Vec<ClipRow>,
     /// What is worse than the job allows: the files are written nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,

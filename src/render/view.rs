@@ -224,22 +224,33 @@ impl Page {
         let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
         // Inside a script element only `<` can end it early.
         let data = json(&PageData { clips: descriptions }).replace('<', "\\u003c");
-        report.html = filled(PAGE, |name| match name {
-            "title" => escape(&visible(&names.join(", "))).into(),
-            "policy" => POLICY.into(),
-            "style" => lean(STYLE).into(),
-            "script" => script().into(),
-            "data" => data.as_str().into(),
-            "keys" => keys.as_str().into(),
-            "skins" => skins.as_str().into(),
-            "textures" => textures.as_str().into(),
-            "downloads" => downloads.as_str().into(),
-            // The drop page has buttons and a panel of its own here.
-            "buttons" | "desk" => "".into(),
-            unknown => unreachable!("the page has no placeholder called {unknown}"),
-        });
+        let title = escape(&visible(&names.join(", ")));
+        report.html = page(&title, &data, [&keys, &skins, &textures, &downloads]);
         report
     }
+
+    /// The page without clips: a program puts the JSON of its clips in place of `{{data}}`, and their blocks in place of
+    /// `{{blocks}}`.
+    pub(crate) fn without_clips() -> String {
+        page("mocap", "{{data}}", ["{{blocks}}", "", "", ""])
+    }
+}
+
+fn page(title: &str, data: &str, [keys, skins, textures, downloads]: [&str; 4]) -> String {
+    filled(PAGE, |name| match name {
+        "title" => title.into(),
+        "policy" => POLICY.into(),
+        "style" => lean(STYLE).into(),
+        "script" => script().into(),
+        "data" => data.into(),
+        "keys" => keys.into(),
+        "skins" => skins.into(),
+        "textures" => textures.into(),
+        "downloads" => downloads.into(),
+        // The drop page has buttons and a panel of its own here.
+        "buttons" | "desk" => "".into(),
+        unknown => unreachable!("the page has no placeholder called {unknown}"),
+    })
 }
 
 /// The `Content-Security-Policy` of a page: it loads nothing and connects to nothing.

@@ -21,6 +21,9 @@ const MOVING: usize = 8;
 /// Frames per second and seconds of a moving figure, and its joints at most.
 const RATE: f64 = 15.0;
 const SECONDS: f64 = 6.0;
+/// The longest part of a clip that is in the player, and how long before the worst finding it begins, in seconds.
+const PLAYED: f64 = 12.0;
+const BEFORE: f64 = 2.0;
 const MOST_JOINTS: usize = 120;
 /// Rows of the list; the page says where there are more.
 const MOST_ROWS: usize = 20_000;
@@ -29,7 +32,9 @@ impl Corpus {
     /// The page. `import` reads the files of the clips that move on it, again.
     pub fn to_page(&self, thresholds: &Thresholds, import: impl Fn(&str) -> Option<Scene>) -> String {
         let rows: Vec<&ClipRow> = self.rows().collect();
-        let mut worst: Vec<usize> = (0..rows.len()).filter(|index| is_wrong(rows[*index])).collect();
+        // Of twins one is enough.
+        let is_shown = |index: &usize| is_wrong(rows[*index]) && !rows[*index].twin;
+        let mut worst: Vec<usize> = (0..rows.len()).filter(is_shown).collect();
         worst.sort_by(|a, b| rows[*a].quality.total_cmp(&rows[*b].quality));
         worst.truncate(MOVING);
         let usual = usual(&rows);
@@ -42,7 +47,7 @@ impl Corpus {
             .collect();
         let figures = moving.into_iter().filter_map(|index| {
             let scene = import(&rows[index].file)?;
-            Some((index.to_string(), preview(&scene, &rows[index].clip)?))
+            Some((index.to_string(), figure(scene, rows[index])?))
         });
         let figures: serde_json::Map<String, Value> = figures.collect();
         let kinds = DefectKind::ALL.iter().map(|kind| {
@@ -53,7 +58,7 @@ impl Corpus {
             "clips": rows.len(),
             "rows": rows.iter().take(MOST_ROWS).map(|row| short(row)).collect::<Vec<_>>(),
             "kinds": kinds.collect::<Vec<_>>(),
-            "worst": worst, "usual": usual, "twins": twins, "figures": figures,
+            "worst": worst, "usual": usual, "twins": twins, "figures": figures, "player": player::page(),
         });
         // Nothing in a name ends the element.
         let data = data.to_string().replace('<', "\\u003c");
@@ -71,10 +76,12 @@ fn is_wrong(row: &ClipRow) -> bool {
 fn usual(rows: &[&ClipRow]) -> Vec<usize> {
     let from_middle = |row: &ClipRow| row.map_x.zip(row.map_y).map(|(x, y)| x * x + y * y);
     let mut usual: Vec<(usize, f64)> = (0..rows.len())
-        .filter(|index| rows[*index].verdict == Quality::Good && rows[*index].frames > 1)
+        .filter(|index| rows[*index].verdict == Quality::Good && rows[*index].frames > 1 && !rows[*index].twin)
         .filter_map(|index| Some((index, from_middle(rows[index])?)))
         .collect();
-    usual.sort_by(|a, b| a.1.total_cmp(&b.1));
+    // People first: what else there is has no limbs to see.
+    let is_other = |index: usize| rows[index].humanoid != Some(true);
+    usual.sort_by(|a, b| is_other(a.0).cmp(&is_other(b.0)).then(a.1.total_cmp(&b.1)));
     usual.into_iter().take(MOVING).map(|(index, _)| index).collect()
 }
 
@@ -91,6 +98,14 @@ fn twins(rows: &[&ClipRow]) -> Vec<Vec<usize>> {
         group.sort_by_key(|index| rows[*index].twin);
         group.truncate(2);
     }
+    // Copies of files are named in the list; what is alike in motion is to be seen.
+    let is_copy = |group: &Vec<usize>| {
+        group
+            .iter()
+            .any(|index| rows[*index].twin_reason.as_deref() == Some("bytes"))
+    };
+    groups.retain(|group| rows[group[0]].frames > 1);
+    groups.sort_by_key(is_copy);
     groups.truncate(MOVING);
     groups
 }
@@ -116,12 +131,40 @@ fn short(row: &ClipRow) -> Value {
     })
 }
 
-/// The joints of a clip over some seconds, in centimetres, which the page draws.
-fn preview(scene: &Scene, clip: &str) -> Option<Value> {
+/// The clip as the page draws it: small, and in the player.
+fn figure(mut scene: Scene, row: &ClipRow) -> Option<Value> {
     let mut clips = scene.animations.iter().enumerate();
-    let (_, animation) = clips.find(|(index, animation)| animation.name == clip || index.to_string() == clip)?;
-    let figure = Figure::new(scene);
-    let motion = Motion::new(scene, animation, &figure).ok()?;
+    let (_, clip) = clips.find(|(index, clip)| clip.name == row.clip || index.to_string() == row.clip)?;
+    let clip = clip.clone();
+    let figure = Figure::new(&scene);
+    let motion = Motion::new(&scene, &clip, &figure).ok()?;
+    let from = first_shown(&motion, row);
+    let mut shown = preview(&motion, from)?;
+    scene.animations = vec![clip];
+    if motion.seconds() > PLAYED {
+        let last = (from + motion.frames_in(PLAYED)).min(motion.frames - 1);
+        scene.trim(from as f64, last as f64);
+    }
+    shown["from"] = from.into();
+    shown["played"] = player::clip(&mut scene, &figure, &row.file);
+    Some(shown)
+}
+
+/// From which frame on a clip is shown: all of a short one, else from a little before its worst finding.
+fn first_shown(motion: &Motion, row: &ClipRow) -> usize {
+    let worst = row.reasons.split(' ').next().unwrap_or_default();
+    let mut findings = row.defects.iter().filter(|defect| defect.kind.as_str() == worst);
+    match findings.next() {
+        Some(defect) if motion.seconds() > PLAYED => {
+            let before = defect.frames[0].saturating_sub(motion.frames_in(BEFORE));
+            before.clamp(motion.first, motion.frames - 1)
+        }
+        _ => motion.first,
+    }
+}
+
+/// The joints of a clip over some seconds, in centimetres, which the page draws.
+fn preview(motion: &Motion, from: usize) -> Option<Value> {
     let mut joints: Vec<usize> = match &motion.body {
         Some(body) => body.bones.values().copied().collect(),
         None => (0..motion.nodes()).filter(|node| motion.is_joint[*node]).collect(),
@@ -134,7 +177,7 @@ fn preview(scene: &Scene, clip: &str) -> Option<Value> {
     };
     let parents: Vec<Option<usize>> = joints.iter().map(above).collect();
     let step = (motion.rate / RATE).max(1.0);
-    let frames = (0..).map(|number| motion.first + (f64::from(number) * step) as usize);
+    let frames = (0..).map(|number| from + (f64::from(number) * step) as usize);
     let frames = frames
         .take_while(|frame| *frame < motion.frames)
         .take((SECONDS * RATE) as usize);
@@ -146,5 +189,51 @@ fn preview(scene: &Scene, clip: &str) -> Option<Value> {
     };
     let floor = motion.body.as_ref().map_or(0.0, |body| 100.0 * body.contacts.floor);
     let frames: Vec<Vec<i32>> = frames.map(centimetres).collect();
-    Some(json!({"parents": parents, "frames": frames, "rate": motion.rate / step, "floor": floor}))
+    let moves = !frames.is_empty() && motion.rate > 0.0;
+    moves.then(|| json!({"parents": parents, "frames": frames, "rate": motion.rate / step, "floor": floor}))
+}
+
+/// The player of `mocap view`, once, and the clips that it plays.
+#[cfg(feature = "render")]
+mod player {
+    use serde_json::{Value, json};
+
+    use crate::figure::Figure;
+    use crate::render::{Clip, Page, PageClip, PlayerClip};
+    use crate::scene::Scene;
+
+    /// The page of the player without clips.
+    pub(super) fn page() -> Value {
+        Page::without_clips().into()
+    }
+
+    /// A clip for it, without what is more than its motion.
+    pub(super) fn clip(scene: &mut Scene, figure: &Figure, name: &str) -> Value {
+        use base64::Engine;
+
+        scene.meshes.clear();
+        scene.original = None;
+        let clip = PageClip::new(Clip { name, scene }).figure(figure);
+        let packed = PlayerClip::new(&clip);
+        let blocks = packed.blocks.into_iter();
+        let blocks = blocks.map(|(id, bytes)| json!([id, base64::engine::general_purpose::STANDARD.encode(bytes)]));
+        json!({"clip": packed.description, "blocks": blocks.collect::<Vec<_>>()})
+    }
+}
+
+/// A build without pictures has no player: the page draws the joints alone.
+#[cfg(not(feature = "render"))]
+mod player {
+    use serde_json::Value;
+
+    use crate::figure::Figure;
+    use crate::scene::Scene;
+
+    pub(super) fn page() -> Value {
+        Value::Null
+    }
+
+    pub(super) fn clip(_: &mut Scene, _: &Figure, _: &str) -> Value {
+        Value::Null
+    }
 }

@@ -1,16 +1,14 @@
 //! All rows of a corpus, and what can only be said of them together.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Fingerprint;
-use super::row::{Cell, ClipRow, Defect, Quality};
+use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
 use super::twins::{self, Candidate, Reason};
 use super::{descriptor, select};
-use crate::arrays::csv_field;
 use crate::error::{Code, Diagnostic, Result};
 
 /// What is known of one clip: its row, and what is compared with other clips. As JSON it is a line of a record, from
@@ -34,6 +32,9 @@ impl From<ClipRow> for Examined {
         }
     }
 }
+
+/// Chains of fewer joints are alike by chance.
+const LEAST_JOINTS: u64 = 5;
 
 /// All clips of a corpus.
 ///
@@ -75,6 +76,10 @@ impl Corpus {
         self.clips.iter().map(|clip| &clip.row)
     }
 
+    pub(super) fn clips(&self) -> &[Examined] {
+        &self.clips
+    }
+
     /// Keeps the clips for whose row `is_kept` is true.
     pub fn keep(&mut self, is_kept: impl Fn(&ClipRow) -> bool) {
         self.clips.retain(|clip| is_kept(&clip.row));
@@ -105,7 +110,11 @@ impl Corpus {
                     .map_or(1.0, |size| size / usual);
                 let times = times.max(1.0 / times);
                 // Of two that differ nobody knows which is right.
-                let times = if sizes.len() > 2 { times } else { 1.0 };
+                let times = if sizes.len() > 2 && row.joints >= LEAST_JOINTS {
+                    times
+                } else {
+                    1.0
+                };
                 let degrees = if up.as_ref().is_some_and(|up| *up != row.up) {
                     90.0
                 } else {
@@ -214,40 +223,6 @@ impl Corpus {
         }
         let (up, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
         (group.len() > 2 && 2 * count > group.len()).then(|| up.to_owned())
-    }
-
-    /// The rows as JSON, an array of objects.
-    pub fn to_json(&self) -> String {
-        let rows: Vec<&ClipRow> = self.rows().collect();
-        serde_json::to_string_pretty(&rows).expect("rows have string keys and finite numbers")
-    }
-
-    /// The rows with what is compared with other clips, an object a line: a record.
-    pub fn to_record(&self) -> String {
-        let lines = self.clips.iter().map(|clip| clip.to_line() + "\n");
-        lines.collect()
-    }
-
-    /// The files of the clips, a line each.
-    pub fn to_list(&self) -> String {
-        let files: BTreeSet<&str> = self.rows().map(|row| row.file.as_str()).collect();
-        files.into_iter().map(|file| format!("{file}\n")).collect()
-    }
-
-    /// The rows as CSV, without the list of findings.
-    pub fn to_csv(&self) -> String {
-        let columns = ClipRow::column_names();
-        let mut csv = columns.join(",") + "\n";
-        for row in self.rows() {
-            let cells = columns.iter().map(|column| match row.cell(column) {
-                Some(Cell::Flag(flag)) => flag.to_string(),
-                Some(Cell::Number(number)) => number.to_string(),
-                Some(Cell::Text(text)) => csv_field(&text, false),
-                Some(Cell::Nothing) | None => String::new(),
-            });
-            let _ = writeln!(csv, "{}", cells.collect::<Vec<_>>().join(","));
-        }
-        csv
     }
 }
 

@@ -4,6 +4,8 @@
 //! or a text in quotes. A column of flags stands alone. A comparison with a value that is not there is false, so that
 //! `skate < 1` keeps no clip of which skate was not measured.
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use super::row::{Cell, CellType, ClipRow};
 use crate::error::{Code, Diagnostic, Error, Result};
 
@@ -21,7 +23,10 @@ use crate::error::{Code, Diagnostic, Error, Result};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condition(Tree);
+pub struct Condition {
+    text: String,
+    tree: Tree,
+}
 
 #[derive(Clone, Debug, PartialEq)]
 enum Tree {
@@ -48,7 +53,7 @@ const DEEPEST: usize = 64;
 impl Condition {
     /// Whether it holds for a row.
     pub fn holds(&self, row: &ClipRow) -> bool {
-        self.0.holds(row)
+        self.tree.holds(row)
     }
 }
 
@@ -64,9 +69,27 @@ impl std::str::FromStr for Condition {
         };
         let tree = parser.either()?;
         match parser.words.get(parser.next) {
-            None => Ok(Self(tree)),
+            None => Ok(Self {
+                text: text.to_owned(),
+                tree,
+            }),
             Some(word) => Err(parser.refused("and, or, or the end", word)),
         }
+    }
+}
+
+/// As it was written.
+impl Serialize for Condition {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.text)
+    }
+}
+
+impl<'de> Deserialize<'de> for Condition {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        String::deserialize(deserializer)?
+            .parse()
+            .map_err(serde::de::Error::custom)
     }
 }
 

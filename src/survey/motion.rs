@@ -35,6 +35,8 @@ pub(crate) struct Motion {
     positions: Vec<Vec3>,
     /// Frames x nodes: node to parent.
     rotations: Vec<Quat>,
+    /// From the axes of the file to +Y up.
+    up: Quat,
     /// The body, where it is a humanoid.
     pub(crate) body: Option<Body>,
 }
@@ -94,6 +96,7 @@ impl Motion {
             is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
             positions,
             rotations,
+            up,
             body: None,
         };
         if figure.humanoid.found && frames > 0 {
@@ -124,6 +127,13 @@ impl Motion {
     /// All rotations of a frame, node to parent.
     pub(crate) fn rotations(&self, frame: usize) -> &[Quat] {
         &self.rotations[frame * self.nodes()..(frame + 1) * self.nodes()]
+    }
+
+    /// The rotation of a node to the world.
+    pub(crate) fn to_world(&self, frame: usize, node: usize) -> Quat {
+        let above = std::iter::successors(Some(node), |node| self.parents[*node]);
+        let rotations = self.rotations(frame);
+        self.up * above.fold(Quat::IDENTITY, |below, node| rotations[node] * below)
     }
 
     /// The time of all frames.
@@ -175,7 +185,8 @@ impl Body {
     /// Takes for the floor the level on which the feet stand longest. The ground of a figure is the lowest level, on
     /// which a foot may be that has sunk into the floor.
     fn stand_on_usual_floor(&mut self, motion: &Motion) {
-        const BIN: f32 = 0.02;
+        /// How far from a level the feet that stand on it are, in metres.
+        const BIN: f32 = 0.03;
         let half = motion.frames_in(0.05);
         let lowest = |frame: usize| {
             let points = self.contacts.points.iter();
@@ -186,15 +197,21 @@ impl Body {
         let stands =
             |frame: &usize| all[*frame].is_some_and(|(_, node)| motion.velocity(*frame, node, half).length() < SLOW);
         let mut standing: Vec<usize> = (motion.first..motion.frames).filter(stands).collect();
-        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest.
-        if 8 * standing.len() < motion.frames - motion.first {
+        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest. Each step counts then,
+        // and not how long it lasts.
+        if 2 * standing.len() < motion.frames - motion.first {
             let near = motion.frames_in(A_STEP);
             let height = |frame: usize| all[frame].map_or(f32::INFINITY, |(height, _)| height);
             let is_lowest = |frame: &usize| {
                 let around = frame.saturating_sub(near)..(frame + near + 1).min(motion.frames);
                 around.into_iter().all(|other| height(other) >= height(*frame))
             };
-            standing = (motion.first..motion.frames).filter(is_lowest).collect();
+            let is_rare = 8 * standing.len() < motion.frames - motion.first;
+            let lowest = (motion.first..motion.frames).filter(is_lowest);
+            standing = match is_rare {
+                true => lowest.collect(),
+                false => standing.into_iter().chain(lowest).collect(),
+            };
         }
         let heights: Vec<f32> = standing.iter().filter_map(|frame| Some(all[*frame]?.0)).collect();
         let near = |level: f32| heights.iter().filter(move |height| (*height - level).abs() <= BIN);
@@ -203,7 +220,7 @@ impl Body {
         let count = |level: &i32| near(*level as f32 * BIN).count();
         let most = levels.iter().map(count).max().unwrap_or(0);
         // A body that is lifted for long has a higher level; the floor is the lowest on which it often stands.
-        let Some(level) = levels.into_iter().find(|level| 3 * count(level) >= 2 * most.max(1)) else {
+        let Some(level) = levels.into_iter().find(|level| 5 * count(level) >= 4 * most.max(1)) else {
             return;
         };
         let level = level as f32 * BIN;

@@ -232,6 +232,8 @@ row! {
     speed: Option<f64>,
     /// Its largest over half a second, in metres per second.
     top_speed: Option<f64>,
+    /// The root mean square of the jerk of all joints, the third derivative of their positions, in m/s^3.
+    jerk: Option<f64>,
     /// Degrees that the body turns about the vertical, left and right added.
     turning: Option<f64>,
     /// Jumps.

@@ -4,13 +4,14 @@
 //! Each clip has samples of where ten limbs point ([`super::fingerprint`]). Moments of it (what the limbs do from
 //! 0.4 s before to 0.4 s after) are hashed by the signs of random projections; moments of one hash that stand at one
 //! offset in two clips vote for it. What has votes is aligned: the offset, the pace and the reflection with the least
-//! distance of limbs win, and are a twin where that distance is small all along and the limbs move. A hash with too
-//! many moments, such as that of standing, is not looked up, so that the cost grows with the number of clips and not
-//! with its square.
+//! distance of limbs win, and are a twin where that distance is small all along and the limbs move. Moments in which
+//! hardly anything moves have no hash, and of a hash with many moments the first are looked up, so that the cost grows
+//! with the number of clips and not with its square.
 
 use std::collections::HashMap;
 
 use super::fingerprint::{Fingerprint, LIMBS, RATE, WIDTH};
+use crate::math::spread::spread;
 
 /// How a clip repeats another, the strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,7 +64,14 @@ const UNCERTAIN: usize = 5;
 /// Samples before and after that belong to a moment: 0.4 s.
 const REACH: usize = 4;
 /// Moments of one hash that are looked up at most, and that vote.
-const MOST_IN_BUCKET: usize = 64;
+const MOST_OF_HASH: usize = 64;
+/// The largest mean distance of limbs at three times of two moments that vote, as a chord: what 0.05 s are in time between
+/// samples adds to that of twins.
+const NEAR_MOMENT: f32 = 0.15;
+/// Bits of a hash that find it in the list of all moments.
+const LEADING: usize = 20;
+/// How far limbs must move within a moment, on average, as a chord: others are like any that stand.
+const MOMENT_MOVES: f32 = 0.03;
 /// Votes that make two clips worth aligning, and how many such clips are aligned with one at most.
 const VOTES: u16 = 3;
 const MOST_ALIGNED: usize = 24;
@@ -113,21 +121,35 @@ pub(super) fn pairs(clips: &[Candidate<'_>]) -> Vec<Pair> {
         }
     }
     let index = Index::new(clips, &distinct);
-    for &second in &distinct {
-        for (first, offset, mirrored) in index.candidates(clips, second) {
-            if let Some(reason) = compare(&clips[first], &clips[second], offset, mirrored) {
-                pairs.push(Pair { first, second, reason });
-            }
-        }
-    }
+    let found = spread(&distinct, |&second| {
+        let candidates = index.candidates(clips, second).into_iter();
+        let pairs = candidates.filter_map(|(first, offset, mirrored)| {
+            let reason = compare(&clips[first], &clips[second], offset, mirrored)?;
+            Some(Pair { first, second, reason })
+        });
+        pairs.collect::<Vec<_>>()
+    });
+    pairs.extend(found.into_iter().flatten());
     pairs
+}
+
+/// A moment of a clip.
+#[derive(Clone, Copy)]
+struct Moment {
+    hash: u32,
+    clip: u32,
+    sample: u32,
 }
 
 /// Moments by their hashes.
 struct Index {
-    projections: Vec<Vec<f32>>,
+    /// For each number of a moment its part in each bit.
+    projections: Vec<[f32; BITS]>,
     mean: Vec<f32>,
-    buckets: HashMap<u32, Vec<(u32, u32)>>,
+    /// By hash, clip and sample.
+    moments: Vec<Moment>,
+    /// Where the moments begin whose hash has these leading bits.
+    starts: Vec<u32>,
 }
 
 impl Index {
@@ -135,52 +157,102 @@ impl Index {
         let mut index = Self {
             projections: projections(),
             mean: mean(clips, distinct),
-            buckets: HashMap::new(),
+            moments: Vec::new(),
+            starts: Vec::new(),
         };
-        for &clip in distinct {
+        let of_clips = spread(distinct, |&clip| {
             let fingerprint = clips[clip].fingerprint;
-            for sample in (REACH..fingerprint.samples().saturating_sub(REACH)).step_by(2) {
-                let hash = hash(&index.project(fingerprint, sample, false));
-                let bucket = index.buckets.entry(hash).or_default();
-                // One more than are looked up says that there are too many.
-                if bucket.len() <= MOST_IN_BUCKET {
-                    bucket.push((clip as u32, sample as u32));
-                }
-            }
+            let samples = REACH..fingerprint.samples().saturating_sub(REACH);
+            let moments = samples.filter_map(|sample| {
+                let along = index.project(fingerprint, sample, false, false)?;
+                Some(Moment {
+                    hash: hash(&along),
+                    clip: clip as u32,
+                    sample: sample as u32,
+                })
+            });
+            moments.collect::<Vec<_>>()
+        });
+        index.moments = of_clips.into_iter().flatten().collect();
+        index
+            .moments
+            .sort_unstable_by_key(|moment| (moment.hash, moment.clip, moment.sample));
+        let mut starts = vec![0; (1 << LEADING) + 1];
+        for moment in &index.moments {
+            starts[leading(moment.hash) + 1] += 1;
         }
+        for bits in 0..1 << LEADING {
+            starts[bits + 1] += starts[bits];
+        }
+        index.starts = starts;
         index
     }
 
-    /// A moment along all projections.
-    fn project(&self, fingerprint: &Fingerprint, sample: usize, mirrored: bool) -> [f32; BITS] {
+    /// The first moments of a hash.
+    fn of_hash(&self, hash: u32) -> impl Iterator<Item = &Moment> {
+        let [from, to] = [0, 1].map(|next| self.starts[leading(hash) + next] as usize);
+        let same = self.moments[from..to].iter().filter(move |moment| moment.hash == hash);
+        same.take(MOST_OF_HASH)
+    }
+
+    /// A moment along all projections, or that half a sample later; `None` where hardly anything moves.
+    fn project(&self, fingerprint: &Fingerprint, sample: usize, later: bool, mirrored: bool) -> Option<[f32; BITS]> {
         let mut values = [0.0; 9 * LIMBS];
         for (part, at) in [sample - REACH, sample, sample + REACH].into_iter().enumerate() {
             let row = fingerprint.limbs(at);
+            let next = fingerprint.limbs(if later { at + 1 } else { at });
             for limb in 0..LIMBS {
                 for axis in 0..3 {
-                    let value = limb_value(row, limb, axis, mirrored);
-                    values[3 * LIMBS * part + 3 * limb + axis] = value - self.mean[3 * limb + axis];
+                    let both = limb_value(row, limb, axis, mirrored) + limb_value(next, limb, axis, mirrored);
+                    values[3 * LIMBS * part + 3 * limb + axis] = 0.5 * both - self.mean[3 * limb + axis];
                 }
             }
         }
-        let along = |projection: &Vec<f32>| projection.iter().zip(&values).map(|(a, b)| a * b).sum::<f32>();
-        std::array::from_fn(|bit| along(&self.projections[bit]))
+        let moved = |limb: usize| {
+            let chord = |a: usize, b: usize| {
+                let off =
+                    |axis: usize| values[3 * LIMBS * a + 3 * limb + axis] - values[3 * LIMBS * b + 3 * limb + axis];
+                (0..3).map(|axis| off(axis).powi(2)).sum::<f32>().sqrt()
+            };
+            chord(0, 1) + chord(1, 2)
+        };
+        if (0..LIMBS).map(moved).sum::<f32>() / (LIMBS as f32) < MOMENT_MOVES {
+            return None;
+        }
+        let mut along = [0.0; BITS];
+        for (projection, value) in self.projections.iter().zip(values) {
+            for (sum, factor) in along.iter_mut().zip(projection) {
+                *sum += factor * value;
+            }
+        }
+        Some(along)
     }
 
     /// Clips before one that may be its twins, each with an offset in samples and whether it is mirrored.
     fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<(usize, i32, bool)> {
         let mut votes: HashMap<(u32, i32, bool), u16> = HashMap::new();
         let fingerprint = clips[clip].fingerprint;
+        let last = fingerprint.samples().saturating_sub(REACH + 1);
         for mirrored in [false, true] {
-            for sample in REACH..fingerprint.samples().saturating_sub(REACH) {
-                let hashes = near_hashes(&self.project(fingerprint, sample, mirrored));
-                let buckets = hashes.iter().filter_map(|hash| self.buckets.get(hash));
-                let moments = buckets.filter(|bucket| bucket.len() <= MOST_IN_BUCKET).flatten();
-                for &(other, at) in moments.filter(|(other, _)| (*other as usize) < clip) {
+            // Each other sample, and half a sample later: clips that begin between two samples of another are met.
+            for (sample, later) in (REACH..last)
+                .step_by(2)
+                .flat_map(|sample| [(sample, false), (sample, true)])
+            {
+                let Some(along) = self.project(fingerprint, sample, later, mirrored) else {
+                    continue;
+                };
+                let moments = near_hashes(&along).into_iter().flat_map(|hash| self.of_hash(hash));
+                let before = moments.filter(|moment| (moment.clip as usize) < clip);
+                let is_near = |moment: &&Moment| {
+                    let other = clips[moment.clip as usize].fingerprint;
+                    are_near((other, moment.sample as usize), (fingerprint, sample), mirrored)
+                };
+                for moment in before.filter(is_near) {
                     // Retimed clips drift apart by a tenth: half a second of offset is one.
-                    let offset = (at as i32 - sample as i32).div_euclid(5);
+                    let offset = (moment.sample as i32 - sample as i32).div_euclid(5);
                     for offset in [offset, offset + 1] {
-                        *votes.entry((other, offset, mirrored)).or_default() += 1;
+                        *votes.entry((moment.clip, offset, mirrored)).or_default() += 1;
                     }
                 }
             }
@@ -198,6 +270,29 @@ impl Index {
             .map(|((other, mirrored), (_, offset))| (other as usize, -offset * 5, mirrored))
             .collect()
     }
+}
+
+fn leading(hash: u32) -> usize {
+    (hash >> (BITS - LEADING)) as usize
+}
+
+/// Whether the limbs are near each other at three times of two moments, which share a hash.
+fn are_near((a, at): (&Fingerprint, usize), (b, sample): (&Fingerprint, usize), mirrored: bool) -> bool {
+    let times = [0, REACH, 2 * REACH];
+    let sum: f32 = times
+        .into_iter()
+        .map(|time| row_distance(a.limbs(at + time - REACH), b.limbs(sample + time - REACH), mirrored))
+        .sum();
+    sum < 3.0 * NEAR_MOMENT
+}
+
+/// The mean distance of limbs of two samples, of which the second may be mirrored.
+fn row_distance(a: &[i8], b: &[i8], mirrored: bool) -> f32 {
+    let limb = |limb: usize| {
+        let off = |axis: usize| f32::from(a[3 * limb + axis]) / 127.0 - limb_value(b, limb, axis, mirrored);
+        (0..3).map(|axis| off(axis).powi(2)).sum::<f32>().sqrt()
+    };
+    (0..LIMBS).map(limb).sum::<f32>() / LIMBS as f32
 }
 
 /// The signs of a moment along all projections.
@@ -241,7 +336,7 @@ fn mean(clips: &[Candidate<'_>], distinct: &[usize]) -> Vec<f32> {
 }
 
 /// Fixed random directions: xorshift, by the sum of four uniform numbers.
-fn projections() -> Vec<Vec<f32>> {
+fn projections() -> Vec<[f32; BITS]> {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut uniform = || {
         state ^= state << 13;
@@ -250,7 +345,7 @@ fn projections() -> Vec<Vec<f32>> {
         (state >> 40) as f32 / (1 << 24) as f32 - 0.5
     };
     let mut number = || (0..4).map(|_| uniform()).sum::<f32>();
-    (0..BITS).map(|_| (0..9 * LIMBS).map(|_| number()).collect()).collect()
+    (0..9 * LIMBS).map(|_| std::array::from_fn(|_| number())).collect()
 }
 
 /// The numbers of a sample with left and right exchanged.

@@ -102,7 +102,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "survey",
-        &["error", "limits", "scene", "math", "pose", "figure", "edit", "arrays"],
+        &[
+            "error", "limits", "scene", "math", "pose", "figure", "process", "edit", "arrays", "render",
+        ],
     ),
     (
         "matching",
@@ -129,6 +131,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "retargeting",
             "arrays",
             "verify",
+            "math",
+            "survey",
         ],
     ),
 ];

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mocap::job::Job;
 use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds};
 
 use crate::program::{Folder, words};
@@ -249,7 +250,10 @@ fn the_page_and_the_findings_name_what_is_wrong() {
     let page = String::from_utf8(folder.read("card.html")).unwrap();
     // The name of a file ends no element, and nothing is fetched.
     assert_eq!(page.matches("</script>").count(), 2);
-    assert!(!page.contains("src=") && !page.contains("http"));
+    assert!(!page.contains("src=") && !page.contains("http:") && !page.contains("https:"));
+    // The player of `mocap view` is in it, once, and a click puts a clip into it.
+    assert_eq!(page.matches("Content-Security-Policy").count(), 1);
+    assert_eq!(page.matches("\"played\":{\"blocks\"").count(), 2);
     let sarif: serde_json::Value = serde_json::from_slice(&folder.read("found.sarif")).unwrap();
     let results = sarif["runs"][0]["results"].as_array().unwrap();
     assert!(
@@ -257,4 +261,103 @@ fn the_page_and_the_findings_name_what_is_wrong() {
             .iter()
             .any(|result| result["ruleId"] == "skate" && result["level"] == "error")
     );
+}
+
+/// What `--print-job` prints gives the same table, by `mocap run`, which takes folders, and by the library.
+#[test]
+fn a_survey_is_a_job() {
+    let folder = Folder::of_real(&[WALK, "cmu_short.bvh", "lecture_Test.bvh"]);
+    let line = "survey . -o rows.csv --where humanoid --threshold skate=0.1";
+    folder.succeeds(line);
+    let rows = folder.read("rows.csv");
+    let printed = folder.run(&format!("{line} --print-job"));
+    folder.write("job.json", &printed.stdout);
+    folder.write("rows.csv", b"");
+    folder.succeeds("run job.json");
+    assert_eq!(folder.read("rows.csv"), rows);
+    folder.refuses("run job.json --dry-run", 2, "--dry-run");
+
+    let inputs = [WALK, "cmu_short.bvh"].map(|file| folder.path(file));
+    let job = |more: serde_json::Value| {
+        let mut job = serde_json::json!({"source": {"inputs": inputs}, "survey": {"threshold": ["skate=0.1"]}});
+        job.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        Job::from_json(&job.to_string())
+    };
+    let report = job(serde_json::json!({})).unwrap().run().unwrap();
+    assert!(report.files.is_empty() && report.problem.is_none());
+    let verdicts: Vec<Quality> = report.survey.iter().map(|row| row.verdict).collect();
+    assert_eq!(verdicts, [Quality::Bad, Quality::Bad]);
+    for (more, expected) in [
+        (serde_json::json!({"steps": ["mirror"]}), "changes no motion"),
+        (
+            serde_json::json!({"write": {"output": "rows.csv", "verify": true}}),
+            "changes no motion",
+        ),
+        (serde_json::json!({"source": {}}), "no input"),
+        (
+            serde_json::json!({"source": {"inputs": [folder.path("")]}}),
+            "is a folder",
+        ),
+        (
+            serde_json::json!({"survey": {"threshold": ["skid=1"]}}),
+            "no kind of defect",
+        ),
+        (serde_json::json!({"write": {"output": "rows.xyz"}}), "no such format"),
+    ] {
+        let error = job(more).unwrap().run().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    assert!(job(serde_json::json!({"survey": {"where": "skat < 1"}})).is_err());
+    // An input is no output, and two outputs are two files.
+    for write in [folder.path(WALK), folder.path("card.html")] {
+        let more = serde_json::json!({"survey": {"html": write}, "write": {"output": folder.path("card.html")}});
+        assert!(job(more).unwrap().run().is_err());
+    }
+    let report = job(serde_json::json!({"survey": {"fail-on": "bad", "threshold": ["skate=0.1"]}}));
+    assert!(
+        report
+            .unwrap()
+            .run()
+            .unwrap()
+            .problem
+            .unwrap()
+            .contains("2 clips are bad")
+    );
+}
+
+/// Whoever dances on the spot stands on the floor; on a treadmill the feet that stand go backwards.
+#[test]
+fn a_dance_is_no_treadmill_and_a_walk_in_place_is_one() {
+    let amount = |clips: Vec<Examined>| clips[0].row.amounts[&DefectKind::Treadmill];
+    for file in ["rokoko_dance.bvh", "z_up_dab.bvh"] {
+        assert!(amount(rows_of(file)) < 1.5, "{file}");
+    }
+    let folder = Folder::of_real(&[WALK]);
+    folder.succeeds(&format!("edit {WALK} -o here.bvh --step in-place"));
+    let scene = mocap::import(folder.path("here.bvh")).unwrap();
+    assert!(amount(Thresholds::default().examine(&scene, "here.bvh")) > 3.0);
+}
+
+/// Toes that are pointed are on the other side of the shin, as if the knee bent forwards.
+#[test]
+fn pointed_toes_are_no_knee_that_bends_forwards() {
+    for file in ["fixtures/arrays/kimodo_soma_01.npz", "fixtures/real/run.fbx"] {
+        let scene = mocap::import(file).unwrap();
+        let row = Thresholds::default().examine(&scene, file).remove(0).row;
+        assert!(row.amounts[&DefectKind::BeyondRange] < 20.0, "{file}: {row:?}");
+    }
+}
+
+/// The rows of a clip that begins between two samples of another, ten a second, are those of a piece of it.
+#[test]
+fn a_piece_that_begins_anywhere_is_a_twin() {
+    let scene = mocap::import(Path::new("fixtures/real").join(WALK)).unwrap();
+    let mut clips = Thresholds::default().examine(&scene, "whole.bvh");
+    for first in [101.0, 103.0, 107.0, 110.0] {
+        let mut piece = scene.clone();
+        piece.trim(first, first + 270.0);
+        clips.extend(Thresholds::default().examine(&piece, &format!("{first}.bvh")));
+    }
+    let corpus = Corpus::new(clips, &Thresholds::default());
+    assert_eq!(corpus.rows().filter(|row| row.twin).count(), 4);
 }

@@ -215,6 +215,10 @@ def gap(rng, bvh, metres):
         raise Planted
     joint = rng.choice(moving)
     columns = bvh.columns(joint, "rotation")
+    # A joint that is then where it was held has missed nothing.
+    jump = np.abs(bvh.rows[end, columns] - bvh.rows[start, columns]).max()
+    if jump < max(3, 6 * np.median(steps[:, columns].max(axis=1))):
+        raise Planted
     bvh.rows[start:end, columns] = bvh.rows[start, columns]
     return [start, end - 1], (end - start) * bvh.frame_time
 
@@ -412,7 +416,7 @@ def flip(rng, bvh, metres):
 
 
 def exchanged(rng, bvh, metres):
-    """The rotations of both legs are exchanged, where they differ by 20 degrees and more all along."""
+    """The rotations of both legs are exchanged, where they differ by 30 degrees and by more than a step."""
     body = Body(bvh, metres)
     start, end = span(rng, bvh, 0.1, 0.6)
     left, right = (legs(bvh, body, side) for side in ("left", "right"))
@@ -423,7 +427,10 @@ def exchanged(rng, bvh, metres):
     for a, b in pairs:
         columns = bvh.columns(a, "rotation"), bvh.columns(b, "rotation")
         apart = np.maximum(apart, np.abs(bvh.rows[start:end, columns[0]] - bvh.rows[start:end, columns[1]]).max(axis=1))
-    if apart[[0, -1]].min() < 30:
+    # Legs that move more from one frame to the next than they differ can be either.
+    columns = [c for joint in left + right for c in bvh.columns(joint, "rotation")]
+    step = np.abs(np.diff(bvh.rows[max(0, start - 5) : end + 5, columns], axis=0)).max()
+    if apart[[0, -1]].min() < max(30, step):
         raise Planted
     for a, b in pairs:
         one, two = bvh.columns(a, "rotation"), bvh.columns(b, "rotation")
@@ -553,7 +560,13 @@ def mirrored(rng, bvh):
         for i, channel in enumerate(bvh.channels[joint]):
             negate = channel.lower() in ("xposition", "yrotation", "zrotation")
             rows[:, bvh.first[joint] + i] = bvh.rows[:, bvh.first[twin] + i] * (-1 if negate else 1)
+    places, _ = bvh.world()
     bvh.rows = rows
+    # Where the frames of joints stand otherwise, exchanged numbers are no mirrored motion.
+    made, _ = bvh.world()
+    off = np.abs(made - places[:, [other[joint] for joint in range(len(names))]] * [-1, 1, 1])
+    if off.max() > 0.1 * np.ptp(places.reshape(-1, 3), axis=0).max():
+        raise Planted
 
 
 def retimed(rng, bvh):

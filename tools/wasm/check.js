@@ -284,6 +284,8 @@ check("jobs", "a job on files in memory writes what the program writes", () => {
   const output = join(folder, "mirrored.bvh");
   program("edit", path, "-o", output, "--step", "mirror");
   assert.equal(new TextDecoder().decode(files[0].bytes), readFileSync(output, "utf8"));
+  const surveyed = mocap.run({ source: { inputs: source.inputs }, survey: { html: "card.html" } }, [{ name: "cmu_short.bvh", bytes: readFileSync(path) }]);
+  assert.deepEqual([surveyed.survey.length, surveyed.survey[0].joints, surveyed.files[0].name], [1, 31, "card.html"]);
   assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|unknown field/);
 });
 

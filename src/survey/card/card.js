@@ -23,11 +23,12 @@ for (const verdict of VERDICTS) {
   box.prepend(element("b", count));
   $("counts").append(box);
 }
-function bars(into, entries) {
+function bars(into, entries, finds) {
   const most = Math.max(...entries.map((entry) => entry[1]), 1e-9);
   for (const [label, value, text, title] of entries) {
-    const bar = element("div", undefined, "bar");
+    const bar = element(finds ? "button" : "div", undefined, "bar");
     bar.title = title || "";
+    if (finds) bar.onclick = () => { $("search").value = label; $("verdict").value = ""; list(); $("clips").scrollIntoView(); };
     const fill = element("i");
     fill.style.width = (100 * value) / most + "%";
     const track = element("span");
@@ -38,17 +39,17 @@ function bars(into, entries) {
 }
 const counts = data.kinds.map((kind) => [kind, data.rows.filter((row) => row.reasons.split(" ").includes(kind.name)).length]);
 const met = counts.filter((entry) => entry[1]).sort((a, b) => b[1] - a[1]);
-bars($("kinds"), met.map(([kind, count]) => [kind.name, count, `${count} clips`, `${kind.help}; suspect from ${kind.suspect} ${kind.unit}, bad from ${kind.bad}`]));
+bars($("kinds"), met.map(([kind, count]) => [kind.name, count, `${count} clips`, `${kind.help}; suspect from ${kind.suspect} ${kind.unit}, bad from ${kind.bad}; a click lists the clips`]), true);
 if (!met.length) $("kinds").append(element("p", "No clip has a reason.", "note"));
 const does = ["stands", "walks", "runs", "jumps", "lies", "other"];
 bars($("does"), does.map((label, index) => {
   const seconds = data.rows.reduce((sum, row) => sum + (row.does[index] || 0), 0);
   return [label, seconds, `${(seconds / 60).toFixed(1)} min`];
 }));
-(function lengths() {
-  const canvas = $("lengths"), pen = canvas.getContext("2d");
-  const edges = [0, 1, 2, 4, 8, 16, 32, 64, 128, Infinity];
-  const bins = edges.slice(1).map((edge, i) => data.rows.filter((row) => row.frames && row.seconds >= edges[i] && row.seconds < edge).length);
+function histogram(id, edges, value) {
+  const canvas = $(id), pen = canvas.getContext("2d");
+  const values = data.rows.filter((row) => row.frames && value(row) !== null).map(value);
+  const bins = edges.slice(1).map((edge, i) => values.filter((found) => found >= edges[i] && found < edge).length);
   const most = Math.max(...bins, 1), width = canvas.width / bins.length;
   pen.font = "12px system-ui"; pen.textAlign = "center";
   bins.forEach((count, i) => {
@@ -57,7 +58,10 @@ bars($("does"), does.map((label, index) => {
     pen.fillStyle = color("soft"); pen.fillText(edges[i + 1] === Infinity ? "more" : "<" + edges[i + 1], (i + 0.5) * width, 138);
     if (count) pen.fillText(count, (i + 0.5) * width, 114 - height);
   });
-})();
+}
+histogram("lengths", [0, 1, 2, 4, 8, 16, 32, 64, 128, Infinity], (row) => row.seconds);
+histogram("qualities", [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, Infinity], (row) => row.quality);
+histogram("speeds", [0, 0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.4, 4, Infinity], (row) => row.speed);
 
 // Moving figures.
 function draw(canvas, figure, time, angle) {
@@ -93,8 +97,15 @@ function draw(canvas, figure, time, angle) {
   }
   pen.lineCap = "round"; pen.lineWidth = Math.max(1.5, 4 * scale); pen.strokeStyle = color("accent");
   figure.parents.forEach((parent, joint) => {
-    if (parent === null) return;
     pen.beginPath();
+    if (parent === null) {
+      // Points without a parent, as markers are.
+      const [x, y] = project(...frame.slice(3 * joint, 3 * joint + 3));
+      pen.fillStyle = color("accent");
+      pen.arc(x, y, 2.5, 0, 7);
+      pen.fill();
+      return;
+    }
     pen.moveTo(...project(...frame.slice(3 * joint, 3 * joint + 3)));
     pen.lineTo(...project(...frame.slice(3 * parent, 3 * parent + 3)));
     pen.stroke();
@@ -123,18 +134,29 @@ for (const group of data.twins) {
   $("twins").append(pair);
 }
 
-// The player.
+// The player: that of `mocap view`, in a frame of its own; a build without it draws the joints alone.
+function playerOf({ clip, blocks }) {
+  const frame = element("iframe");
+  const json = `{"clips":[${clip}]}`.replaceAll("<", "\\u003c");
+  const scripts = blocks.map(([id, bytes]) => `<script type="application/octet-stream" id="${id}">${bytes}</` + "script>").join("");
+  frame.srcdoc = data.player.replace("{{data}}", () => json).replace("{{blocks}}", () => scripts);
+  frame.title = "Player";
+  return frame;
+}
 let shown = null, angle = 0.6, playing = true, at = 0;
 function open(index) {
   const row = data.rows[index];
   shown = data.figures[index] || null;
   at = 0;
   $("title").textContent = `${row.file} · ${row.clip}`;
-  $("large").hidden = $("time").hidden = $("play").hidden = !shown;
+  const played = shown && shown.played;
+  $("large").hidden = $("time").hidden = $("play").hidden = !shown || played;
   if (shown) $("time").max = shown.frames.length - 1;
+  $("frame").replaceChildren(...(played ? [playerOf(played)] : []));
   const lines = row.defects.map(([kind, from, to, joint, amount]) => `${kind}, frames ${from} to ${to}${joint ? ", " + joint : ""}: ${amount.toPrecision(3)} ${data.kinds.find((k) => k.name === kind).unit}`);
   if (row.error) lines.push(row.error);
   if (row.twin) lines.push(`twin of ${row.of}: ${row.twin}`);
+  if (shown && shown.from > 0) lines.push(`what moves here begins at frame ${shown.from}`);
   if (!shown) lines.push(`mocap view "${row.file}" shows the motion: it is not in this page`);
   $("findings").replaceChildren(...lines.map((line) => element("li", line)));
   $("player").showModal();
@@ -142,11 +164,12 @@ function open(index) {
 $("play").onclick = () => { playing = !playing; $("play").textContent = playing ? "pause" : "play"; };
 $("time").oninput = () => { playing = false; $("play").textContent = "play"; at = $("time").value / shown.rate + 1e-6; };
 $("large").onpointermove = (event) => { if (event.buttons) angle += event.movementX / 120; };
+$("player").onclose = () => $("frame").replaceChildren();
 let last = 0;
 function tick(now) {
   const seconds = now / 1000;
   for (const [canvas, figure] of moving) draw(canvas, figure, seconds, 0.6);
-  if (shown && $("player").open) {
+  if (shown && !shown.played && $("player").open) {
     if (playing) { at += seconds - last; $("time").value = Math.floor(at * shown.rate) % shown.frames.length; }
     draw($("large"), shown, at, angle);
   }

@@ -6,13 +6,20 @@ use crate::survey::motion::Motion;
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, Noise, Tilted};
 
+/// The speed of a joint from which a missing frame is seen, in metres per second, and half the time over which it is
+/// taken, in seconds.
+const SEEN: f32 = 0.1;
+const AROUND: f64 = 0.07;
+
 pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
     findings.look_for(&[Doubled, Dropped, Flip, Noise]);
     for (kind, frames) in [(Doubled, &errors.doubled), (Dropped, &errors.dropped)] {
         for [from, to] in spans(motion.frames, |frame| {
             frame >= motion.first && frames.binary_search(&frame).is_ok()
         }) {
-            findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
+            if is_seen(motion, from) {
+                findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
+            }
         }
     }
     for (node, flipped) in &errors.flipped {
@@ -30,6 +37,16 @@ pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findin
         let whole = [motion.first, motion.frames - 1];
         findings.add(Noise, whole, Some(joint), millimetres, confidence(millimetres, 8.0));
     }
+}
+
+/// Whether the body moves around a frame, so that one sees whether a frame is missing or there twice: some joint in the
+/// frame of the root, or the root.
+fn is_seen(motion: &Motion, frame: usize) -> bool {
+    let around = motion.frames_in(AROUND);
+    let speed = |node: usize| motion.velocity(frame, node, around).length();
+    let root = motion.velocity(frame, 0, around);
+    let joints = (1..motion.nodes()).map(|node| (motion.velocity(frame, node, around) - root).length());
+    joints.fold(speed(0), f32::max) > SEEN
 }
 
 fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {

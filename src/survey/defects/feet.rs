@@ -23,13 +23,16 @@ const WINDOW: f64 = 2.0;
 /// The least length of such a step, in legs, and the longest path of the hips in the window.
 const STEP: f32 = 0.35;
 const STAYS: f32 = 0.45;
+/// The speed at which the lower foot goes backwards, or forwards, on the mean of the window, in metres per second: that
+/// of the belt. The feet of one who dances on the spot stand.
+const BELT: f32 = 0.25;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     findings.look_for(&[Skate, UnderFloor, Treadmill]);
     let points = &body.contacts.points;
     let has_balls = points.iter().any(is_ball);
     for point in points.iter().filter(|point| is_ball(point) == has_balls) {
-        slides(motion, point, findings);
+        slides(motion, body, point, findings);
     }
     glides(motion, body, findings);
     for point in points {
@@ -65,15 +68,24 @@ fn is_ball(point: &ContactPoint) -> bool {
     matches!(point.bone, Bone::LeftToes | Bone::RightToes)
 }
 
-/// How far a point moves along the floor in each of its contacts.
-fn slides(motion: &Motion, point: &ContactPoint, findings: &mut Findings<'_>) {
-    let at = |frame: usize| motion.at(frame, point.node.index()).with_y(0.0);
+/// How far a foot moves along the floor in each contact of a point of it: that point of the foot which moves least. A
+/// foot that turns on its heel or on its ball does not slide.
+fn slides(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Findings<'_>) {
+    let side = point.bone.side();
+    let points = body.contacts.points.iter();
+    let nodes: Vec<usize> = points
+        .filter(|other| other.bone.side() == side)
+        .map(|other| other.node.index())
+        .collect();
     for [from, to] in point.intervals() {
         let (from, to) = (from.max(motion.first), to.min(motion.frames - 1));
-        let slide = (from..=to)
-            .map(|frame| at(frame).distance(at(from)))
-            .fold(0.0, f32::max);
-        let centimetres = 100.0 * slide;
+        let slide = |node: &usize| {
+            let at = |frame: usize| motion.at(frame, *node).with_y(0.0);
+            (from..=to)
+                .map(|frame| at(frame).distance(at(from)))
+                .fold(0.0, f32::max)
+        };
+        let centimetres = 100.0 * nodes.iter().map(slide).fold(f32::INFINITY, f32::min);
         findings.add(
             Skate,
             [from, to],
@@ -117,6 +129,15 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     let hips: Vec<Vec3> = (0..motion.frames)
         .map(|frame| motion.at(frame, body.hips()).with_y(0.0))
         .collect();
+    let around = motion.frames_in(0.03);
+    let carried = |frame: usize| {
+        let lower = match motion.at(frame, left).y < motion.at(frame, right).y {
+            true => left,
+            false => right,
+        };
+        motion.velocity(frame, lower, around).dot(body.forward(motion, frame))
+    };
+    let carried: Vec<f32> = (0..motion.frames).map(carried).collect();
     let (window, half) = (motion.frames_in(WINDOW), STEP * body.leg / 2.0);
     let mut walks = vec![false; motion.frames];
     let mut start = motion.first;
@@ -135,7 +156,8 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
             .clone()
             .map(|frame| hips[frame].distance(hips[start]))
             .fold(0.0, f32::max);
-        if passes >= 2 && path < STAYS * body.leg {
+        let belt = carried[part.clone()].iter().sum::<f32>() / window as f32;
+        if passes >= 2 && path < STAYS * body.leg && belt.abs() > BELT {
             walks[part].fill(true);
         }
         start += motion.frames_in(0.25);

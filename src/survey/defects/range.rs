@@ -17,6 +17,8 @@ const ELBOW: f32 = 160.0;
 const NECK: f32 = 100.0;
 /// The sine of the least angle between shin and foot.
 const FOOT_TELLS: f32 = 0.25;
+/// The mean sine of the angle of a knee from which its axis is known.
+const BENDS: f32 = 0.05;
 /// The shortest time, in seconds.
 const SHORTEST: f64 = 0.05;
 
@@ -30,20 +32,21 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
             .filter(|point| point.bone == on(Bone::LeftToes))
             .map(|point| point.node.index())
             .next();
-        let knee = |frame: usize| {
+        let forwards = |frame: usize| {
             let [thigh, shin] = limb(motion, body, frame, leg)?;
-            let folded = degrees(thigh, shin) - KNEE;
             let toes = motion.at(frame, toes?) - motion.bone(body, frame, leg[2])?;
             // A knee bends the shin away from where the toes point, which a foot in line with the shin does not tell.
             let forward = toes.try_normalize()?.reject_from_normalized(shin);
             let forward = (forward.length() > FOOT_TELLS).then(|| forward.normalize())?;
-            let forwards = shin
-                .reject_from_normalized(thigh)
-                .dot(forward)
-                .clamp(-1.0, 1.0)
-                .asin()
-                .to_degrees();
-            Some(folded.max(forwards))
+            let along = shin.reject_from_normalized(thigh).dot(forward);
+            Some(along.clamp(-1.0, 1.0).asin().to_degrees())
+        };
+        let angles: Vec<f32> = (0..motion.frames).map(|frame| forwards(frame).unwrap_or(0.0)).collect();
+        let hinge = Hinge::new(motion, body, leg, &angles);
+        let knee = |frame: usize| {
+            let [thigh, shin] = limb(motion, body, frame, leg)?;
+            let folded = degrees(thigh, shin) - KNEE;
+            Some(folded.max(hinge.backwards(motion, frame, thigh, shin).min(angles[frame])))
         };
         add(motion, body, leg[1], findings, knee);
         let arm = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(on);
@@ -58,6 +61,41 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         Some(degrees(body.trunk(motion, frame), head.try_normalize()?) - NECK)
     };
     add(motion, body, Bone::Neck, findings, neck);
+}
+
+/// About which axis of the thigh a knee bends in the frames in which it bends as knees do. Toes that are pointed seem to
+/// be at the other side of the foot, which the axis tells from a knee that bends forwards.
+struct Hinge {
+    thigh: Option<usize>,
+    axis: Option<Vec3>,
+}
+
+impl Hinge {
+    /// `forwards` is by how many degrees the knee seems to bend forwards in each frame.
+    fn new(motion: &Motion, body: &Body, leg: [Bone; 3], forwards: &[f32]) -> Self {
+        let thigh = body.bones.get(&leg[0]).copied();
+        let mut sum = Vec3::ZERO;
+        for frame in (motion.first..motion.frames).filter(|frame| forwards[*frame] < 0.0) {
+            if let (Some(node), Some([upper, lower])) = (thigh, limb(motion, body, frame, leg)) {
+                sum += motion.to_world(frame, node).inverse() * upper.cross(lower);
+            }
+        }
+        // A clip in which the knee hardly bends does not tell the axis.
+        let bends = sum.length() > BENDS * motion.frames as f32;
+        Self {
+            thigh,
+            axis: bends.then(|| sum.normalize()),
+        }
+    }
+
+    /// By how many degrees the knee bends the other way; without an axis any amount may be.
+    fn backwards(&self, motion: &Motion, frame: usize, upper: Vec3, lower: Vec3) -> f32 {
+        let Some((node, axis)) = self.thigh.zip(self.axis) else {
+            return f32::INFINITY;
+        };
+        let bend = motion.to_world(frame, node).inverse() * upper.cross(lower);
+        (-bend.dot(axis)).clamp(-1.0, 1.0).asin().to_degrees()
+    }
 }
 
 /// Where the upper and the lower part of a limb point.

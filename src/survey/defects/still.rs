@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::Findings;
+use crate::math::median::median;
 use crate::scene::{HumanoidBone as Bone, Side};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
@@ -14,6 +15,10 @@ const STILL: f32 = 2e-5;
 const STILL_ROTATION: f32 = 4e-5;
 /// The shortest time in which a joint is said to hold its pose, in seconds.
 const SHORTEST_GAP: f64 = 0.4;
+/// The step with which such a joint moves on, as a multiple of its usual step, and in radians: 1 degree. One that is held
+/// at the end of its range, as solvers of few sensors do, leaves it as it came.
+const JUMPS: f32 = 3.0;
+const JUMPS_BY: f32 = 0.0175;
 /// The fraction of all other frames in which a joint moves that is said to have a gap.
 const MOVES: f32 = 0.6;
 /// How far arms may be off the horizontal, legs off the vertical, and the trunk off it, in a T-pose: cosines of 15, 25
@@ -54,6 +59,11 @@ fn gaps(motion: &Motion, still: &[bool], findings: &mut Findings<'_>) {
         if (moves as f32) < MOVES * moving.saturating_sub(missing) as f32 || 5 * moves < moving {
             continue;
         }
+        let mut steps: Vec<f32> = (0..still.len()).filter(|at| !holds[*at]).map(step).collect();
+        // A difference of quaternions is half the angle.
+        let least = (JUMPS * median(&mut steps).unwrap_or(0.0)).max(JUMPS_BY / 2.0);
+        let jumps = |at: Option<usize>| at.is_some_and(|at| at < still.len() && step(at) > least);
+        gaps.retain(|[from, to]| jumps(from.checked_sub(1)) || jumps(Some(to + 1)));
         for span in gaps {
             let near = |other: &[usize; 2]| other[0].abs_diff(span[0]) <= 2 && other[1].abs_diff(span[1] + 1) <= 2;
             if !found.iter().any(|(other, _)| near(other)) {

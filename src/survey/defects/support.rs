@@ -15,8 +15,14 @@ const SHORTEST: f64 = 0.25;
 /// A body in the air falls with 9.81 m/s^2; one whose hips fall with less than half of it is carried.
 const FALLS: f32 = -4.9;
 
+/// The shortest clip that tells where the floor is, in seconds.
+const TELLS: f64 = 0.3;
+
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     findings.look_for(&[Floating, NoSupport, ClippedEnd]);
+    if motion.seconds() < TELLS {
+        return;
+    }
     let heights: Vec<f32> = (0..motion.frames).map(|frame| height(motion, body, frame)).collect();
     let carried = CARRIED * body.leg;
     for [from, to] in spans(motion.frames, |frame| frame >= motion.first && heights[frame] > HOVERS) {

@@ -155,6 +155,10 @@ static void check_jobs(const char *path)
     CHECK(scene != NULL && mocap_node_count(scene) == NODES);
     mocap_close(scene);
     CHECK(remove(written) == 0 && remove(output) == 0);
+    snprintf(job, sizeof job, "{\"source\": {\"inputs\": [\"%s\"]}, \"survey\": {}}", path);
+    char *survey = mocap_run(job);
+    CHECK(survey != NULL && strstr(survey, "\"verdict\":\"") != NULL);
+    mocap_text_free(survey);
     CHECK(mocap_run("{\"wirte\": {}}") == NULL);
     CHECK(strstr(mocap_error_text(), "unknown field `wirte`") != NULL);
     CHECK(mocap_run(NULL) == NULL);

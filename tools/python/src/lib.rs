@@ -14,10 +14,12 @@ mod retarget;
 mod robot;
 mod run;
 mod scene;
+mod survey;
 
 use std::path::PathBuf;
 
 use mocap::figure::Unit;
+use mocap::job::Reading;
 use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -44,6 +46,8 @@ mod _mocap {
     use super::run::run;
     #[pymodule_export]
     use super::scene::{Node, Scene};
+    #[pymodule_export]
+    use super::survey::{Survey, examine, extensions, survey};
     #[pymodule_export]
     use super::{metres_in, read, read_bytes};
 }
@@ -102,7 +106,14 @@ enum Clip {
 
 impl ReadOptions {
     pub(crate) fn importer(&self) -> PyResult<Importer> {
-        let root_offset = match self.root_offset.as_str() {
+        let importer = self.reading()?.importer();
+        Ok(importer.hash(self.hash).skeleton_mesh(SkeletonMesh::None))
+    }
+
+    /// The options as a job has them.
+    pub(crate) fn reading(&self) -> PyResult<Reading> {
+        let mut reading = Reading::default();
+        reading.root_offset = match self.root_offset.as_str() {
             "auto" => RootOffset::Auto,
             "replace" => RootOffset::Replace,
             "add" => RootOffset::Add,
@@ -111,42 +122,25 @@ impl ReadOptions {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let mut importer = Importer::new()
-            .root_offset(root_offset)
-            .all_rows(self.all_rows)
-            .strict(self.strict)
-            .hash(self.hash)
-            .skeleton_mesh(SkeletonMesh::None);
         if let Some(format) = &self.format {
-            let format: Format = format
-                .parse()
-                .map_err(|error| Python::attach(|py| to_python(py, &error)))?;
-            importer = importer.format(format);
+            let format: mocap::Result<Format> = format.parse();
+            reading.from = Some(format.map_err(|error| Python::attach(|py| to_python(py, &error)))?);
         }
-        if let Some(rate) = self.retime {
-            importer = importer.retime(rate);
-        }
-        importer = match &self.clip {
-            Some(Clip::Number(number)) => importer.clips(Clips::Index(*number)),
-            Some(Clip::Name(name)) => importer.clips(Clips::Name(name.clone())),
-            None => importer,
+        reading.clip = match &self.clip {
+            Some(Clip::Number(number)) => Clips::Index(*number),
+            Some(Clip::Name(name)) => Clips::Name(name.clone()),
+            None => Clips::All,
         };
-        if let Some(skeleton) = &self.skeleton {
-            importer = importer.skeleton(skeleton);
-        }
-        if let Some(joints) = &self.joints {
-            importer = importer.joints(joints.to_string_lossy());
-        }
-        if let Some(markers) = &self.markers {
-            importer = importer.markers(markers.to_string_lossy());
-        }
-        if let Some(trial) = &self.static_trial {
-            importer = importer.static_trial(trial);
-        }
-        if let Some(body) = &self.body {
-            importer = importer.body(body);
-        }
-        Ok(importer)
+        let text = |path: &Option<PathBuf>| path.as_ref().map(|path| path.to_string_lossy().into_owned());
+        reading.joints = text(&self.joints);
+        reading.markers = text(&self.markers);
+        reading.skeleton.clone_from(&self.skeleton);
+        reading.static_trial.clone_from(&self.static_trial);
+        reading.body.clone_from(&self.body);
+        reading.all_rows = self.all_rows;
+        reading.strict = self.strict;
+        reading.retime = self.retime;
+        Ok(reading)
     }
 }
 

@@ -54,3 +54,16 @@ def test_motions_on_a_robot_equal_those_of_one_process(cluster: None, tmp_path: 
     assert [list(pose) for pose in found[0]["qpos"]] == motion.qpos.tolist()
     assert (found[0]["verdict"], found[0]["error"]) == (motion.report["verdict"], None)
     assert found[1]["qpos"] is None and "unexpected-end" in found[1]["error"]
+
+
+def test_a_survey_equals_that_of_one_process(cluster: None, tmp_path: Path) -> None:
+    import mocap
+    import ray_survey
+
+    real = Path(__file__).parents[3] / "fixtures/real"
+    for name in ("cmu_12_01_walk.bvh", "cmu_short.bvh", "rokoko_dance.bvh"):
+        (tmp_path / name).write_bytes((real / name).read_bytes())
+    (tmp_path / "copy.bvh").write_bytes((tmp_path / "cmu_short.bvh").read_bytes())
+    found = ray_survey.survey(tmp_path, where="not twin")
+    assert found.rows == mocap.survey(tmp_path, where="not twin").rows
+    assert len(found) == 3

@@ -377,6 +377,8 @@ export interface JobReport {
   steps?: object[];
   /** How well each motion is the same on the other body. */
   clips?: object[];
+  /** The rows of a survey. */
+  survey?: object[];
   /** What is worse than the job allows. */
   problem?: string;
 }

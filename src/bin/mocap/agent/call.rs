@@ -11,7 +11,7 @@ use super::answer::Answer;
 use super::root::Root;
 use super::schema::Commands;
 use super::tools::Tool;
-use crate::args::{Args, Command, IndexArgs};
+use crate::args::{Args, Command, IndexArgs, InputArgs, RunArgs, SpreadArgs};
 use crate::batch::inputs;
 use crate::batch::manifest::Manifest;
 use crate::{Failure, commands};
@@ -99,36 +99,54 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A survey or a picture, which may be written besides.
+    /// A picture, which may be written besides.
     fn look(&mut self, args: &Args) -> Result<Answer, Failure> {
+        let args = match &args.command {
+            Command::Survey(args) => return self.survey(&args.job(), &args.inputs, &args.spread),
+            Command::Sheet(args) => args,
+            _ => return Err(Failure::Usage("the tool draws nothing".to_owned())),
+        };
         let is_dry = self.is_dry_run()?;
         let output = self.arguments.get("output").and_then(Value::as_str).map(PathBuf::from);
         let output = output.filter(|_| !is_dry);
         if let Some(output) = &output {
             self.root.check_output(output)?;
         }
-        let mut answer = match &args.command {
-            Command::Survey(args) => {
-                let corpus = commands::survey::corpus(args)?;
-                if let Some(output) = &output {
-                    commands::survey::write(args, &corpus, output)?;
-                }
-                surveyed(&corpus)
-            }
-            Command::Sheet(args) => {
-                let drawing = commands::sheet::drawing(args)?;
-                if output.is_some() {
-                    commands::sheet::write(&drawing, args)?;
-                }
-                let mut answer = Answer::new(json!({"width": drawing.width, "height": drawing.height}));
-                answer.picture = Some(drawing.to_png()?);
-                answer
-            }
-            _ => return Err(Failure::Usage("the tool draws nothing".to_owned())),
-        };
+        let drawing = commands::sheet::drawing(args)?;
+        if output.is_some() {
+            commands::sheet::write(&drawing, args)?;
+        }
+        let mut answer = Answer::new(json!({"width": drawing.width, "height": drawing.height}));
+        answer.picture = Some(drawing.to_png()?);
         if let Some(output) = &output {
             self.root.note(output);
             answer.report["output"] = output.display().to_string().into();
+        }
+        Ok(answer)
+    }
+
+    /// A survey, of which a table, a page and the findings may be written besides.
+    fn survey(&mut self, job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result<Answer, Failure> {
+        let is_dry = self.is_dry_run()?;
+        let survey = job
+            .survey
+            .iter()
+            .flat_map(|survey| [&survey.html, &survey.sarif])
+            .flatten();
+        let table = Some(&job.write.output).filter(|output| !output.as_os_str().is_empty());
+        for output in survey.chain(table) {
+            self.root.check_output(output)?;
+        }
+        let (corpus, outputs) = commands::survey::made(job, inputs, spread)?;
+        let mut answer = surveyed(&corpus);
+        if let Some(problem) = job.survey.as_ref().and_then(|survey| survey.problem(&corpus)) {
+            answer.report["problem"] = problem.into();
+            answer.is_error = true;
+        }
+        for (path, bytes) in outputs.iter().filter(|_| !is_dry) {
+            commands::survey::write(job, path, bytes)?;
+            self.root.note(path);
+            answer.report["output"] = path.display().to_string().into();
         }
         Ok(answer)
     }
@@ -152,6 +170,11 @@ impl Call<'_> {
     /// Does a job, or all of it but writing.
     fn job(&mut self, mut job: Job) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
+        if job.survey.is_some() {
+            job.check_survey()?;
+            let args = self.run_args()?;
+            return self.survey(&job, &args.inputs, &args.spread);
+        }
         if job.write.is_folder() {
             return self.folder(&job, is_dry);
         }
@@ -172,15 +195,20 @@ impl Call<'_> {
         Ok(done(&job, &found, is_dry))
     }
 
+    /// The options of `mocap run` as they are by default.
+    fn run_args(&self) -> Result<RunArgs, Failure> {
+        let words = ["mocap", "run", "job.json"].map(Into::into);
+        match self.commands.parse_words(words)?.0.command {
+            Command::Run(args) => Ok(args),
+            _ => Err(Failure::Usage("run is no command".to_owned())),
+        }
+    }
+
     /// A job with many motions, each into a file of its own.
     fn folder(&mut self, job: &Job, is_dry: bool) -> Result<Answer, Failure> {
         let folder = job.write.output.as_path();
         self.root.check_folder(folder)?;
-        let words = ["mocap", "run", "job.json"].map(Into::into);
-        let (args, _) = self.commands.parse_words(words)?;
-        let Command::Run(args) = &args.command else {
-            return Err(Failure::Usage("run is no command".to_owned()));
-        };
+        let args = self.run_args()?;
         if is_dry {
             let found = inputs::find(&job.source.inputs, &args.inputs)?;
             let names: Vec<&str> = found.iter().map(|input| input.relative.as_str()).collect();
@@ -188,7 +216,7 @@ impl Call<'_> {
                 json!({"dry_run": true, "inputs": names, "job": value(job)}),
             ));
         }
-        let result = commands::run::many(job, args);
+        let result = commands::run::many(job, &args);
         self.root.note(folder);
         let mut answer = Answer::new(json!({
             "output": folder.display().to_string(),

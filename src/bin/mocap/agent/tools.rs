@@ -104,8 +104,10 @@ pub(super) const TOOLS: &[Tool] = &[
         files: &[
             inputs("Motion files, folders and wildcards; . is the root folder"),
             option("output", false, "A table to write: .csv, .json, .jsonl or .txt"),
+            option("html", false, "A page to write, on which the user sees the corpus"),
+            option("sarif", false, "The findings to write as SARIF"),
         ],
-        options: &["where", "select", "threshold"],
+        options: &["where", "select", "by", "threshold", "fail-on"],
     },
     Tool {
         name: "index",

@@ -24,6 +24,10 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
         }
         job.write.to = Some(to.clone());
     }
+    if job.survey.is_some() {
+        given.refuse(&["dry-run"], "a survey changes nothing")?;
+        return super::survey::of_job(&job, args);
+    }
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
         return many::run(&job, given, &args.inputs, &args.spread, args.resume);

@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds};
-use mocap::{Code, Diagnostic, SkeletonMesh};
+use mocap::job::{Job, Reading, Surveying};
+use mocap::survey::{ClipRow, Corpus, Examined, Quality};
 
-use crate::args::SurveyArgs;
+use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
@@ -19,123 +19,157 @@ use crate::{Failure, report, streams};
 const WORST: usize = 10;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
-    let thresholds = args.thresholds()?;
-    let format = args
-        .output
-        .as_deref()
-        .map(|output| format_of(args, output))
-        .transpose()?;
-    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
-    inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
-    let output = args.output.as_deref().map(|output| args.spread.of_shard(output));
+    match args.print_job {
+        true => super::run::print(&args.job()),
+        false => survey(&Work {
+            job: &args.job(),
+            resume: args.resume,
+            inputs: &args.inputs,
+            spread: &args.spread,
+        }),
+    }
+}
+
+/// Surveys the inputs of a job, which may be folders and wildcards.
+pub(super) fn of_job(job: &Job, args: &RunArgs) -> Result<(), Failure> {
+    if args.json {
+        return Err(Failure::Usage(
+            "--json would do nothing: write.output names a table, as rows.json".to_owned(),
+        ));
+    }
+    job.check_survey()?;
+    survey(&Work {
+        job,
+        resume: args.resume,
+        inputs: &args.inputs,
+        spread: &args.spread,
+    })
+}
+
+/// A survey that is asked for.
+struct Work<'a> {
+    job: &'a Job,
+    resume: bool,
+    inputs: &'a InputArgs,
+    spread: &'a SpreadArgs,
+}
+
+impl Work<'_> {
+    fn surveying(&self) -> Surveying {
+        self.job.survey.clone().unwrap_or_default()
+    }
+
+    /// The file of the table, which has the shard in its name.
+    fn output(&self) -> Option<PathBuf> {
+        let output = &self.job.write.output;
+        (!output.as_os_str().is_empty()).then(|| self.spread.of_shard(output))
+    }
+
+    fn inputs(&self) -> Result<Vec<Input>, Failure> {
+        let mut inputs = inputs::find(&self.job.source.inputs, self.inputs)?;
+        inputs.retain(|input| self.spread.shard.is_none_or(|shard| shard.has(input)));
+        Ok(inputs)
+    }
+
+    fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<Examined>>) -> Result<(Corpus, Counts), Failure> {
+        let surveying = self.surveying();
+        // What is wrong with the options is said before any file is read.
+        surveying.thresholds()?;
+        let (files, counts) = gather(self.spread, inputs, |input| match unchanged(former, input) {
+            Some(clips) => Ok(clips),
+            None => surveying.examine(&self.job.read, input.path()?),
+        })?;
+        let clips = std::iter::zip(inputs, files).flat_map(|(input, found)| match found {
+            Ok(found) => found,
+            Err(error) => vec![ClipRow::unreadable(&input.path.to_string_lossy(), &error).into()],
+        });
+        Ok((surveying.judge(clips.collect())?, counts))
+    }
+}
+
+fn survey(work: &Work<'_>) -> Result<(), Failure> {
+    let (surveying, output) = (work.surveying(), work.output());
+    let to = work.job.write.to.as_deref();
+    let format = output.as_deref().map(|output| format_of(output, to)).transpose()?;
+    let inputs = work.inputs()?;
     let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
-    let policy = ReplacePolicy::new(sources).force(args.force.force);
+    let policy = ReplacePolicy::new(sources).force(work.job.write.force);
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
         policy.check_inputs(output)?;
     }
-    let beside = [&args.sarif, &args.html].into_iter().flatten();
+    let beside = [&surveying.sarif, &surveying.html].into_iter().flatten();
     streams::refuse_one_file(output.iter().chain(beside).map(PathBuf::as_path))?;
-    for beside in [&args.sarif, &args.html].into_iter().flatten() {
+    for beside in [&surveying.sarif, &surveying.html].into_iter().flatten() {
         policy.check_inputs(beside)?;
     }
-    let former = match (&output, args.resume) {
+    let former = match (&output, work.resume) {
         (Some(output), true) => former(output)?,
         _ => HashMap::new(),
     };
-    let (corpus, counts) = chosen(args, &inputs, &thresholds, &former)?;
+    let (corpus, counts) = work.corpus(&inputs, &former)?;
     // The largest first: where the disk is full, nothing is written.
-    if let Some(path) = &args.html {
-        let page = corpus.to_page(&thresholds, |file| {
-            let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
-            streams::import(&importer, Path::new(file)).ok()
-        });
-        super::write_output(&policy, path, page.as_bytes())?;
+    for (path, bytes) in surveying.beside(&work.job.read, &corpus)? {
+        super::write_output(&policy, &path, &bytes)?;
         report::say(&format!("{}: {} clips", path.display(), corpus.rows().len()));
     }
-    if let Some(path) = &args.sarif {
-        super::write_output(&policy, path, corpus.to_sarif(&thresholds).as_bytes())?;
-    }
     if let (Some(output), Some(format)) = (&output, format) {
-        streams::write(output, &bytes(&corpus, &format)?)?;
+        streams::write(output, &corpus.to_format(&format)?)?;
         report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
     }
-    match (&output, args.select) {
+    match (&output, surveying.select) {
         (Some(_), _) => {}
         (None, Some(_)) => report::stdout().write_all(corpus.to_list().as_bytes())?,
         (None, None) => print(&corpus)?,
     }
     counts.verdict()?;
-    let worst = corpus.rows().map(|row| row.verdict).max().unwrap_or_default();
-    match args.fails_from().is_some_and(|least| worst >= least) {
-        true => Err(Failure::Told),
-        false => Ok(()),
+    match surveying.problem(&corpus) {
+        Some(problem) => {
+            report::complain(&problem);
+            Err(Failure::Told)
+        }
+        None => Ok(()),
     }
 }
 
-/// Writes the table of the clips to a file.
-pub(crate) fn write(args: &SurveyArgs, corpus: &Corpus, output: &Path) -> Result<(), Failure> {
-    let format = format_of(args, output)?;
-    ReplacePolicy::new(&args.paths).check_inputs(output)?;
-    streams::write(output, &bytes(corpus, &format)?)
+/// The clips that a job asks for, and its outputs, which are not written yet.
+pub(crate) fn made(
+    job: &Job,
+    inputs: &InputArgs,
+    spread: &SpreadArgs,
+) -> Result<(Corpus, Vec<(PathBuf, Vec<u8>)>), Failure> {
+    let work = Work {
+        job,
+        resume: false,
+        inputs,
+        spread,
+    };
+    let format = work.output().map(|output| format_of(&output, None)).transpose()?;
+    let (corpus, _) = work.corpus(&work.inputs()?, &HashMap::new())?;
+    let mut outputs = work.surveying().beside(&job.read, &corpus)?;
+    if let (Some(output), Some(format)) = (work.output(), format) {
+        outputs.push((output, corpus.to_format(&format)?));
+    }
+    Ok((corpus, outputs))
 }
 
-/// The clips that the arguments ask for.
-pub(crate) fn corpus(args: &SurveyArgs) -> Result<Corpus, Failure> {
-    let inputs = inputs::find(&args.paths, &args.inputs)?;
-    Ok(chosen(args, &inputs, &args.thresholds()?, &HashMap::new())?.0)
-}
-
-fn chosen(
-    args: &SurveyArgs,
-    inputs: &[Input],
-    thresholds: &Thresholds,
-    former: &HashMap<String, Vec<Examined>>,
-) -> Result<(Corpus, Counts), Failure> {
-    let (files, counts) = gather(&args.spread, inputs, |input| match unchanged(former, input) {
-        Some(clips) => Ok(clips),
-        None => of_file(args, input, thresholds),
-    })?;
-    let clips = std::iter::zip(inputs, files).flat_map(|(input, found)| match found {
-        Ok(found) => found,
-        Err(error) => vec![ClipRow::unreadable(&input.path.to_string_lossy(), &error).into()],
-    });
-    let clips = clips.collect();
-    let mut corpus = Corpus::new(clips, thresholds);
-    if let Some(condition) = &args.condition {
-        corpus.keep(|row| condition.holds(row));
-    }
-    if let Some(amount) = args.select {
-        let count = amount.of(corpus.rows().len());
-        corpus.select(count, args.by_quality());
-    }
-    Ok((corpus, counts))
+/// Writes an output of a survey, which never replaces an input.
+pub(crate) fn write(job: &Job, output: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    job.policy().check_inputs(output)?;
+    streams::write(output, bytes)
 }
 
 /// The format of the table.
-fn format_of(args: &SurveyArgs, output: &Path) -> Result<String, Failure> {
-    let format = super::output_format(output, args.to.as_deref(), "csv")?;
+fn format_of(output: &Path, to: Option<&str>) -> Result<String, Failure> {
+    let format = super::output_format(output, to, "csv")?;
     match format.as_str() {
-        "csv" | "json" | "jsonl" | "txt" => Ok(format),
-        #[cfg(feature = "parquet")]
-        "parquet" => Ok(format),
         #[cfg(not(feature = "parquet"))]
         "parquet" => Err(super::without_parquet()),
+        known if Corpus::FORMATS.contains(&known) => Ok(format),
         _ => Err(super::unknown_extension(
             output,
             ".parquet, .csv, .json, .jsonl or .txt",
         )),
     }
-}
-
-fn bytes(corpus: &Corpus, format: &str) -> Result<Vec<u8>, Failure> {
-    Ok(match format {
-        "json" => corpus.to_json().into_bytes(),
-        "txt" => corpus.to_list().into_bytes(),
-        "jsonl" => corpus.to_record().into_bytes(),
-        #[cfg(feature = "parquet")]
-        "parquet" => mocap::arrays::table::to_parquet(&[corpus.to_table()])?,
-        _ => corpus.to_csv().into_bytes(),
-    })
 }
 
 /// The clips of an earlier run by their files.
@@ -148,7 +182,7 @@ fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
     }
     let mut files = HashMap::<String, Vec<Examined>>::new();
     if output.is_file() {
-        for clip in records(output)? {
+        for clip in Surveying::default().examine(&Reading::default(), output)? {
             files.entry(clip.row.file.clone()).or_default().push(clip);
         }
     }
@@ -161,25 +195,6 @@ fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<V
     let sha256 = sha256(&input.path).ok()?;
     let is_same = |clip: &Examined| clip.row.error.is_none() && clip.row.sha256 == sha256;
     clips.iter().all(is_same).then(|| clips.clone())
-}
-
-/// The clips of a record.
-fn records(path: &Path) -> mocap::Result<Vec<Examined>> {
-    mocap::files::check_confined(path)?;
-    let text = std::fs::read_to_string(path).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
-    let text = text.map_err(|error| mocap::Error::from(error).with_path(path))?;
-    Examined::from_lines(&text).map_err(|error| error.with_path(path))
-}
-
-/// The clips of a file, or of the record that it is.
-fn of_file(args: &SurveyArgs, input: &Input, thresholds: &Thresholds) -> mocap::Result<Vec<Examined>> {
-    let path = input.path()?;
-    if super::extension(path) == "jsonl" {
-        return records(path);
-    }
-    let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
-    let scene = streams::import(&importer, path)?;
-    Ok(thresholds.examine(&scene, &path.to_string_lossy()))
 }
 
 /// Prints a table of verdicts and reasons, and the worst clips.

@@ -25,6 +25,7 @@ from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, 
 from ._retarget import Retargeted, add_motions, retarget
 from ._robot import Robot, RobotMotion
 from ._scene import Motion, Scene
+from ._survey import Survey, examine, survey
 
 __all__ = [
     "ArrowTable",
@@ -43,15 +44,18 @@ __all__ = [
     "Robot",
     "RobotMotion",
     "Scene",
+    "Survey",
     "WriteOptions",
     "add_motions",
     "convert",
     "edit",
+    "examine",
     "from_arrays",
     "read",
     "read_bytes",
     "retarget",
     "run",
+    "survey",
     "table",
 ]
 

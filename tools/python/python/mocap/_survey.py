@@ -1,0 +1,143 @@
+"""What is wrong with many motions, which are alike, which to choose."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from . import _mocap
+from ._mocap import ArrowTable
+from ._options import ReadOptions
+
+
+class Survey:
+    """A row for each clip of many files: what it is, what is wrong with it and where, which others it repeats.
+
+    ``docs/survey.md`` has the columns and the kinds of defects.
+    """
+
+    def __init__(self, native: _mocap.Survey) -> None:
+        self._native = native
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __repr__(self) -> str:
+        return f"<mocap.Survey of {len(self)} clips>"
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows as dictionaries, in the order of their files; ``defects`` has every finding."""
+        rows: list[dict[str, Any]] = json.loads(self._native.rows_json())
+        return rows
+
+    @property
+    def files(self) -> list[str]:
+        """The files of the clips."""
+        return self._native.files
+
+    @property
+    def problem(self) -> str | None:
+        """Which clips are as bad as ``fail_on`` says; ``None`` where none is."""
+        return self._native.problem
+
+    def to_arrow(self) -> ArrowTable:
+        """The rows as a table for Polars, DuckDB, pyarrow: ``polars.DataFrame(found.to_arrow())``."""
+        return self._native.arrow()
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes the rows to ``.csv``, ``.json``, ``.jsonl``, ``.parquet`` or ``.txt`` (the files alone), the page that shows
+        the corpus to ``.html``, the findings to ``.sarif``.
+
+        Args:
+            path: The file to write, which must not be one of those that were surveyed.
+            overwrite: Whether to replace a file that may be somebody's source.
+
+        Raises:
+            MocapError: For another extension, and where the file cannot be written. A package without the feature
+                ``parquet`` writes no ``.parquet``: ``polars.DataFrame(found.to_arrow()).write_parquet(path)`` does.
+        """
+        self._native.write(path, overwrite)
+
+
+def survey(
+    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    *,
+    where: str | None = None,
+    select: int | str | None = None,
+    by: Sequence[Literal["quality", "diversity"]] = ("quality", "diversity"),
+    threshold: Mapping[str, float | tuple[float, float]] | None = None,
+    fail_on: Literal["suspect", "bad"] | None = None,
+    records: Iterable[str] = (),
+    read_options: ReadOptions = ReadOptions(),
+) -> Survey:
+    """Surveys motions, on all cores, as ``mocap survey`` does.
+
+    >>> found = mocap.survey("takes", where="skate < 3 and not twin")   # doctest: +SKIP
+    >>> found.rows[0]["verdict"]                                         # doctest: +SKIP
+    'good'
+
+    Args:
+        paths: Files and folders; of a folder every file at any depth that has the extension of a format. A ``.jsonl`` file is
+            what a former survey wrote.
+        where: Keep the rows for which this holds, as ``"skate < 1 and not twin"``.
+        select: Keep so many clips, or so many per cent, as ``"3%"``, which are as different as can be.
+        by: By what to select: ``"quality"`` leaves out bad clips and twins first.
+        threshold: The amount from which a clip is bad by a kind of defect, or suspect and bad; infinity turns a kind off.
+        fail_on: ``problem`` says which clips are so bad.
+        records: Lines of :func:`examine`, as they came from other processes, in place of ``paths``.
+        read_options: How to read.
+
+    Raises:
+        MocapError: For an expression, a threshold or a record that is none. A file that cannot be read is a row with an
+            ``error``.
+        ValueError: Where neither ``paths`` nor ``records`` has anything.
+    """
+    lines = list(records)
+    files = _files([paths] if isinstance(paths, (str, os.PathLike)) else paths)
+    if not lines and not files:
+        raise ValueError("there is no file to survey")
+    if lines and files:
+        raise ValueError("paths and records cannot be surveyed together: write the records to a .jsonl file, and name it")
+    options = {"where": where, "select": select, "fail-on": fail_on}
+    given = {name: value for name, value in options.items() if value is not None}
+    made = json.dumps({**given, "by": list(by), "threshold": _thresholds(threshold)})
+    return Survey(_mocap.survey(files, lines, made, read_options))
+
+
+def examine(
+    files: Iterable[tuple[str, bytes]],
+    *,
+    threshold: Mapping[str, float | tuple[float, float]] | None = None,
+    read_options: ReadOptions = ReadOptions(),
+) -> list[str]:
+    """Examines files in memory, names and bytes given: a line of JSON for each clip, which :func:`survey` takes as
+    ``records``, or a ``.jsonl`` file holds.
+
+    This is what to map over the batches of Ray Data, Spark or Dask; twins, the map and the choice come from all lines together.
+    """
+    return _mocap.examine(list(files), json.dumps({"threshold": _thresholds(threshold)}), read_options)
+
+
+def _thresholds(threshold: Mapping[str, float | tuple[float, float]] | None) -> list[str]:
+    def text(amount: float | tuple[float, float]) -> str:
+        return f"{amount[0]}..{amount[1]}" if isinstance(amount, tuple) else str(amount)
+
+    return [f"{kind}={text(amount)}" for kind, amount in (threshold or {}).items()]
+
+
+def _files(paths: Iterable[str | os.PathLike[str]]) -> list[str]:
+    """The files of paths, those of folders in the order of their names."""
+    known = tuple(f".{extension}" for extension in _mocap.extensions())
+    files: list[str] = []
+    for path in map(Path, paths):
+        if not path.is_dir():
+            files.append(str(path))
+            continue
+        for folder, folders, names in os.walk(path):
+            folders.sort()
+            files += [os.path.join(folder, name) for name in sorted(names) if name.lower().endswith(known)]
+    return files

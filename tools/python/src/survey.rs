@@ -1,0 +1,144 @@
+//! Surveys of many motions.
+
+use std::path::{Path, PathBuf};
+
+use mocap::FormatInfo;
+use mocap::files::{ReplacePolicy, write_file};
+use mocap::job::{Reading, Surveying};
+use mocap::survey::{ClipRow, Corpus, Examined};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+
+use crate::ReadOptions;
+use crate::arrow::ArrowTable;
+use crate::errors::to_python;
+
+/// The rows of a corpus, and how they were found.
+#[pyclass(frozen, module = "mocap")]
+pub(crate) struct Survey {
+    corpus: Corpus,
+    surveying: Surveying,
+    read: Reading,
+}
+
+#[pymethods]
+impl Survey {
+    fn __len__(&self) -> usize {
+        self.corpus.rows().len()
+    }
+
+    fn rows_json(&self) -> String {
+        self.corpus.to_json()
+    }
+
+    #[getter]
+    fn files(&self) -> Vec<String> {
+        self.corpus.to_list().lines().map(str::to_owned).collect()
+    }
+
+    #[getter]
+    fn problem(&self) -> Option<String> {
+        self.surveying.problem(&self.corpus)
+    }
+
+    fn arrow(&self) -> ArrowTable {
+        ArrowTable::new(self.corpus.to_table())
+    }
+
+    /// Writes a table, a page or the findings, by the extension of the file.
+    fn write(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
+        let made = py.detach(|| -> mocap::Result<()> {
+            let policy = ReplacePolicy::new(self.corpus.rows().map(|row| Path::new(&row.file))).force(overwrite);
+            policy.check_inputs(&path)?;
+            let mut surveying = self.surveying.clone();
+            let extension = path
+                .extension()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .to_ascii_lowercase();
+            (surveying.html, surveying.sarif) = match extension.as_str() {
+                "html" => (Some(path.clone()), None),
+                "sarif" => (None, Some(path.clone())),
+                _ => {
+                    let bytes = self
+                        .corpus
+                        .to_format(&extension)
+                        .map_err(|error| error.with_path(&path))?;
+                    policy.check_bytes(&path, &bytes)?;
+                    return write_file(&path, &bytes);
+                }
+            };
+            for (path, bytes) in surveying.beside(&self.read, &self.corpus)? {
+                policy.check_bytes(&path, &bytes)?;
+                write_file(&path, &bytes)?;
+            }
+            Ok(())
+        });
+        made.map_err(|error| to_python(py, &error))
+    }
+}
+
+fn surveying(json: &str) -> PyResult<Surveying> {
+    serde_json::from_str(json).map_err(|error| {
+        // The position in the JSON is of no use to a Python user.
+        let message = error.to_string();
+        let message = message
+            .rsplit_once(" at line ")
+            .map_or(message.as_str(), |(what, _)| what);
+        PyValueError::new_err(message.to_owned())
+    })
+}
+
+/// Surveys files, and rows of records: what `examine` gave on other machines.
+#[pyfunction]
+pub(crate) fn survey(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    records: Vec<String>,
+    options: &str,
+    read: ReadOptions,
+) -> PyResult<Survey> {
+    let (surveying, read) = (surveying(options)?, read.reading()?);
+    let corpus = py.detach(|| match records.is_empty() {
+        true => surveying.corpus(&read, &paths),
+        false => surveying.judge(Examined::from_lines(&records.join("\n"))?),
+    });
+    Ok(Survey {
+        corpus: corpus.map_err(|error| to_python(py, &error))?,
+        surveying,
+        read,
+    })
+}
+
+/// The lines of a record of files in memory, a line for each clip.
+#[pyfunction]
+pub(crate) fn examine(
+    py: Python<'_>,
+    files: Vec<(String, PyBackedBytes)>,
+    options: &str,
+    read: ReadOptions,
+) -> PyResult<Vec<String>> {
+    let thresholds = surveying(options)?
+        .thresholds()
+        .map_err(|error| to_python(py, &error))?;
+    let importer = read.importer()?;
+    let lines = py.detach(|| {
+        let of_file = |(name, data): &(String, PyBackedBytes)| match importer.read(data, name) {
+            Ok(scene) => thresholds.examine(&scene, name),
+            Err(error) => vec![ClipRow::unreadable(name, &error.to_string()).into()],
+        };
+        files.iter().flat_map(of_file).map(|clip| clip.to_line()).collect()
+    });
+    Ok(lines)
+}
+
+/// The extensions of files that are read.
+#[pyfunction]
+pub(crate) fn extensions() -> Vec<&'static str> {
+    FormatInfo::ALL
+        .iter()
+        .flat_map(|format| format.extensions)
+        .copied()
+        .collect()
+}
