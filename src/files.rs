@@ -22,6 +22,15 @@ use self::unfinished::{Unfinished, named};
 pub(crate) use self::usd_header::{USD_HEAD, ZIP_HEAD};
 use crate::error::{Error, Result};
 
+/// The text of a file.
+///
+/// # Errors
+/// [`Code::Io`](crate::Code::Io) where it cannot be read or is no UTF-8.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    check_confined(path)?;
+    fs::read_to_string(path).map_err(|source| Error::io(path, source))
+}
+
 /// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its
 /// name.
 ///

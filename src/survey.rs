@@ -179,7 +179,8 @@ fn travel(motion: &Motion, row: &mut ClipRow) {
     row.jerk = jerk(motion);
 }
 
-/// The root mean square of the third differences of the positions of all joints, over the third power of a frame's time.
+/// The root mean square of the third differences of the positions of all joints, over the third power of a frame's
+/// time.
 fn jerk(motion: &Motion) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0_u64);
     let joints: Vec<usize> = (0..motion.nodes()).filter(|node| motion.is_joint[*node]).collect();

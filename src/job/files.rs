@@ -1,11 +1,10 @@
 //! Where the files of a job are: on a disk, or in memory.
 
-use std::fs;
 use std::path::Path;
 
 use super::Onto;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::files::check_confined;
+use crate::files::read_text;
 use crate::import::{Importer, MemoryFile};
 use crate::process::SkeletonMesh;
 use crate::retargeting::Target;
@@ -35,11 +34,10 @@ impl<'a> Files<'a> {
     pub(super) fn text(&self, path: &Path) -> Result<String> {
         let read = match (self.find(path), self.has_disk) {
             (None, false) => return Err(missing(path)),
-            (None, true) => check_confined(path).map(|()| fs::read(path))?,
-            (Some(file), _) => Ok(file.bytes.to_vec()),
+            (None, true) => return read_text(path),
+            (Some(file), _) => String::from_utf8(file.bytes.to_vec()),
         };
-        let text = read.and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
-        let text = text.map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
+        let text = read.map_err(|error| Diagnostic::new(Code::InvalidValue, error.to_string()));
         text.map_err(|error| Error::from(error).with_path(path))
     }
 

@@ -228,7 +228,7 @@ impl Job {
         Ok((made, report))
     }
 
-    /// Makes a survey, and writes what it is asked to: the largest first, since nothing is there where the disk is full.
+    /// Makes a survey, and writes what it is asked to: the page, the findings, and the table last.
     pub(super) fn run_survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<JobReport> {
         let policy = self.policy();
         let table = Some(&self.write.output).filter(|output| !output.as_os_str().is_empty());

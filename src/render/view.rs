@@ -229,8 +229,8 @@ impl Page {
         report
     }
 
-    /// The page without clips: a program puts the JSON of its clips in place of `{{data}}`, and their blocks in place of
-    /// `{{blocks}}`.
+    /// The page without clips: a program puts the JSON of its clips in place of `{{data}}`, and their blocks in place
+    /// of `{{blocks}}`.
     pub(crate) fn without_clips() -> String {
         page("mocap", "{{data}}", ["{{blocks}}", "", "", ""])
     }

@@ -197,8 +197,8 @@ impl Body {
         let stands =
             |frame: &usize| all[*frame].is_some_and(|(_, node)| motion.velocity(*frame, node, half).length() < SLOW);
         let mut standing: Vec<usize> = (motion.first..motion.frames).filter(stands).collect();
-        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest. Each step counts then,
-        // and not how long it lasts.
+        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest. Each step counts
+        // then, and not how long it lasts.
         if 2 * standing.len() < motion.frames - motion.first {
             let near = motion.frames_in(A_STEP);
             let height = |frame: usize| all[frame].map_or(f32::INFINITY, |(height, _)| height);

@@ -65,8 +65,8 @@ const UNCERTAIN: usize = 5;
 const REACH: usize = 4;
 /// Moments of one hash that are looked up at most, and that vote.
 const MOST_OF_HASH: usize = 64;
-/// The largest mean distance of limbs at three times of two moments that vote, as a chord: what 0.05 s are in time between
-/// samples adds to that of twins.
+/// The largest mean distance of limbs at three times of two moments that vote, as a chord: that of twins, and what 0.05 s
+/// between samples add.
 const NEAR_MOMENT: f32 = 0.15;
 /// Bits of a hash that find it in the list of all moments.
 const LEADING: usize = 20;

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::{Findings, confidence};
 use crate::edit::ContactPoint;
+use crate::math::median::median;
 use crate::scene::HumanoidBone as Bone;
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
@@ -23,8 +24,8 @@ const WINDOW: f64 = 2.0;
 /// The least length of such a step, in legs, and the longest path of the hips in the window.
 const STEP: f32 = 0.35;
 const STAYS: f32 = 0.45;
-/// The speed at which the lower foot goes backwards, or forwards, on the mean of the window, in metres per second: that
-/// of the belt. The feet of one who dances on the spot stand.
+/// The median speed at which the lower foot goes backwards, or forwards, in the window, in metres per second: that of
+/// the belt. The feet of one who dances on the spot stand.
 const BELT: f32 = 0.25;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -156,7 +157,7 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
             .clone()
             .map(|frame| hips[frame].distance(hips[start]))
             .fold(0.0, f32::max);
-        let belt = carried[part.clone()].iter().sum::<f32>() / window as f32;
+        let belt = median(&mut carried[part.clone()].to_vec()).unwrap_or(0.0);
         if passes >= 2 && path < STAYS * body.leg && belt.abs() > BELT {
             walks[part].fill(true);
         }

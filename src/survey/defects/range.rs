@@ -63,8 +63,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     add(motion, body, Bone::Neck, findings, neck);
 }
 
-/// About which axis of the thigh a knee bends in the frames in which it bends as knees do. Toes that are pointed seem to
-/// be at the other side of the foot, which the axis tells from a knee that bends forwards.
+/// About which axis of the thigh a knee bends in the frames in which it bends as knees do. Toes that are pointed seem
+/// to be at the other side of the foot, which the axis tells from a knee that bends forwards.
 struct Hinge {
     thigh: Option<usize>,
     axis: Option<Vec3>,

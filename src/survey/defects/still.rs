@@ -15,8 +15,8 @@ const STILL: f32 = 2e-5;
 const STILL_ROTATION: f32 = 4e-5;
 /// The shortest time in which a joint is said to hold its pose, in seconds.
 const SHORTEST_GAP: f64 = 0.4;
-/// The step with which such a joint moves on, as a multiple of its usual step, and in radians: 1 degree. One that is held
-/// at the end of its range, as solvers of few sensors do, leaves it as it came.
+/// The step with which such a joint moves on, as a multiple of its usual step, and in radians: 1 degree. One that is
+/// held at the end of its range, as solvers of few sensors do, leaves it as it came.
 const JUMPS: f32 = 3.0;
 const JUMPS_BY: f32 = 0.0175;
 /// The fraction of all other frames in which a joint moves that is said to have a gap.

@@ -20,7 +20,7 @@ const WORST: usize = 10;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     match args.print_job {
-        true => super::run::print(&args.job()),
+        true => Ok(writeln!(report::stdout(), "{}", args.job().to_json())?),
         false => survey(&Work {
             job: &args.job(),
             resume: args.resume,
