@@ -64,10 +64,12 @@ const UNCERTAIN: usize = 5;
 /// Samples before and after that belong to a moment: 0.4 s.
 const REACH: usize = 4;
 /// Moments of one hash that are looked up at most, and that vote.
-const MOST_OF_HASH: usize = 64;
-/// The largest mean distance of limbs at three times of two moments that vote, as a chord: that of twins, and what 0.05 s
-/// between samples add.
-const NEAR_MOMENT: f32 = 0.15;
+const MOST_OF_HASH: usize = 24;
+/// The largest mean distance of limbs in the second around two moments of clips that are aligned, as a chord: that of
+/// twins, and what 0.05 s between samples and a tenth of pace add.
+const NEAR_MOMENT: f32 = 0.12;
+/// That second, in samples on each side.
+const HALF_SECOND: isize = 5;
 /// Bits of a hash that find it in the list of all moments.
 const LEADING: usize = 20;
 /// How far limbs must move within a moment, on average, as a chord: others are like any that stand.
@@ -230,7 +232,8 @@ impl Index {
 
     /// Clips before one that may be its twins, each with an offset in samples and whether it is mirrored.
     fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<(usize, i32, bool)> {
-        let mut votes: HashMap<(u32, i32, bool), u16> = HashMap::new();
+        // How many moments vote for an offset, and one of them.
+        let mut votes: HashMap<(u32, i32, bool), (u16, [u32; 2])> = HashMap::new();
         let fingerprint = clips[clip].fingerprint;
         let last = fingerprint.samples().saturating_sub(REACH + 1);
         for mirrored in [false, true] {
@@ -243,31 +246,30 @@ impl Index {
                     continue;
                 };
                 let moments = near_hashes(&along).into_iter().flat_map(|hash| self.of_hash(hash));
-                let before = moments.filter(|moment| (moment.clip as usize) < clip);
-                let is_near = |moment: &&Moment| {
-                    let other = clips[moment.clip as usize].fingerprint;
-                    are_near((other, moment.sample as usize), (fingerprint, sample), mirrored)
-                };
-                for moment in before.filter(is_near) {
+                for moment in moments.filter(|moment| (moment.clip as usize) < clip) {
                     // Retimed clips drift apart by a tenth: half a second of offset is one.
                     let offset = (moment.sample as i32 - sample as i32).div_euclid(5);
                     for offset in [offset, offset + 1] {
-                        *votes.entry((moment.clip, offset, mirrored)).or_default() += 1;
+                        let found = votes.entry((moment.clip, offset, mirrored)).or_default();
+                        *found = (found.0.saturating_add(1), [moment.sample, sample as u32]);
                     }
                 }
             }
         }
-        let mut best: HashMap<(u32, bool), (u16, i32)> = HashMap::new();
-        for ((other, offset, mirrored), count) in votes.into_iter().filter(|(_, count)| *count >= VOTES) {
+        let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
+        let voted = votes.into_iter().filter(|(_, (count, _))| *count >= VOTES);
+        for ((other, offset, mirrored), (count, moments)) in voted {
             let entry = best.entry((other, mirrored)).or_default();
-            *entry = (*entry).max((count, -offset));
+            *entry = (*entry).max((count, -offset, moments));
         }
         let mut found: Vec<_> = best.into_iter().collect();
-        found.sort_by_key(|((other, mirrored), (count, _))| (std::cmp::Reverse(*count), *other, *mirrored));
-        found.truncate(MOST_ALIGNED);
-        let found = found.into_iter();
+        found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
+        let found = found.into_iter().filter(|((other, mirrored), (_, _, moments))| {
+            are_near((clips[*other as usize].fingerprint, fingerprint), *moments, *mirrored)
+        });
         found
-            .map(|((other, mirrored), (_, offset))| (other as usize, -offset * 5, mirrored))
+            .take(MOST_ALIGNED)
+            .map(|((other, mirrored), (_, offset, _))| (other as usize, -offset * 5, mirrored))
             .collect()
     }
 }
@@ -276,14 +278,22 @@ fn leading(hash: u32) -> usize {
     (hash >> (BITS - LEADING)) as usize
 }
 
-/// Whether the limbs are near each other at three times of two moments, which share a hash.
-fn are_near((a, at): (&Fingerprint, usize), (b, sample): (&Fingerprint, usize), mirrored: bool) -> bool {
-    let times = [0, REACH, 2 * REACH];
-    let sum: f32 = times
-        .into_iter()
-        .map(|time| row_distance(a.limbs(at + time - REACH), b.limbs(sample + time - REACH), mirrored))
-        .sum();
-    sum < 3.0 * NEAR_MOMENT
+/// Whether limbs are near each other in the second around two moments, where one of them is a little earlier or later.
+fn are_near((a, b): (&Fingerprint, &Fingerprint), [at, sample]: [u32; 2], mirrored: bool) -> bool {
+    let shifted = |shift: isize| {
+        let row = |clip: &Fingerprint, sample: isize| usize::try_from(sample).ok().filter(|at| *at < clip.samples());
+        let pair = |time: isize| {
+            let early = row(a, at as isize + time + shift)?;
+            Some(row_distance(
+                a.limbs(early),
+                b.limbs(row(b, sample as isize + time)?),
+                mirrored,
+            ))
+        };
+        let distances: Vec<f32> = (-HALF_SECOND..=HALF_SECOND).step_by(2).filter_map(pair).collect();
+        distances.iter().sum::<f32>() / distances.len().max(1) as f32
+    };
+    (-2..=2).any(|shift| shifted(shift) < NEAR_MOMENT)
 }
 
 /// The mean distance of limbs of two samples, of which the second may be mirrored.
