@@ -66,8 +66,12 @@ const REACH: usize = 4;
 /// Moments of one hash that are looked up at most, and that vote.
 const MOST_OF_HASH: usize = 24;
 /// The largest mean distance of limbs in the second around two moments of clips that are aligned, as a chord: that of
-/// twins, and what 0.05 s between samples and a tenth of pace add.
-const NEAR_MOMENT: f32 = 0.12;
+/// twins, and what a tenth of pace adds.
+const NEAR_MOMENT: f32 = 0.1;
+/// What the time between samples adds to the distance of twins, as a fraction of a step from one to the next: half of
+/// one where whole samples are compared, and where values between them are taken what a line misses of a curve.
+const HALF_A_STEP: f32 = 0.5;
+const OFF_A_LINE: f32 = 0.12;
 /// That second, in samples on each side.
 const HALF_SECOND: isize = 5;
 /// Bits of a hash that find it in the list of all moments.
@@ -293,7 +297,13 @@ fn are_near((a, b): (&Fingerprint, &Fingerprint), [at, sample]: [u32; 2], mirror
         let distances: Vec<f32> = (-HALF_SECOND..=HALF_SECOND).step_by(2).filter_map(pair).collect();
         distances.iter().sum::<f32>() / distances.len().max(1) as f32
     };
-    (-2..=2).any(|shift| shifted(shift) < NEAR_MOMENT)
+    let from = (sample as usize).saturating_sub(HALF_SECOND as usize);
+    let to = (sample as usize + HALF_SECOND as usize).min(b.samples() - 1);
+    let steps: f32 = (from..to)
+        .map(|at| row_distance(b.limbs(at), b.limbs(at + 1), false))
+        .sum();
+    let near = NEAR_MOMENT + HALF_A_STEP * steps / (to - from).max(1) as f32;
+    (-2..=2).any(|shift| shifted(shift) < near)
 }
 
 /// The mean distance of limbs of two samples, of which the second may be mirrored.
@@ -414,7 +424,7 @@ struct Alignment {
 fn best_alignment(a: &Fingerprint, b: &Fingerprint, offset: i32, mirrored: bool) -> Option<Alignment> {
     let mut best: Option<(f32, f32, f32)> = None;
     let mut consider = |pace: f32, start: f32, stride: usize| {
-        if let Some((mean, _, _)) = distance(a, b, pace, start, mirrored, stride)
+        if let Some(Overlap { mean, .. }) = distance(a, b, pace, start, mirrored, stride)
             && best.is_none_or(|(least, _, _)| mean < least)
         {
             best = Some((mean, pace, start));
@@ -436,7 +446,7 @@ fn best_alignment(a: &Fingerprint, b: &Fingerprint, offset: i32, mirrored: bool)
     let (_, pace, start) = best?;
     best = None;
     let mut consider = |pace: f32, start: f32| {
-        if let Some((mean, _, _)) = distance(a, b, pace, start, mirrored, 1)
+        if let Some(Overlap { mean, .. }) = distance(a, b, pace, start, mirrored, 1)
             && best.is_none_or(|(least, _, _)| mean < least)
         {
             best = Some((mean, pace, start));
@@ -448,23 +458,29 @@ fn best_alignment(a: &Fingerprint, b: &Fingerprint, offset: i32, mirrored: bool)
         }
     }
     let (mean, pace, start) = best?;
-    let (_, most, overlap) = distance(a, b, pace, start, mirrored, 1)?;
-    (mean < NEAR && most < NEAR_MOST).then_some(Alignment {
+    let Overlap {
+        most, overlap, step, ..
+    } = distance(a, b, pace, start, mirrored, 1)?;
+    let off = OFF_A_LINE * step;
+    (mean < NEAR + off && most < NEAR_MOST + 2.0 * off).then_some(Alignment {
         pace,
         overlap: overlap * pace,
     })
 }
 
-/// The mean distance of limbs where two clips overlap, that which nine tenths of the samples keep below, and the
-/// samples of the second that overlap; `None` where they are too few, or where nothing moves.
-fn distance(
-    a: &Fingerprint,
-    b: &Fingerprint,
-    pace: f32,
-    start: f32,
-    mirrored: bool,
-    stride: usize,
-) -> Option<(f32, f32, f32)> {
+/// How two clips differ where they overlap.
+struct Overlap {
+    /// The mean distance of limbs, and that which nine tenths of the samples keep below.
+    mean: f32,
+    most: f32,
+    /// The samples of the second that overlap.
+    overlap: f32,
+    /// How far its limbs move from one sample to the next, on average.
+    step: f32,
+}
+
+/// How two clips differ at a pace and from a start on; `None` where they overlap too little, or nothing moves.
+fn distance(a: &Fingerprint, b: &Fingerprint, pace: f32, start: f32, mirrored: bool, stride: usize) -> Option<Overlap> {
     let last = a.samples() as f32 - 1.0;
     let from = (-start / pace).ceil().max(0.0) as usize;
     let to = (((last - start) / pace).floor() as isize).min(b.samples() as isize - 1);
@@ -505,7 +521,13 @@ fn distance(
     let place = (distances.len() * 9 / 10).min(distances.len() - 1);
     let (_, most, _) = distances.select_nth_unstable_by(place, f32::total_cmp);
     let most = *most;
-    Some((mean, most, (to + 1 - from) as f32))
+    let overlap = (to + 1 - from) as f32;
+    Some(Overlap {
+        mean,
+        most,
+        overlap,
+        step: moved / overlap,
+    })
 }
 
 /// How far limbs move between two samples, on average; less than the grain of a byte counts as none.

@@ -565,7 +565,7 @@ def mirrored(rng, bvh):
     # Where the frames of joints stand otherwise, exchanged numbers are no mirrored motion.
     made, _ = bvh.world()
     off = np.abs(made - places[:, [other[joint] for joint in range(len(names))]] * [-1, 1, 1])
-    if off.max() > 0.1 * np.ptp(places.reshape(-1, 3), axis=0).max():
+    if off.max() > 0.03 * np.ptp(places.reshape(-1, 3), axis=0).max():
         raise Planted
 
 
