@@ -178,6 +178,9 @@ impl Surveying {
     }
 }
 
+/// Files that are to be written, with their bytes.
+type Outputs = Vec<(PathBuf, Vec<u8>)>;
+
 /// Rows need no mesh, and files are read beside each other.
 fn importer(read: &Reading) -> Importer {
     read.importer().threads(1).skeleton_mesh(SkeletonMesh::None)
@@ -197,11 +200,7 @@ fn examine(thresholds: &Thresholds, read: &Reading, files: Files<'_>, path: &Pat
 
 impl Job {
     /// The files of a survey, the table last, and the rows.
-    pub(super) fn survey(
-        &self,
-        surveying: &Surveying,
-        files: Files<'_>,
-    ) -> Result<(Vec<(PathBuf, Vec<u8>)>, JobReport)> {
+    pub(super) fn survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<(Outputs, JobReport)> {
         self.check_survey()?;
         if let Some(folder) = self.source.inputs.iter().find(|input| input.is_dir()) {
             let message = format!("{} is a folder, and the job takes files", folder.display());

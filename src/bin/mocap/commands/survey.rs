@@ -15,6 +15,9 @@ use crate::batch::inputs::{self, Input};
 use crate::batch::progress::Counts;
 use crate::{Failure, report, streams};
 
+/// Files that are to be written, with their bytes.
+type Outputs = Vec<(PathBuf, Vec<u8>)>;
+
 /// Rows of the list of the worst.
 const WORST: usize = 10;
 
@@ -132,11 +135,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
 }
 
 /// The clips that a job asks for, and its outputs, which are not written yet.
-pub(crate) fn made(
-    job: &Job,
-    inputs: &InputArgs,
-    spread: &SpreadArgs,
-) -> Result<(Corpus, Vec<(PathBuf, Vec<u8>)>), Failure> {
+pub(crate) fn made(job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result<(Corpus, Outputs), Failure> {
     let work = Work {
         job,
         resume: false,
