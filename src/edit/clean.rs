@@ -4,9 +4,11 @@
 //! `docs/cleaning.md` has the methods and their sources.
 
 mod contacts;
+mod depth;
 mod exchange;
 mod floor;
 mod gaps;
+mod hands;
 mod least_squares;
 mod lengths;
 mod live;
@@ -14,6 +16,7 @@ mod measures;
 mod noise;
 mod pace;
 mod points;
+mod rate;
 mod report;
 mod smoother;
 mod time;
@@ -23,6 +26,7 @@ pub use self::live::LiveClean;
 pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
+use self::hands::Meetings;
 use self::work::Work;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes, flips};
@@ -75,9 +79,11 @@ impl Step for Clean {
         let mut work = Work::new(scene, &figure, &reach, input.animation)?;
         let before = work.clone();
         let mut report = CleanReport::new(&work);
+        // Those of the motion before its noise is taken out.
+        let mut meetings = Meetings::default();
         for part in CleanPart::ALL {
             if self.has(part) {
-                self.do_part(part, &mut work, input.animation, &mut report)?;
+                self.do_part(part, (&mut work, &mut meetings), input.animation, &mut report)?;
             } else {
                 report.leave_out(part, "not asked for");
             }
@@ -86,6 +92,11 @@ impl Step for Clean {
         let old = before.frames;
         if frames.len() != old.len() {
             frames.write_all(scene, input.animation);
+        }
+        if frames.rate != old.rate {
+            scene.animations[input.animation].ticks_per_second = frames.rate;
+        }
+        if frames.len() != old.len() {
             return Ok(report);
         }
         let columns = 0..frames.nodes().len();
@@ -184,34 +195,50 @@ impl Clean {
     }
 
     /// Does a part, and takes it back where it made a measure worse.
-    fn do_part(&self, part: CleanPart, work: &mut Work<'_>, animation: usize, report: &mut CleanReport) -> Result<()> {
+    fn do_part(
+        &self,
+        part: CleanPart,
+        (work, meetings): (&mut Work<'_>, &mut Meetings),
+        animation: usize,
+        report: &mut CleanReport,
+    ) -> Result<()> {
         if matches!(part, CleanPart::Lengths | CleanPart::Floor | CleanPart::Contacts) && !work.is_humanoid() {
             report.leave_out(part, "the skeleton is not a humanoid");
             return Ok(());
         }
         let before = work.clone();
         let what = match part {
-            CleanPart::Time => time::mend(work).to_string(),
-            CleanPart::Flips => mend_flips(work).to_string(),
-            CleanPart::Noise => {
-                let mut what = remove_noise(work, pace::STRENGTHS[0]);
-                for strength in &pace::STRENGTHS[1..] {
-                    if what.is_nothing() || !report.is_worse(part, work) {
-                        break;
-                    }
-                    *work = before.clone();
-                    what = remove_noise(work, *strength);
-                }
-                what.to_string()
+            CleanPart::Time => {
+                let (done, doubt) = time::mend(work);
+                report.doubts.extend(doubt);
+                done.to_string()
             }
+            CleanPart::Flips => mend_flips(work).to_string(),
+            CleanPart::Noise => do_noise(work, meetings, report),
             CleanPart::Lengths => match lengths::hold(work) {
                 0 => String::new(),
                 held => format!("{held} bones that breathed got one length"),
             },
-            CleanPart::Floor => floor::level(work, floor::LEAST_HEIGHT).unwrap_or_default().to_string(),
-            CleanPart::Contacts => contacts::lock(work, animation, report.had_noise(), report.after.skate)?,
+            CleanPart::Floor => {
+                let depth = depth::still(work);
+                let done = floor::level(work, floor::LEAST_HEIGHT).unwrap_or_default();
+                floor::Levelled { depth, ..done }.to_string()
+            }
+            CleanPart::Contacts => {
+                let is_changed = report.had_noise();
+                let feet = contacts::lock(work, animation, is_changed, report.after.skate)?;
+                let hands = match is_changed {
+                    true => meetings.restore(work, report.before.hands),
+                    false => String::new(),
+                };
+                [feet, hands]
+                    .into_iter()
+                    .filter(|what| !what.is_empty())
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            }
         };
-        if !report.take(part, what, work) {
+        if !report.take(part, what, work, meetings) {
             *work = before;
         }
         Ok(())
@@ -229,6 +256,30 @@ pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize)
     let moved: Vec<_> = frames.nodes().to_vec();
     frames.write(scene, animation, &moved, &moved);
     Ok([done.height, done.slope, done.drift])
+}
+
+/// Takes the noise out, as strongly as the peaks allow, and says what was done. Finds what the hands meet before.
+fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanReport) -> String {
+    let mut depth = None;
+    if work.is_humanoid() {
+        let [strong, weaker, _] = pace::STRENGTHS.map(|strength| pace::Bank::new(work.frames.rate, strength));
+        *meetings = Meetings::new(work, &weaker);
+        report.measure_hands(meetings, work);
+        depth = depth::steady(work, &strong);
+    }
+    if depth.is_some() {
+        report.measure_steadied(work);
+    }
+    let steady = work.clone();
+    let mut what = remove_noise(work, pace::STRENGTHS[0]);
+    for strength in &pace::STRENGTHS[1..] {
+        if what.is_nothing() || !report.is_worse(CleanPart::Noise, work) {
+            break;
+        }
+        *work = steady.clone();
+        what = remove_noise(work, *strength);
+    }
+    noise::Smoothed { depth, ..what }.to_string()
 }
 
 /// Smooths the rotations of joints, and then where these are in the world, with one of [`pace::STRENGTHS`].

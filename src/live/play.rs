@@ -5,7 +5,7 @@ use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
 use super::vmc::{BONE, Place, ROOT, STATE, TIME, mirrored, unity_name};
 use crate::error::Result;
-use crate::scene::{Channel, Scene};
+use crate::scene::{Channel, HumanoidBone as Bone, Scene};
 
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
 const LONGEST: usize = 1452;
@@ -86,9 +86,17 @@ impl VmcMotion {
                     .and_then(|channel| channel.rotation_keys.sample(tick))
                     .unwrap_or(rotation),
             };
-            messages.push(message(BONE, place(&unity_name(bone), pose)));
+            messages.push(pose_message(bone, pose));
         }
         bundles(messages)
+    }
+}
+
+/// The message of a bone.
+pub(super) fn pose_message(bone: Bone, pose: Place) -> OscMessage {
+    OscMessage {
+        addr: BONE.to_owned(),
+        args: place(&unity_name(bone), pose),
     }
 }
 
@@ -101,7 +109,7 @@ fn place(name: &str, pose: Place) -> Vec<OscType> {
 }
 
 /// The messages in as few packets as a network takes in one piece, in their order.
-fn bundles(messages: Vec<OscMessage>) -> Vec<Vec<u8>> {
+pub(super) fn bundles(messages: Vec<OscMessage>) -> Vec<Vec<u8>> {
     // "Immediately", as OSC 1.0 has it.
     const NOW: OscTime = OscTime {
         seconds: 0,

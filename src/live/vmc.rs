@@ -43,8 +43,13 @@ pub(super) enum Said {
 /// a packet of 64 KiB is thousands of them, one in the other.
 const MOST_BUNDLES: usize = 64;
 
-/// The messages of a packet; `None` where it is no OSC.
+/// What the messages of a packet say; `None` where it is no OSC.
 pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
+    Some(flat(packet)?.iter().map(said).collect())
+}
+
+/// The messages of a packet in their order; `None` where it is no OSC.
+pub(super) fn flat(packet: &[u8]) -> Option<Vec<OscMessage>> {
     if memchr::memmem::find_iter(packet, b"#bundle\0").count() > MOST_BUNDLES {
         return None;
     }
@@ -53,7 +58,7 @@ pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
     let mut open = vec![packet];
     while let Some(packet) = open.pop() {
         match packet {
-            OscPacket::Message(message) => found.push(said(&message)),
+            OscPacket::Message(message) => found.push(message),
             // Backwards, because the last of a stack comes first.
             OscPacket::Bundle(bundle) => open.extend(bundle.content.into_iter().rev()),
         }
@@ -61,7 +66,7 @@ pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
     Some(found)
 }
 
-fn said(message: &OscMessage) -> Said {
+pub(super) fn said(message: &OscMessage) -> Said {
     let arguments = message.args.as_slice();
     let read = match message.addr.as_str() {
         TIME => number(arguments.first()).filter(|time| *time >= 0.0).map(Said::Time),

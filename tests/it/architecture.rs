@@ -15,7 +15,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("figure", &["error", "scene", "math", "pose"]),
-    ("live", &["error", "scene", "figure"]),
     ("ik", &["options", "scene", "math", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
@@ -35,6 +34,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "options", "scene", "math", "pose", "figure", "ik", "convert", "graph",
         ],
     ),
+    ("live", &["error", "scene", "math", "pose", "figure", "edit"]),
     (
         "retarget",
         &["error", "limits", "options", "scene", "math", "pose", "figure", "edit"],

@@ -138,6 +138,109 @@ fn a_frame_that_was_dropped_is_put_in() {
     }
 }
 
+/// Calls `change` with all keys of each channel, of which a constant has one.
+fn with_keys(scene: &mut Scene, change: impl Fn(&mut Vec<Quat>), moves: impl Fn(&mut Vec<Vec3>)) {
+    for channel in &mut scene.animations[0].channels {
+        change(&mut channel.rotation_keys.values);
+        moves(&mut channel.position_keys.values);
+    }
+}
+
+/// A film of 24 frames a second in a file of 30 repeats each fourth frame.
+#[test]
+fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
+    let truth = walk();
+    let mut scene = truth.clone();
+    fn repeated<T: Copy>(keys: &mut Vec<T>) {
+        let own = std::mem::take(keys);
+        let is_constant = own.len() == 1;
+        for (index, key) in own.into_iter().enumerate() {
+            keys.extend(std::iter::repeat_n(
+                key,
+                if index % 4 == 3 && !is_constant { 2 } else { 1 },
+            ));
+        }
+    }
+    with_keys(&mut scene, repeated, repeated);
+    let animation = &mut scene.animations[0];
+    animation.duration = animation.channels[0].position_keys.len() as f64 - 1.0;
+    let report = only(CleanPart::Time, &mut scene);
+    let [true_one, found] = [&truth, &scene].map(|scene| &scene.animations[0]);
+    assert!(
+        (found.ticks_per_second - 0.8 * true_one.ticks_per_second).abs() < 1e-9,
+        "{report}"
+    );
+    assert!(found.frame_count().abs_diff(true_one.frame_count()) <= 1, "{report}");
+    assert!(
+        distance(&truth, &scene) < 1e-4,
+        "{report}: {}",
+        distance(&truth, &scene)
+    );
+}
+
+/// Who jumps falls by gravity: a file that states half the rate is in slow motion.
+#[test]
+fn jumps_tell_of_a_rate_that_the_file_does_not_have() {
+    let jumps = mocap::import("fixtures/real/cmu_01_01.bvh").unwrap();
+    let stated = jumps.animations[0].ticks_per_second;
+    for (factor, corrected) in [(1.0, 1.0), (0.5, 1.0), (0.25, 1.0), (0.7, 0.7)] {
+        let mut scene = jumps.clone();
+        scene.animations[0].ticks_per_second = factor * stated;
+        let report = only(CleanPart::Time, &mut scene);
+        let rate = scene.animations[0].ticks_per_second;
+        assert!((rate / stated - corrected).abs() < 1e-6, "{factor}: {rate}, {report}");
+        assert_eq!(report.doubts.len(), usize::from(factor == 0.7), "{report}");
+        assert_eq!(report.after.frame_rate, rate);
+    }
+}
+
+#[test]
+fn a_walk_in_slow_motion_is_pointed_out_and_stays() {
+    for (factor, word) in [(1.0, None), (0.5, Some("too slow")), (2.0, Some("too fast"))] {
+        let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        scene.animations[0].ticks_per_second *= factor;
+        let before = scene.animations.clone();
+        let report = only(CleanPart::Time, &mut scene);
+        assert_eq!(before, scene.animations);
+        let doubt = report.doubts.first().map(String::as_str);
+        assert_eq!(doubt.is_some(), word.is_some(), "{factor}: {report}");
+        assert!(word.is_none_or(|word| doubt.unwrap().contains(word)), "{report}");
+    }
+}
+
+/// A held frame where a flip begins is no half of a flip.
+#[test]
+fn a_flip_stays_a_flip_where_frames_are_held() {
+    let truth = walk();
+    let mut scene = truth.clone();
+    let shin = scene.nodes.iter().position(|node| node.name == "LeftLeg").unwrap();
+    let child = scene
+        .nodes
+        .iter()
+        .find(|node| node.parent == Some(NodeId::new(shin)))
+        .unwrap();
+    let bone = child.transform.w_axis.truncate().normalize();
+    for rotation in &mut rotations(&mut scene, "LeftLeg")[60..95] {
+        *rotation *= Quat::from_axis_angle(bone, PI);
+    }
+    fn hold<T: Copy>(keys: &mut [T], frame: usize) {
+        if keys.len() > frame {
+            keys[frame] = keys[frame - 1];
+        }
+    }
+    for frame in [60, 95, 120] {
+        with_keys(&mut scene, |keys| hold(keys, frame), |keys| hold(keys, frame));
+    }
+    let off = distance(&truth, &scene);
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    assert_eq!((report.after.held_frames, report.after.jumps), (0, 0), "{report}");
+    assert!(
+        distance(&truth, &scene) < 0.05 * off,
+        "{report}: {} of {off}",
+        distance(&truth, &scene)
+    );
+}
+
 #[test]
 fn a_bone_turned_about_itself_is_turned_back() {
     let truth = walk();
@@ -174,6 +277,133 @@ fn noise_is_taken_out_and_peaks_stay() {
     assert!(report.after.jitter < 0.05 * report.before.jitter, "{report}");
     assert!(report.after.peak_speed > 0.9 * report.before.peak_speed, "{report}");
     assert!(distance(&truth, &scene) < 0.6 * off, "{report}");
+}
+
+/// Adds noise of 2 degrees to every rotation.
+fn add_noise(scene: &mut Scene, seed: u64) {
+    let mut dice = Dice(seed);
+    for channel in &mut scene.animations[0].channels {
+        for rotation in &mut channel.rotation_keys.values {
+            *rotation *= Quat::from_scaled_axis(dice.normals() * (2f32 / 3f32.sqrt()).to_radians());
+        }
+    }
+}
+
+/// The mean speed over the ground, in units a second, of the slower ankle where it is slow in the truth.
+fn slide(scene: &Scene, truth: &Scene) -> f32 {
+    let ankles = ["LeftFoot", "RightFoot"]
+        .map(|name| NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap()));
+    let rate = truth.animations[0].ticks_per_second;
+    let step = |scene: &Scene, frame: usize, ankle: NodeId| {
+        let [a, b] = [0, 1].map(|more| Pose::at_tick(scene, 0, (frame + more) as f64).unwrap().position(ankle));
+        Vec3::new(b.x - a.x, 0.0, b.z - a.z).length() * rate as f32
+    };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for frame in 0..truth.animations[0].frame_count() - 1 {
+        for ankle in ankles {
+            // In CMU's units of 5.6 cm, a second.
+            if step(truth, frame, ankle) < 1.5 {
+                sum += step(scene, frame, ankle);
+                count += 1.0;
+            }
+        }
+    }
+    sum / count
+}
+
+#[test]
+fn feet_that_stand_slide_no_more_than_before_they_were_spoiled() {
+    let truth = walk();
+    let mut scene = truth.clone();
+    add_noise(&mut scene, 11);
+    let spoiled = slide(&scene, &truth);
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    assert_eq!(outcome(&report, CleanPart::Contacts), CleanOutcome::Changed, "{report}");
+    let (clean, own) = (slide(&scene, &truth), slide(&truth, &truth));
+    assert!(
+        clean < 0.03 * spoiled && clean < 3.0 * own,
+        "{clean} of {spoiled}, {own} in truth: {report}"
+    );
+}
+
+/// The hands of a salsa meet: they are as far apart as they were, and no farther from the truth than with the smoothing
+/// alone.
+#[test]
+fn hands_that_meet_keep_meeting() {
+    let mut truth = mocap::import("fixtures/real/cmu_salsa_poser_names.bvh").unwrap();
+    truth.trim(20.0, 300.0);
+    let hands =
+        ["lHand", "rHand"].map(|name| NodeId::new(truth.nodes.iter().position(|node| node.name == name).unwrap()));
+    let apart = |scene: &Scene, frame: usize| {
+        let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+        pose.position(hands[0]) - pose.position(hands[1])
+    };
+    let frames: Vec<usize> = (0..truth.animations[0].frame_count()).collect();
+    let meet: Vec<usize> = frames
+        .into_iter()
+        .filter(|frame| apart(&truth, *frame).length() < 20.0)
+        .collect();
+    assert!(meet.len() > 50, "{}", meet.len());
+    let off = |scene: &Scene| {
+        let off = meet
+            .iter()
+            .map(|frame| apart(scene, *frame).distance(apart(&truth, *frame)));
+        off.sum::<f32>() / meet.len() as f32
+    };
+    let mut scene = truth.clone();
+    add_noise(&mut scene, 5);
+    let spoiled = off(&scene);
+    let mut without = scene.clone();
+    Clean::new()
+        .contacts(false)
+        .floor(false)
+        .apply(&mut without, &StepInput::new())
+        .unwrap();
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    let (before, after) = (report.before.hands.unwrap(), report.after.hands.unwrap());
+    assert!((after / before - 1.0).abs() < 0.1, "{report}");
+    assert!(
+        off(&scene) < off(&without) && off(&scene) < 0.5 * spoiled,
+        "{} {} {spoiled}",
+        off(&scene),
+        off(&without)
+    );
+}
+
+/// An estimate from one camera trembles and wavers along its axis.
+#[test]
+fn the_depth_of_one_camera_is_steadied() {
+    let truth = walk();
+    let axis = Vec3::new(0.8, 0.0, 0.6);
+    let mut scene = truth.clone();
+    let mut dice = Dice(9);
+    let rate = scene.animations[0].ticks_per_second as f32;
+    let hips = channel(&scene, "Hips");
+    let units = 0.45 / 2.54; // of CMU in a centimetre: they are inches by 0.45
+    for (frame, place) in scene.animations[0].channels[hips]
+        .position_keys
+        .values
+        .iter_mut()
+        .enumerate()
+    {
+        let t = frame as f32 / rate * std::f32::consts::TAU;
+        *place += axis * units * (4.0 * (0.9 * t).sin() + 2.5 * dice.normal());
+    }
+    add_noise(&mut scene, 21);
+    let off = |scene: &Scene| {
+        let place = |scene: &Scene, frame: f64| Pose::at_tick(scene, 0, frame).unwrap().position(NodeId::new(0));
+        let frames = 0..truth.animations[0].frame_count();
+        let steps: Vec<f32> = frames
+            .map(|f| (place(scene, f as f64) - place(&truth, f as f64)).dot(axis))
+            .collect();
+        // Where the body is as a whole, no foot tells.
+        let mean = steps.iter().sum::<f32>() / steps.len() as f32;
+        steps.iter().map(|step| (step - mean).abs()).sum::<f32>() / steps.len() as f32
+    };
+    let spoiled = off(&scene);
+    let report = Clean::new().apply(&mut scene, &StepInput::new()).unwrap();
+    assert!(report.to_string().contains("depth"), "{report}");
+    assert!(off(&scene) < 0.9 * spoiled, "{} of {spoiled}: {report}", off(&scene));
 }
 
 #[test]

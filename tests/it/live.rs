@@ -2,7 +2,7 @@
 //! against each other. `tools/vmc` has another author's library at both ends.
 
 use glam::{Quat, Vec3};
-use mocap::live::VmcRecorder;
+use mocap::live::{VmcCleaner, VmcRecorder};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Code, Scene};
 
@@ -117,6 +117,80 @@ fn what_is_malformed_is_counted_and_nothing_without_hips_is_a_motion() {
     assert_eq!(recorder.scene().unwrap_err().code(), Code::NoMotion);
 }
 
+/// A stream comes back half a second later without its noise; what is about no bone goes with its frame.
+#[test]
+fn a_stream_is_given_back_without_its_noise() {
+    let mut cleaner = VmcCleaner::new(0.5).unwrap();
+    let (mut state, mut given) = (1_u64, Vec::new());
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        0.15 * ((state >> 40) as f32 / (1u64 << 24) as f32 - 0.5)
+    };
+    let angle = |frame: usize| 0.3 * (0.05 * frame as f32).sin();
+    let mut spoiled = 0.0;
+    for frame in 0..120 {
+        let wrong = Quat::from_scaled_axis(Vec3::new(noise(), noise(), noise()));
+        let [x, y, z, w] = (Quat::from_rotation_y(angle(frame)) * wrong).to_array();
+        spoiled += wrong.angle_between(Quat::IDENTITY) / 120.0;
+        let seconds = frame as f32 / 60.0;
+        let packets = [
+            time(seconds),
+            bone("Hips", [0.0, 1.0, 0.0, x, y, z, w]),
+            message("/VMC/Ext/Blend/Val", Some("Joy"), &[frame as f32]),
+        ];
+        given.extend(
+            packets
+                .iter()
+                .flat_map(|packet| cleaner.hear(packet, f64::from(seconds))),
+        );
+    }
+    // A frame ends as the next begins.
+    assert_eq!(given.len(), 120 - 30 - 1);
+    given.extend(cleaner.finish());
+    assert_eq!(given.len(), 120);
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    let counts = recorder.counts();
+    assert_eq!((counts.frames, counts.blend_shapes, counts.malformed), (120, 120, 0));
+    let scene = recorder.scene().unwrap();
+    let keys = &scene.animations[0].channels[0].rotation_keys.values;
+    let left = keys
+        .iter()
+        .enumerate()
+        .map(|(frame, key)| key.angle_between(Quat::from_rotation_y(-angle(frame))));
+    let left = left.sum::<f32>() / 120.0;
+    assert!(left < 0.7 * spoiled, "{left} of {spoiled}");
+}
+
+#[test]
+fn a_stream_with_other_bones_or_none_loses_nothing() {
+    let hips = |x: f32| bone("Hips", [x, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut cleaner = VmcCleaner::new(0.1).unwrap();
+    let mut given = Vec::new();
+    for frame in 0..50 {
+        let seconds = f64::from(frame) / 60.0;
+        given.extend(cleaner.hear(&time(seconds as f32), seconds));
+        given.extend(cleaner.hear(&hips(0.01 * frame as f32), seconds));
+        if frame >= 30 {
+            given.extend(cleaner.hear(&bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]), seconds));
+        }
+        given.extend(cleaner.hear(b"hello", seconds));
+    }
+    given.extend(cleaner.finish());
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!((recorder.counts().frames, recorder.counts().malformed), (50, 0));
+    // Without any bone messages go on as they are.
+    let mut cleaner = VmcCleaner::new(0.5).unwrap();
+    let packets = (0..3).flat_map(|frame| cleaner.hear(&time(frame as f32), 0.0)).count();
+    assert_eq!((packets, cleaner.finish().len()), (2, 1));
+    for delay in [-0.1, 10.5, f64::NAN] {
+        assert_eq!(VmcCleaner::new(delay).unwrap_err().code(), Code::InvalidValue);
+    }
+}
+
 #[cfg(all(unix, feature = "cli"))]
 mod program {
     use std::io::{BufRead, BufReader, Read};
@@ -135,7 +209,7 @@ mod program {
         const FRAMES: usize = 20;
         let folder = Folder::with(&[]);
         folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
-        let mut recorder = command_in(&folder.path(""), "record vmc:0 -o take.vrma");
+        let mut recorder = command_in(&folder.path(""), "record vmc:0 -o take.vrma --clean");
         let mut recorder = recorder.stderr(Stdio::piped()).spawn().unwrap();
         let mut said = BufReader::new(recorder.stderr.take().unwrap());
         let mut line = String::new();
@@ -154,6 +228,7 @@ mod program {
         assert!(recorder.wait().unwrap().success(), "{rest}");
         let scene = Importer::new().import(folder.path("take.vrma")).unwrap();
         assert_eq!(scene.animations[0].frame_count(), FRAMES, "{rest}");
+        assert!(rest.contains("clean:"), "{rest}");
     }
 
     #[test]
@@ -168,6 +243,12 @@ mod program {
             ("record vmc:0 -o take.vrma --seconds 0", 1, "no pose of a humanoid came"),
             ("play lecture_Test.bvh --vmc 127.0.0.1:0", 2, "from 1 to 65535"),
             ("play lecture_Test.bvh --vmc 9", 1, "not-humanoid"),
+            ("play lecture_Test.bvh --vmc 9 --clean --delay 1", 2, "is for a stream"),
+            ("play lecture_Test.bvh --vmc 9 --delay 1", 2, "--clean"),
+            ("play vmc:0 --vmc 9", 2, "with --clean"),
+            ("play vmc:0 --vmc 9 --clean --loop", 2, "without --loop"),
+            ("play vmc:0 --vmc 9 --clean --delay 11", 2, "from 0 to 10"),
+            ("play vmc:nowhere --vmc 9 --clean", 2, "neither a port nor an address"),
         ] {
             folder.refuses(arguments, status, reason);
         }

@@ -20,6 +20,8 @@ TILT_DEGREES = 3.0
 HELD, LOST = 0.02, 0.01  # fractions of the frames that are held; that are dropped, as many being doubled elsewhere
 FLIPS, SPIKES = 3, 3  # runs of 5 to 20 frames, single frames
 HEIGHT_CM = 165.0
+SIDES = ("Left", "Right")  # how the names of left and right joints begin
+DEPTH_JITTER_CM, DEPTH_WAVER_CM = 2.5, 4.0  # along the axis of a camera: standard deviations, white and of 0.4 to 1 Hz
 
 
 def sources(folders):
@@ -49,10 +51,11 @@ def load(source, rate):
     return motion
 
 
-def clips(folders, count, seed):
-    """Clean cuts of 3 to 8 seconds, half of them at 30 frames a second, half at 60."""
+def clips(folders, count, seed, only=None):
+    """Clean cuts of 3 to 8 seconds, half of them at 30 frames a second, half at 60: of the sources for one set, or else of
+    those for all."""
     random = np.random.default_rng(seed)
-    found = list(sources(folders))
+    found = [source for source in sources(folders) if source.get("only") == only]
     loaded = {}
     for index in range(count):
         source, rate = found[index % len(found)], (30, 60)[index // len(found) % 2]
@@ -106,7 +109,7 @@ def add_flips(motion, source, random):
         wrong[at, joint] = True
     at = run(random.integers(5, 13))
     for part in source["legs"]:
-        a, b = (motion.names.index(side + part) for side in ("Left", "Right"))
+        a, b = (motion.names.index(side + part) for side in source.get("sides", SIDES))
         turns = [Rotation.from_quat(motion.turns[at, joint]) if len(at) else None for joint in (a, b)]
         motion.turns[np.ix_(at, [a, b])] = motion.turns[np.ix_(at, [b, a])]
         if len(at):
@@ -144,6 +147,27 @@ def add_time(motion, random):
     return shown
 
 
+def add_depth(motion, random):
+    """What the depth of a monocular estimate does to the root: it trembles and wavers along one axis over the ground."""
+    frames = len(motion.root)
+    angle = random.uniform(0, 2 * np.pi)
+    axis = np.array([np.cos(angle), 0, np.sin(angle)])
+    t = np.arange(frames) / motion.rate
+    waves = [np.sin(2 * np.pi * (random.uniform(0.4, 1.0) * t + random.uniform())) for _ in range(3)]
+    waver = sum(waves) / np.sqrt(1.5)
+    motion.root = motion.root + (DEPTH_WAVER_CM * waver + random.normal(0, DEPTH_JITTER_CM, frames))[:, None] * axis
+
+
+def repeat(motion, random):
+    """A take at 4/5 of the rate of its file: each fifth frame holds the one before. Gives the true rate."""
+    own = np.round(np.arange(0, len(motion.root) - 1, 1.25)).astype(int)
+    true = motion.rate * 0.8
+    slower = motion.take(own)
+    shown = np.repeat(np.arange(len(own)), np.where(np.arange(len(own)) % 4 == 3, 2, 1))
+    motion.root, motion.turns = slower.root[shown], slower.turns[shown]
+    return true
+
+
 def spoil(clean, source, random, what):
     """The spoiled motion; which rotations were flipped; which clean frame each frame shows."""
     motion = clean.copy()
@@ -153,6 +177,8 @@ def spoil(clean, source, random, what):
         wrong = add_flips(motion, source, random)
     if "floor" in what:
         add_tilt_and_drift(motion, random)
+    if "depth" in what:
+        add_depth(motion, random)
     if "noise" in what:
         add_noise(motion, random)
     if "time" in what:

@@ -35,7 +35,7 @@ pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
 pub(crate) use self::graph::{AimArgs, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
-pub(crate) use self::live::{PlayArgs, RecordArgs};
+pub(crate) use self::live::{Listen, PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};

@@ -20,6 +20,8 @@ const LONGEST: f64 = 2.0;
 /// What an exchange costs beside the steps themselves, in degrees and as a multiple of the median step.
 const COST: f32 = 4.0;
 const COST_OF_STEPS: f32 = 1.0;
+/// A joint that changes by more than this in a step is flipped, and tells nothing more of an exchange, in degrees.
+const MOST_OF_JOINT: f32 = 60.0;
 /// Rotations at rest that differ by more than this are those of other frames, in degrees: they cannot be exchanged.
 const ALIKE: f32 = 20.0;
 
@@ -95,8 +97,11 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     let distance = |from: usize, to: usize, crossed: bool| -> f32 {
         let square = |[left, right]: &[Vec<Quat>; 2]| {
             let (a, b) = if crossed { (right, left) } else { (left, right) };
-            squared_angle(left[from].to_array(), a[to].to_array())
-                + squared_angle(right[from].to_array(), b[to].to_array())
+            [(left, a), (right, b)]
+                .map(|(from_track, to_track)| squared_angle(from_track[from].to_array(), to_track[to].to_array()))
+                .map(|square| square.min(MOST_OF_JOINT.to_radians().powi(2)))
+                .iter()
+                .sum::<f32>()
         };
         tracks.iter().map(square).sum::<f32>().sqrt()
     };

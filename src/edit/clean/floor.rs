@@ -83,6 +83,11 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[point.frame]
     }
 
+    /// Whether the feet are far enough apart to tell how steep it is, to a degree.
+    pub(super) fn tells(&self) -> bool {
+        self.certain * LEAST_SLOPE > self.slope() * CERTAIN || self.certain > CERTAIN
+    }
+
     /// Whether it has a slope that is certain, and too small to be that of a hill.
     pub(super) fn is_sloped(&self) -> bool {
         (LEAST_SLOPE..LARGEST_SLOPE).contains(&self.slope()) && self.certain > CERTAIN && self.explains > EXPLAINS
@@ -112,10 +117,12 @@ pub(super) struct Levelled {
     pub(super) height: Option<f64>,
     pub(super) slope: Option<f64>,
     pub(super) drift: Option<f64>,
+    /// How far the body wavered along the axis of a camera.
+    pub(super) depth: Option<f64>,
 }
 
 /// The points of the feet in every frame: in metres, along the two axes of the ground and up.
-struct Feet {
+pub(super) struct Feet {
     /// For each kind of point (ankles, balls) its tracks.
     points: Vec<(usize, Vec<DVec3>)>,
     /// For each point half of -1 on the left, of 1 on the right.
@@ -125,13 +132,13 @@ struct Feet {
 }
 
 /// The axes of the ground, and up.
-fn axes(up: Vec3) -> [Vec3; 3] {
+pub(super) fn axes(up: Vec3) -> [Vec3; 3] {
     let first = up.any_orthonormal_vector();
     [first, up.cross(first), up]
 }
 
 impl Feet {
-    fn new(work: &Work<'_>) -> Self {
+    pub(super) fn new(work: &Work<'_>) -> Self {
         let kinds = points_of_feet(work.scene, &work.figure.humanoid);
         let nodes: Vec<_> = kinds.iter().flatten().map(|(_, node)| *node).collect();
         let kind = |index: usize| usize::from(index >= kinds[0].len());
@@ -180,6 +187,31 @@ impl Feet {
             Some((frame, if left.length() < right.length() { left } else { right }))
         })
         .collect()
+    }
+
+    /// The velocity of the slowest point of the feet in each frame, in m/s, where it is low and slower than `fastest`.
+    pub(super) fn ground(&self, fastest: f64) -> Vec<Option<DVec3>> {
+        let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
+        let levels: Vec<f64> = self
+            .points
+            .iter()
+            .map(|point| low(point.1.iter().map(|at| at.z)))
+            .collect();
+        let velocity = |(point, level): (&(usize, Vec<DVec3>), &f64), frame: usize| {
+            let (track, end) = (&point.1, self.frames - 1);
+            let (from, to) = (frame.saturating_sub(half), (frame + half).min(end));
+            let velocity = (track[to] - track[from]) * self.rate / (to - from).max(1) as f64;
+            (track[frame].z < level + 2.0 * LOW && velocity.length() < fastest).then_some(velocity)
+        };
+        let of_frame = |frame: usize| {
+            let points = self
+                .points
+                .iter()
+                .zip(&levels)
+                .filter_map(|point| velocity(point, frame));
+            points.min_by(|a, b| a.length().total_cmp(&b.length()))
+        };
+        (0..self.frames).map(of_frame).collect()
     }
 
     /// The velocity of a point in the frames in which it stands for long, without the ends of that time.

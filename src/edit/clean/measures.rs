@@ -7,6 +7,7 @@ use super::work::Work;
 use super::{floor, time};
 use crate::edit::contacts::{ContactOptions, detect};
 use crate::edit::flips;
+use crate::edit::frames::Frames;
 use crate::pose::Pose;
 use crate::scene::NodeKind;
 
@@ -21,6 +22,8 @@ const PEAK: usize = 100;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CleanMeasures {
+    /// Frames per second.
+    pub frame_rate: f64,
     /// Frames that hold what the frame before them has, while the body moves before and after.
     pub held_frames: usize,
     /// Rotations that jump to another from one frame to the next.
@@ -32,10 +35,14 @@ pub struct CleanMeasures {
     /// The mean speed over the ground of feet in contact, in metres per second. `None` without feet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skate: Option<f64>,
+    /// The mean distance of hands from each other, or from the bone of the body on which they rest, while they meet: of
+    /// their middles, in metres. `None` before the noise was looked at, and where they meet nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hands: Option<f64>,
     /// The height of the floor under the feet. `None` without feet that stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor_height: Option<f64>,
-    /// How steep it is, in degrees.
+    /// How steep it is, in degrees. `None` where the feet do not tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor_slope: Option<f64>,
 }
@@ -43,7 +50,7 @@ pub struct CleanMeasures {
 impl CleanMeasures {
     pub(super) fn new(work: &Work<'_>) -> Self {
         let frames = &work.frames;
-        let [jitter, peak_speed] = jitter_and_peak(work);
+        let [jitter, peak_speed] = jitter_and_peak(work, frames);
         let is_humanoid = work.is_humanoid();
         let found = is_humanoid.then(|| floor::find(work)).flatten();
         let jumps = |column: usize| {
@@ -51,20 +58,22 @@ impl CleanMeasures {
             flips::count(&track)
         };
         Self {
+            frame_rate: frames.rate,
             held_frames: time::held(work),
             jumps: (0..frames.nodes().len()).map(jumps).sum(),
             jitter,
             peak_speed,
             skate: is_humanoid.then(|| skate(work)).flatten(),
+            hands: None,
             floor_height: found.as_ref().map(|floor| floor.height),
-            floor_slope: found.as_ref().map(floor::Floor::slope),
+            floor_slope: found.filter(floor::Floor::tells).map(|floor| floor.slope()),
         }
     }
 }
 
 /// The mean jerk, and the speed of the fastest hundredth.
-fn jitter_and_peak(work: &Work<'_>) -> [f64; 2] {
-    let (frames, rate) = (&work.frames, work.frames.rate);
+pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
+    let rate = frames.rate;
     let nodes = work.scene.nodes.iter().enumerate();
     let joints: Vec<usize> = nodes
         .filter(|(_, node)| node.kind == NodeKind::Joint)

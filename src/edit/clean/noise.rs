@@ -42,13 +42,15 @@ pub(super) struct Smoothed {
     pub(super) angle: f64,
     /// The largest noise of a position, in metres.
     pub(super) distance: f64,
+    /// The noise of the whole body along the axis of a camera, in metres.
+    pub(super) depth: Option<f64>,
     /// Whether most joints had noise.
     pub(super) in_most: bool,
 }
 
 impl Smoothed {
     pub(super) fn is_nothing(&self) -> bool {
-        self.rotations + self.positions == 0
+        self.rotations + self.positions == 0 && self.depth.is_none()
     }
 }
 

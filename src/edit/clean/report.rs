@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::Flips;
 use super::floor::Levelled;
+use super::hands::Meetings;
 use super::measures::CleanMeasures;
 use super::noise::Smoothed;
 use super::time::Mended;
@@ -102,6 +103,8 @@ pub struct CleanReport {
     pub after: CleanMeasures,
     /// The parts in their order.
     pub parts: Vec<CleanedPart>,
+    /// What looks wrong and was left, since it is not sure.
+    pub doubts: Vec<String>,
 }
 
 /// A motion that had much noise has less than this fraction of its jitter without it.
@@ -114,6 +117,7 @@ impl CleanReport {
             after: before.clone(),
             before,
             parts: Vec::new(),
+            doubts: Vec::new(),
         }
     }
 
@@ -131,6 +135,17 @@ impl CleanReport {
         });
     }
 
+    /// Measures the hands of a motion that is not smoothed yet.
+    pub(super) fn measure_hands(&mut self, meetings: &Meetings, work: &Work<'_>) {
+        self.before.hands = meetings.apart(work);
+        self.after.hands = self.before.hands;
+    }
+
+    /// Measures the peaks of a body whose depth does not tremble any more: those of the trembling were none.
+    pub(super) fn measure_steadied(&mut self, work: &Work<'_>) {
+        self.after.peak_speed = CleanMeasures::new(work).peak_speed;
+    }
+
     /// Whether much noise was taken out.
     pub(super) fn had_noise(&self) -> bool {
         let is_noise = |part: &CleanedPart| part.part == CleanPart::Noise && part.outcome == CleanOutcome::Changed;
@@ -143,7 +158,7 @@ impl CleanReport {
     }
 
     /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
-    pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>) -> bool {
+    pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>, meetings: &Meetings) -> bool {
         if about.is_empty() {
             self.add(part, CleanOutcome::Nothing, about);
             return true;
@@ -153,7 +168,8 @@ impl CleanReport {
             self.add(part, CleanOutcome::TakenBack, format!("{about}, but {worse}"));
             return false;
         }
-        self.after = after;
+        let hands = meetings.apart(work);
+        self.after = CleanMeasures { hands, ..after };
         self.add(part, CleanOutcome::Changed, about);
         true
     }
@@ -175,10 +191,14 @@ impl CleanMeasures {
         if part != CleanPart::Noise && after.jumps > self.jumps {
             return Some("rotations would jump".to_owned());
         }
-        if more(self.jitter, after.jitter, 0.25, 5.0) {
+        // A motion that was in slow motion has more of it at its own rate.
+        let before = self.jitter * (after.frame_rate / self.frame_rate).max(1.0).powi(3);
+        // A foot that comes to rest has more of it than one that was smoothed to a stop.
+        let by = if part == CleanPart::Contacts { 1.0 } else { 0.25 };
+        if more(before, after.jitter, by, 5.0) {
             return Some(format!(
-                "the jitter would rise from {:.0} to {:.0} m/s3",
-                self.jitter, after.jitter
+                "the jitter would rise from {before:.0} to {:.0} m/s3",
+                after.jitter
             ));
         }
         if part == CleanPart::Noise && after.peak_speed < 0.9 * self.peak_speed {
@@ -202,7 +222,11 @@ impl fmt::Display for Mended {
             (self.removed, "doubled frames taken out"),
             (self.inserted, "dropped frames put in"),
         ];
-        f.write_str(&listed(&kinds))
+        let kinds = listed(&kinds);
+        f.write_str(&kinds)?;
+        let Some([stated, rate]) = self.rate else { return Ok(()) };
+        let comma = if kinds.is_empty() { "" } else { ", " };
+        write!(f, "{comma}{rate} frames a second instead of {stated}: {}", self.tells)
     }
 }
 
@@ -221,6 +245,10 @@ impl fmt::Display for Flips {
 
 impl fmt::Display for Smoothed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(depth) = self.depth {
+            let comma = if self.rotations + self.positions > 0 { ", " } else { "" };
+            write!(f, "a depth with noise of {} steadied{comma}", centimetres(depth))?;
+        }
         if self.rotations > 0 {
             let noise = degrees(self.angle);
             write!(f, "{} joints with noise of {noise} smoothed", self.rotations)?;
@@ -241,6 +269,8 @@ impl fmt::Display for Smoothed {
 impl fmt::Display for Levelled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [
+            self.depth
+                .map(|depth| format!("a wavering depth of {} taken out", centimetres(depth))),
             self.slope
                 .map(|slope| format!("a slope of {} levelled", degrees(slope))),
             self.drift
@@ -272,6 +302,9 @@ impl fmt::Display for CleanReport {
                 CleanOutcome::Changed => write!(f, "\n  {name:<9} {}", part.about)?,
             }
         }
+        for doubt in &self.doubts {
+            write!(f, "\n  look at   {doubt}")?;
+        }
         write!(f, "\n{:>24}{:>12}{:>12}", "", "before", "after")?;
         let (before, after) = (&self.before, &self.after);
         let count = |count: usize| Some(count as f64);
@@ -293,18 +326,17 @@ impl fmt::Display for CleanReport {
                 1.0,
             ),
             ("skate cm/s", before.skate, after.skate, 2, 100.0),
+            ("hands that meet cm", before.hands, after.hands, 2, 100.0),
             ("floor height cm", before.floor_height, after.floor_height, 1, 100.0),
             ("floor slope degrees", before.floor_slope, after.floor_slope, 2, 1.0),
         ];
         for (name, before, after, digits, factor) in rows {
-            if let Some((before, after)) = before.zip(after) {
-                write!(
-                    f,
-                    "\n  {name:<22}{:>12.digits$}{:>12.digits$}",
-                    factor * before,
-                    factor * after
-                )?;
+            if before.is_none() && after.is_none() {
+                continue;
             }
+            let number =
+                |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.digits$}", factor * value));
+            write!(f, "\n  {name:<22}{:>12}{:>12}", number(before), number(after))?;
         }
         Ok(())
     }

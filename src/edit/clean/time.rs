@@ -8,8 +8,10 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::gaps::{Gaps, SURE};
+use super::rate::{self, Pattern, Told};
 use super::work::Work;
 use crate::edit::fill::bridge;
+use crate::edit::flips;
 use crate::math::quaternion::log;
 use crate::pose::Trs;
 
@@ -29,13 +31,52 @@ pub(super) struct Mended {
     pub(super) removed: usize,
     pub(super) inserted: usize,
     pub(super) frozen: usize,
+    /// The rate of the file, and that of the motion, where that is another.
+    pub(super) rate: Option<[f64; 2]>,
+    /// What tells of that rate, in words.
+    pub(super) tells: String,
 }
 
-/// Fills frames that were held, takes doubled ones out, and puts those in that were dropped.
-pub(super) fn mend(work: &mut Work<'_>) -> Mended {
-    let (frames, done) = find(work);
+/// Takes out frames that are repeated in a pattern, fills those that were held, takes doubled ones out, puts those in
+/// that were dropped, and finds the rate. Says beside what looks wrong and stays.
+pub(super) fn mend(work: &mut Work<'_>) -> (Mended, Option<String>) {
+    let stated = work.frames.rate;
+    let repeated = without_repeated(work);
+    let (frames, mut done) = find(work);
     rebuild(work, &frames);
-    done
+    done.tells = repeated.unwrap_or_default();
+    let mut doubt = None;
+    match rate::told(work) {
+        Some(Told::Is { rate, flights, fall }) => {
+            work.frames.rate = rate;
+            let and = if done.tells.is_empty() { "" } else { ", " };
+            done.tells += &format!("{and}{flights} jumps fall by {:.2} of gravity", fall);
+        }
+        Some(Told::Perhaps(words)) => doubt = Some(words),
+        None => {}
+    }
+    done.rate = (work.frames.rate != stated).then_some([stated, work.frames.rate]);
+    (done, doubt)
+}
+
+/// Takes frames out that repeat the one before in a pattern, and says in words which.
+fn without_repeated(work: &mut Work<'_>) -> Option<String> {
+    if work.frames.ticks.last()?.fract() != 0.0 {
+        return None;
+    }
+    let held = Steps::new(work).held();
+    let pattern = Pattern::of(&held)?;
+    // A pattern that begins late is one of the frames that move.
+    let rows = (0..held.len()).filter(|frame| !held[*frame]);
+    work.frames = work
+        .frames
+        .with_rows(rows.map(|frame| work.frames.row(frame).to_vec()).collect());
+    work.frames.rate *= pattern.share_of_own();
+    let repeated = pattern.is_held.iter().filter(|held| **held).count();
+    Some(format!(
+        "{repeated} of {} frames repeat the one before",
+        pattern.is_held.len()
+    ))
 }
 
 /// The frames that are held or doubled, and those before which one was dropped.
@@ -150,17 +191,30 @@ fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     work.frames = work.frames.with_rows(rows);
     for column in 0..work.frames.nodes().len() {
         let mut track = work.frames.track(column);
+        let rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
         let mut frame = 1;
         while frame + 1 < track.len() {
             let end = (frame..track.len()).find(|f| !missing[*f]).unwrap_or(track.len());
             if end > frame && end < track.len() {
-                bridge(&mut track, frame, end - 1);
+                match flips::is_jump_over(&rotations, frame - 1, end) {
+                    true => hold(&mut track, frame, end),
+                    false => bridge(&mut track, frame, end - 1),
+                }
             }
             frame = end.max(frame) + 1;
         }
         work.frames.set_track(column, &track);
     }
     work.missing = missing;
+}
+
+/// Gives the frames before `end` what the nearer frame beside them has. A curve through a flip would be a turn of some
+/// frames, which nobody could tell from a motion.
+fn hold(track: &mut [Trs], first: usize, end: usize) {
+    let middle = first + (end - first) / 2;
+    let (before, after) = (track[first - 1], track[end]);
+    track[first..middle].fill(before);
+    track[middle..end].fill(after);
 }
 
 /// The steps of the whole body: that of index `n` leads to frame `n + 1`.

@@ -1,6 +1,6 @@
 //! What the parts of a cleaning work on.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
 
 use crate::edit::StepInput;
 use crate::edit::body::and_below;
@@ -8,7 +8,7 @@ use crate::edit::frames::Frames;
 use crate::error::Result;
 use crate::figure::{Figure, Humanoid};
 use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
 
 /// The frames that are changed, and what is known about the body.
 #[derive(Clone)]
@@ -18,6 +18,8 @@ pub(super) struct Work<'a> {
     pub(super) figure: &'a Figure,
     /// The frames whose values were made up, since they were not measured; empty where there is none.
     pub(super) missing: Vec<bool>,
+    /// The axis along which the depth of an estimate trembled, where one was found.
+    pub(super) depth: Option<DVec3>,
     /// Metres in a unit of the scene.
     pub(super) metres: f32,
     pub(super) up: Vec3,
@@ -32,6 +34,7 @@ impl<'a> Work<'a> {
             frames: Frames::new(scene, animation, &[])?,
             figure,
             missing: Vec::new(),
+            depth: None,
             metres: figure.metres(),
             up: figure.up_direction(),
             reach,
@@ -63,10 +66,19 @@ impl<'a> Work<'a> {
         self.figure.humanoid.found
     }
 
+    /// The length of a leg at rest, from the hip to the ankle, in metres.
+    pub(super) fn leg(&self) -> Option<f32> {
+        let rest = Pose::rest(self.scene);
+        let place = |bone: Bone| Some(rest.position(self.figure.humanoid.joint(bone)?));
+        let knee = place(Bone::LeftLowerLeg)?;
+        let length = knee.distance(place(Bone::LeftUpperLeg)?) + knee.distance(place(Bone::LeftFoot)?);
+        Some(length * self.metres)
+    }
+
     /// The index of the node that carries the whole body: the topmost that is driven, above the hips or the hips
     /// themselves.
     pub(super) fn carrier(&self) -> Option<usize> {
-        let hips = self.figure.humanoid.joint(crate::scene::HumanoidBone::Hips)?;
+        let hips = self.figure.humanoid.joint(Bone::Hips)?;
         let above = |node: &NodeId| self.scene.nodes[node.index()].parent;
         let chain = std::iter::successors(Some(hips), above);
         let column = |node: NodeId| self.frames.nodes().binary_search(&node).ok();

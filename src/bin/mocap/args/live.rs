@@ -19,13 +19,17 @@ pub(crate) struct RecordArgs {
     /// End by itself after so many seconds, instead of at Ctrl-C alone
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
+    /// Clean the recording, as `mocap clean` does, before it is written
+    #[arg(long)]
+    pub(crate) clean: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlayArgs {
-    /// The motion file, of a humanoid; - is standard input
+    /// The motion file, of a humanoid; - is standard input. With --clean also vmc:PORT or vmc:ADDRESS:PORT, a stream
+    /// that is sent on as it comes
     pub(crate) file: PathBuf,
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
     #[arg(long, value_name = "HOST:PORT")]
@@ -36,6 +40,12 @@ pub(crate) struct PlayArgs {
     /// Poses per second [default: those of the file]
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub(crate) rate: Option<f64>,
+    /// Clean the motion: a file as `mocap clean` does, a stream from its noise
+    #[arg(long)]
+    pub(crate) clean: bool,
+    /// How many seconds later a stream is sent on, from 0 to 10: the more, the less noise [default: 0.5]
+    #[arg(long, value_name = "S", value_parser = delay, requires = "clean")]
+    pub(crate) delay: Option<f64>,
     #[command(flatten)]
     pub(crate) read: Reading,
 }
@@ -81,6 +91,11 @@ fn resolved(text: &str) -> Result<SocketAddr, String> {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.0..=1e6).contains(seconds));
     seconds.ok_or_else(|| "not a number of seconds from 0 to 1000000".to_owned())
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    let delay = text.parse().ok().filter(|delay| (0.0..=10.0).contains(delay));
+    delay.ok_or_else(|| "not a number of seconds from 0 to 10".to_owned())
 }
 
 fn rate(text: &str) -> Result<f64, String> {

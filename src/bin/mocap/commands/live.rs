@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use mocap::edit::{Clean, Step, StepInput};
 use mocap::files::ReplacePolicy;
-use mocap::live::{VmcCounts, VmcMotion, VmcRecorder};
-use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo};
+use mocap::live::{VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
+use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Scene};
 
-use crate::args::{PlayArgs, RecordArgs};
+use crate::args::{Listen, PlayArgs, RecordArgs};
 use crate::{Failure, report, streams};
 
 /// Bytes of the longest packet of UDP.
@@ -48,7 +49,10 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
         report::complain("the recording is as long as memory may be; the rest was not kept");
     }
     tell_left_out(&counts);
-    let scene = recorder.scene()?;
+    let mut scene = recorder.scene()?;
+    if args.clean {
+        clean(&mut scene)?;
+    }
     let seconds = scene.animations[0].duration / scene.animations[0].ticks_per_second;
     let mut written = Exporter::new().write_as(&scene, &args.output)?;
     report::warnings(Some(&args.output), &std::mem::take(&mut written.warnings));
@@ -90,7 +94,21 @@ fn tell_left_out(counts: &VmcCounts) {
     }
 }
 
+/// Cleans a motion with all parts, and says what they did.
+fn clean(scene: &mut Scene) -> Result<(), Error> {
+    let did = Clean::new().apply(scene, &StepInput::new())?;
+    report::say(&format!("clean: {did}"));
+    Ok(())
+}
+
 pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
+    if let Some(source) = args.file.to_str().filter(|file| file.starts_with("vmc:")) {
+        return send_on(args, source);
+    }
+    if args.delay.is_some() {
+        let message = "--delay is for a stream, as vmc:39539: a file is cleaned before it is sent";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let mut scene = super::import_motion(&args.read, &args.file)?;
     let with_path = |error: Error| error.with_path(&args.file);
     if scene.animations.is_empty() {
@@ -100,12 +118,11 @@ pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
     for guess in Conversion::new().apply(&mut scene).map_err(with_path)? {
         report::say(&guess.to_string());
     }
+    if args.clean {
+        clean(&mut scene).map_err(with_path)?;
+    }
     let motion = VmcMotion::new(&scene).map_err(with_path)?;
-    let any = match args.vmc.0 {
-        SocketAddr::V4(_) => "0.0.0.0:0",
-        SocketAddr::V6(_) => "[::]:0",
-    };
-    let socket = UdpSocket::bind(any).map_err(|error| of_socket(args.vmc.0, &error))?;
+    let socket = sender(args.vmc.0)?;
     let is_over = over_at_a_signal()?;
     let rate = args.rate.unwrap_or_else(|| motion.frames_per_second());
     // The last frame is a frame too.
@@ -119,17 +136,71 @@ pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
     while !is_over.load(Ordering::Relaxed) && (args.repeat || sent < frames) {
         let clock = sent as f64 / rate;
         wait_until(begin + Duration::from_secs_f64(clock), &is_over);
-        for packet in motion.packets_at((sent % frames) as f64 / rate, clock) {
-            match socket.send_to(&packet, args.vmc.0) {
-                // Nobody listens yet.
-                Err(error) if error.kind() == ErrorKind::ConnectionRefused => {}
-                Err(error) => return Err(of_socket(args.vmc.0, &error).into()),
-                Ok(_) => {}
-            }
-        }
+        send(
+            &socket,
+            args.vmc.0,
+            &motion.packets_at((sent % frames) as f64 / rate, clock),
+        )?;
         sent += 1;
     }
     report::say(&format!("{sent} frames were sent"));
+    Ok(())
+}
+
+/// Sends a stream on without its noise, a delay later, until Ctrl-C.
+fn send_on(args: &PlayArgs, source: &str) -> Result<(), Failure> {
+    let source: Listen = source
+        .parse()
+        .map_err(|why| Failure::Usage(format!("{source}: {why}")))?;
+    if !args.clean || args.repeat || args.rate.is_some() {
+        let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    /// Seconds: a moment is then seen from both sides.
+    const DELAY: f64 = 0.5;
+    let delay = args.delay.unwrap_or(DELAY);
+    let mut cleaner = VmcCleaner::new(delay)?;
+    let input = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
+    input.set_read_timeout(Some(PATIENCE))?;
+    let output = sender(args.vmc.0)?;
+    let is_over = over_at_a_signal()?;
+    report::say(&format!(
+        "from {} to {}, {delay} s later; Ctrl-C ends it",
+        input.local_addr()?,
+        args.vmc.0
+    ));
+    let (mut packet, mut sent, begin) = (vec![0; LONGEST], 0_u64, Instant::now());
+    while !is_over.load(Ordering::Relaxed) {
+        if let Ok((length, _)) = input.recv_from(&mut packet) {
+            let given = cleaner.hear(&packet[..length], begin.elapsed().as_secs_f64());
+            send(&output, args.vmc.0, &given)?;
+            sent += given.len() as u64;
+        }
+    }
+    let left = cleaner.finish();
+    send(&output, args.vmc.0, &left)?;
+    report::say(&format!("{} packets were sent", sent + left.len() as u64));
+    Ok(())
+}
+
+/// A socket that sends to an address.
+fn sender(to: SocketAddr) -> Result<UdpSocket, Error> {
+    let any = match to {
+        SocketAddr::V4(_) => "0.0.0.0:0",
+        SocketAddr::V6(_) => "[::]:0",
+    };
+    UdpSocket::bind(any).map_err(|error| of_socket(to, &error))
+}
+
+fn send(socket: &UdpSocket, to: SocketAddr, packets: &[Vec<u8>]) -> Result<(), Error> {
+    for packet in packets {
+        match socket.send_to(packet, to) {
+            // Nobody listens yet.
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => {}
+            Err(error) => return Err(of_socket(to, &error)),
+            Ok(_) => {}
+        }
+    }
     Ok(())
 }
 

@@ -1,0 +1,192 @@
+//! The depth of an estimate from one camera: along its axis the body trembles and wavers several times as much as
+//! across it.
+//!
+//! The trembling is noise of the one direction in which the body has far more of it than in the others, and tells the
+//! axis. The wavering is slow, and moves both feet with the body: it is what the slower foot says of the motion of the
+//! ground, made free of what lasts for seconds, which may be a walk.
+
+use glam::{DMat3, DVec2, DVec3, Mat4};
+
+use super::floor::{Feet, axes};
+use super::noise::{LEAST_DISTANCE, without_noise};
+use super::pace::Bank;
+use super::smoother::Positions;
+use super::work::Work;
+use crate::edit::frames::tracks;
+
+/// The difference that shows noise: the fourth, which multiplies the variance of white noise by 70.
+const ORDER: usize = 4;
+const OF_WHITE: f64 = 70.0;
+/// The median of the absolute value of a normal variable of variance 1.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// How many times as much noise there is along the axis as across it, and how much at least, in metres.
+const TIMES: f64 = 2.5;
+const LEAST_JITTER: f64 = 6e-3;
+/// The slower foot stands while the ground under it wavers by at most this, in m/s, and not across the axis by more
+/// than this.
+const FASTEST: f64 = 0.6;
+const ACROSS: f64 = 0.15;
+/// The part of the axis that must be over the ground.
+const LEVEL: f64 = 0.7;
+/// The fraction of the frames in which a foot must stand.
+const STANDING: f64 = 0.4;
+/// Motions of the ground that last longer are a walk or a drift, in seconds.
+const SLOWEST: f64 = 3.0;
+/// What wavers less along the axis, as standard deviation in metres, is none.
+const LEAST_WAVER: f64 = 0.012;
+/// Once it is taken out, the slower foot is slower than this, in m/s, in this fraction of the frames.
+const STILL: f64 = 0.2;
+const STANDS: f64 = 0.65;
+/// Seconds over which the way of the ground is made smooth: it changes from one foot to the other.
+const SMOOTH: f64 = 0.08;
+
+/// Takes the trembling out, and gives its standard deviation in metres. Leaves its axis in `work`.
+pub(super) fn steady(work: &mut Work<'_>, bank: &Bank) -> Option<f64> {
+    let carrier = work.carrier()?;
+    let node = work.frames.nodes()[carrier];
+    let metres = f64::from(work.metres);
+    let track: Vec<DVec3> = tracks(&work.frames, work.scene, &[node])
+        .swap_remove(0)
+        .iter()
+        .map(|place| place.as_dvec3() * metres)
+        .collect();
+    let axis = noisiest(&track)?;
+    // The smoother takes vectors: this one has the same value on each axis.
+    let along: Vec<DVec3> = track.iter().map(|place| DVec3::splat(place.dot(axis))).collect();
+    let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+    let (smooth, noise) = without_noise::<Positions>(&along, &work.missing, work.frames.rate, bank, true, is_noise)?;
+    let shifts: Vec<DVec3> = smooth
+        .iter()
+        .zip(&along)
+        .map(|(to, from)| axis * (to.x - from.x) / metres)
+        .collect();
+    shift(work, carrier, &shifts);
+    work.depth = Some(axis);
+    Some(noise)
+}
+
+fn shift(work: &mut Work<'_>, carrier: usize, shifts: &[DVec3]) {
+    work.carry(carrier, |frame| {
+        Mat4::from_translation(shifts[frame.min(shifts.len() - 1)].as_vec3())
+    });
+}
+
+/// The direction in which a track has far more noise than across it.
+fn noisiest(track: &[DVec3]) -> Option<DVec3> {
+    let mut differences = track.to_vec();
+    for _ in 0..ORDER {
+        for index in 0..differences.len().saturating_sub(1) {
+            differences[index] = differences[index + 1] - differences[index];
+        }
+        differences.pop();
+    }
+    differences.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    // The largest are steps and jumps.
+    let calm = &differences[..differences.len() * 7 / 10];
+    let outer = |d: &DVec3| DMat3::from_cols(*d * d.x, *d * d.y, *d * d.z);
+    let spread = calm.iter().map(outer).fold(DMat3::ZERO, |sum, one| sum + one);
+    // The power method (von Mises): the largest of three is found soon where it is far larger.
+    let mut axis = DVec3::new(0.6, 0.5, 0.62);
+    for _ in 0..64 {
+        axis = (spread * axis).try_normalize()?;
+    }
+    let noise = |direction: DVec3| {
+        let mut sizes: Vec<f64> = differences.iter().map(|d| d.dot(direction).abs()).collect();
+        crate::math::median::wide_median(&mut sizes) / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
+    };
+    let (one, other) = axis.any_orthonormal_pair();
+    let along = noise(axis);
+    (along > LEAST_JITTER && along > TIMES * noise(one).max(noise(other))).then_some(axis)
+}
+
+/// Takes the wavering along the axis of the trembling out, and gives how far it moved the body at most, in metres.
+pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
+    let carrier = work.carrier()?;
+    let [x, y, _] = axes(work.up).map(glam::Vec3::as_dvec3);
+    let depth = work.depth?;
+    // A camera that looks down sees the floor, and a body on it, along another axis: no depth is over the ground then.
+    let best = DVec2::new(depth.dot(x), depth.dot(y));
+    let best = (best.length() > LEVEL).then(|| best.normalize())?;
+    let feet = Feet::new(work);
+    let ground = feet.ground(FASTEST);
+    if (ground.iter().flatten().count() as f64) < STANDING * ground.len() as f64 {
+        return None;
+    }
+    let wavers = |direction: DVec2| {
+        let across = direction.perp();
+        let along = ground.iter().map(|velocity| {
+            let velocity = (*velocity)?.truncate();
+            (velocity.dot(across).abs() < ACROSS).then(|| velocity.dot(direction))
+        });
+        of_seconds(along.collect(), work.frames.rate)
+    };
+    let way = wavers(best);
+    let size = (way.iter().map(|at| at * at).sum::<f64>() / way.len().max(1) as f64).sqrt();
+    if size < LEAST_WAVER {
+        return None;
+    }
+    let axis = (x * best.x + y * best.y) / f64::from(work.metres);
+    let shifts: Vec<DVec3> = way.iter().map(|at| -axis * *at).collect();
+    let old = work.frames.clone();
+    shift(work, carrier, &shifts);
+    // A foot that did not stand, as that of a runner in the air, does not stand now.
+    let stands = Feet::new(work).ground(STILL).iter().flatten().count() as f64;
+    if stands < STANDS * way.len() as f64 {
+        work.frames = old;
+        return None;
+    }
+    Some(way.iter().fold(0.0, |most: f64, at| most.max(at.abs())))
+}
+
+/// The way that a speed makes, without what lasts for seconds; where the speed is not known, it is that between.
+fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
+    let mut at = 0.0;
+    let mut way = Vec::with_capacity(speeds.len());
+    let known: Vec<(usize, f64)> = speeds
+        .iter()
+        .enumerate()
+        .filter_map(|(frame, speed)| Some((frame, (*speed)?)))
+        .collect();
+    let mut next = 0;
+    for frame in 0..speeds.len() {
+        while next < known.len() && known[next].0 < frame {
+            next += 1;
+        }
+        let after = known.get(next).copied();
+        let before = next.checked_sub(1).map(|last| known[last]);
+        let speed = match (before, after) {
+            (Some((from, a)), Some((to, b))) => a + (b - a) * (frame - from) as f64 / (to - from) as f64,
+            (Some((_, only)), None) | (None, Some((_, only))) => only,
+            (None, None) => 0.0,
+        };
+        at += speed / rate;
+        way.push(at);
+    }
+    let slow = smooth(&way, (0.5 * SLOWEST * rate) as usize);
+    let way: Vec<f64> = way.iter().zip(slow).map(|(way, slow)| way - slow).collect();
+    smooth(&way, (SMOOTH * rate).round() as usize)
+}
+
+/// The line of least squares around each value, within so many frames.
+fn smooth(values: &[f64], radius: usize) -> Vec<f64> {
+    let last = values.len().saturating_sub(1);
+    let at = |frame: usize| {
+        // As many on both sides as there are at the nearer end would be few: the line tells there.
+        let around = frame.saturating_sub(radius)..=(frame + radius).min(last);
+        let (mut sums, count) = ([0.0; 4], around.clone().count() as f64);
+        for other in around {
+            let t = other as f64 - frame as f64;
+            let terms = [t, values[other], t * t, t * values[other]];
+            sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+        }
+        let [t, v, tt, tv] = sums;
+        let spread = count * tt - t * t;
+        let slope = if spread > 0.0 {
+            (count * tv - t * v) / spread
+        } else {
+            0.0
+        };
+        (v - slope * t) / count
+    };
+    (0..values.len()).map(at).collect()
+}

@@ -1,0 +1,321 @@
+//! Hands that meet, or rest on the body, keep meeting.
+//!
+//! Where a hand is to what it meets is measured before anything is smoothed, as one track: the noise of this track is
+//! that of both, but what they do at the meeting is in it alone. After the smoothing, which takes each joint for
+//! itself, the arms are brought to where this track has them.
+
+use glam::{DVec3, Vec3};
+
+use super::measures::jitter_and_peak;
+use super::noise::{LEAST_DISTANCE, without_noise};
+use super::pace::Bank;
+use super::smoother::Positions;
+use super::work::Work;
+use crate::edit::frames::Frames;
+use crate::ik::Goal;
+use crate::pose::{Pose, Trs};
+use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// The leg of the body that these lengths are of, in metres: one of 1.7 m.
+const LEG: f32 = 0.84;
+/// How near the middles of two hands are when they meet, in metres ...
+const HANDS: f32 = 0.13;
+/// ... and the middle of a hand and the line along a bone of the body: about half as thick as this is with its flesh.
+const BODY: [(Bone, f32); 8] = [
+    (Bone::Head, 0.17),
+    (Bone::Chest, 0.19),
+    (Bone::Spine, 0.19),
+    (Bone::Hips, 0.19),
+    (Bone::LeftUpperLeg, 0.14),
+    (Bone::LeftLowerLeg, 0.11),
+    (Bone::LeftUpperArm, 0.1),
+    (Bone::LeftLowerArm, 0.09),
+];
+/// Up to this many times as far, a meeting counts less and less.
+const EASE: f64 = 1.4;
+/// A hand rests on the body while it is slower there than this, in m/s: one that passes does not. Two hands that clap
+/// are fast.
+const RESTS: f64 = 0.15;
+/// Seconds in which a meeting comes to count, and counts no more.
+const COMES: f64 = 0.1;
+/// An arm is brought by this much at most, in metres: noise is not more.
+const LARGEST: f32 = 0.1;
+
+/// Arms stay as they were smoothed where this brings hands farther from where they were, by so much in metres.
+const WORSE: f64 = 1e-3;
+
+/// Nor where the whole body jerks more, by this factor.
+const TREMBLES: f64 = 1.15;
+
+/// A hand and what it meets.
+#[derive(Clone, Debug)]
+struct Meeting {
+    hand: Palm,
+    with: With,
+    /// Where the hand is to it, in metres, frame by frame, without the noise of this track.
+    apart: Vec<DVec3>,
+    /// How much the meeting counts in each frame.
+    weights: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum With {
+    /// The other hand: both come.
+    Hand(Palm),
+    /// A joint of the body, in whose frame the hand is, and the end of its bone there, in units of the scene.
+    Body(NodeId, Vec3),
+}
+
+/// The joints of an arm; the middle of the hand is half way from the wrist to the node below it.
+#[derive(Clone, Copy, Debug)]
+struct Palm {
+    arm: [NodeId; 3],
+    below: Option<NodeId>,
+}
+
+impl Palm {
+    fn new(work: &Work<'_>, side: Side) -> Option<Self> {
+        let joint = |bone: Bone| work.figure.humanoid.joint(bone.on(side));
+        let hand = joint(Bone::LeftHand)?;
+        let below = || {
+            work.scene
+                .nodes
+                .iter()
+                .position(|node| node.parent == Some(hand))
+                .map(NodeId::new)
+        };
+        Some(Self {
+            arm: [joint(Bone::LeftUpperArm)?, joint(Bone::LeftLowerArm)?, hand],
+            below: joint(Bone::LeftMiddleProximal).or_else(below),
+        })
+    }
+
+    fn place(self, pose: &Pose) -> Vec3 {
+        let wrist = pose.position(self.arm[2]);
+        self.below.map_or(wrist, |below| wrist.midpoint(pose.position(below)))
+    }
+}
+
+impl With {
+    /// Where a hand is to it.
+    fn apart(self, hand: Palm, pose: &Pose) -> Vec3 {
+        match self {
+            Self::Hand(other) => hand.place(pose) - other.place(pose),
+            Self::Body(joint, _) => pose.node_to_world[joint.index()]
+                .inverse()
+                .transform_point3(hand.place(pose)),
+        }
+    }
+
+    /// How far a hand that is so to it is from it.
+    fn distance(self, apart: DVec3, metres: f32) -> f64 {
+        match self {
+            Self::Hand(_) => apart.length(),
+            Self::Body(_, end) => {
+                let end = end.as_dvec3() * f64::from(metres);
+                let along = (apart.dot(end) / end.length_squared().max(1e-9)).clamp(0.0, 1.0);
+                apart.distance(end * along)
+            }
+        }
+    }
+}
+
+/// What the hands of a motion meet, as it was before it was smoothed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Meetings(Vec<Meeting>);
+
+impl Meetings {
+    /// Those of a humanoid; none of another body.
+    pub(super) fn new(work: &Work<'_>, bank: &Bank) -> Self {
+        let hands: Vec<Palm> = Side::ALL.into_iter().filter_map(|side| Palm::new(work, side)).collect();
+        let size = work.leg().map_or(1.0, |leg| leg / LEG);
+        let mut pairs: Vec<(Palm, With, f32)> = Vec::new();
+        if let [left, right] = hands[..] {
+            pairs.push((left, With::Hand(right), HANDS * size));
+        }
+        for hand in &hands {
+            for (bone, thick) in BODY {
+                let sides = if bone.side().is_some() {
+                    &Side::ALL[..]
+                } else {
+                    &Side::ALL[..1]
+                };
+                let joints = sides
+                    .iter()
+                    .filter_map(|side| work.figure.humanoid.joint(bone.on(*side)));
+                // A hand is always near its own arm.
+                let joints = joints.filter(|joint| !hand.arm.contains(joint));
+                pairs.extend(joints.map(|joint| (*hand, With::Body(joint, end(work, joint)), thick * size)));
+            }
+        }
+        let mut found: Vec<Meeting> = pairs
+            .iter()
+            .map(|(hand, with, _)| Meeting {
+                hand: *hand,
+                with: *with,
+                apart: Vec::new(),
+                weights: Vec::new(),
+            })
+            .collect();
+        let mut pose = Pose::rest(work.scene);
+        for frame in 0..work.frames.len() {
+            work.frames.pose(frame, &mut pose);
+            for meeting in &mut found {
+                let apart = meeting.with.apart(meeting.hand, &pose) * work.metres;
+                meeting.apart.push(apart.as_dvec3());
+            }
+        }
+        for (meeting, (_, _, near)) in found.iter_mut().zip(&pairs) {
+            meeting.smooth(work, bank);
+            meeting.weights = meeting.weights(f64::from(*near), work);
+        }
+        found.retain(|meeting| meeting.weights.contains(&1.0));
+        Self(found)
+    }
+
+    /// The mean distance of hands from what they meet while they do, in metres; `None` where they meet nothing.
+    pub(super) fn apart(&self, work: &Work<'_>) -> Option<f64> {
+        let mut pose = Pose::rest(work.scene);
+        let (mut sum, mut count) = (0.0, 0);
+        for frame in 0..work.frames.len() {
+            let mut is_posed = false;
+            for meeting in self.0.iter().filter(|meeting| meeting.weights.get(frame) == Some(&1.0)) {
+                if !is_posed {
+                    work.frames.pose(frame, &mut pose);
+                    is_posed = true;
+                }
+                let apart = meeting.with.apart(meeting.hand, &pose) * work.metres;
+                sum += meeting.with.distance(apart.as_dvec3(), work.metres);
+                count += 1;
+            }
+        }
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
+    /// Brings the arms back where the smoothing took them off, and says how: an empty text where it did not.
+    pub(super) fn restore(&self, work: &mut Work<'_>, before: Option<f64>) -> String {
+        let (Some(before), Some(smoothed)) = (before, self.apart(work)) else {
+            return String::new();
+        };
+        let old = work.frames.clone();
+        let frames = self.keep(work);
+        let after = self.apart(work).unwrap_or(smoothed);
+        let jitter = |frames: &Frames| jitter_and_peak(work, frames)[0];
+        if jitter(&work.frames) > TREMBLES * jitter(&old) || (after - before).abs() > (smoothed - before).abs() + WORSE
+        {
+            work.frames = old;
+            return String::new();
+        }
+        format!("hands kept where they meet in {frames} frames")
+    }
+
+    /// Brings the arms of a motion that was smoothed to where they meet, and says in how many frames.
+    fn keep(&self, work: &mut Work<'_>) -> usize {
+        let mut changed = 0;
+        let mut pose = Pose::rest(work.scene);
+        for frame in 0..work.frames.len() {
+            if self.0.iter().all(|meeting| meeting.weights[frame] == 0.0) {
+                continue;
+            }
+            work.frames.pose(frame, &mut pose);
+            let mut arms: Vec<(Palm, Vec3, f32)> = Vec::new();
+            for meeting in &self.0 {
+                for (palm, by) in meeting.shifts(frame, &pose, work.metres) {
+                    match arms.iter_mut().find(|arm| arm.0.arm == palm.arm) {
+                        Some(arm) => {
+                            (arm.1, arm.2) = (
+                                arm.1 + by * meeting.weights[frame] as f32,
+                                arm.2 + meeting.weights[frame] as f32,
+                            )
+                        }
+                        None => arms.push((palm, by * meeting.weights[frame] as f32, meeting.weights[frame] as f32)),
+                    }
+                }
+            }
+            for (palm, sum, weight) in arms {
+                // Of several meetings the mean, of one as much as it counts.
+                let by = (sum / weight.max(1.0)).clamp_length_max(LARGEST / work.metres);
+                bring(&mut pose, &mut work.frames, frame, palm.arm, by);
+            }
+            changed += 1;
+        }
+        changed
+    }
+}
+
+impl Meeting {
+    /// Takes the noise out of where the hand is to what it meets.
+    fn smooth(&mut self, work: &Work<'_>, bank: &Bank) {
+        let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+        let smooth = without_noise::<Positions>(&self.apart, &work.missing, work.frames.rate, bank, true, is_noise);
+        if let Some((smooth, _)) = smooth {
+            self.apart = smooth;
+        }
+    }
+
+    /// 1 where the hand is near, and less where it is not so near, or passes.
+    fn weights(&self, near: f64, work: &Work<'_>) -> Vec<f64> {
+        let end = self.apart.len().saturating_sub(1);
+        let speed = |frame: usize| {
+            let (from, to) = (frame.saturating_sub(1), (frame + 1).min(end));
+            self.apart[to].distance(self.apart[from]) * work.frames.rate / (to - from).max(1) as f64
+        };
+        let least = |ratio: f64| {
+            let part = ((ratio - 1.0) / (EASE - 1.0)).clamp(0.0, 1.0);
+            1.0 - part * part * (3.0 - 2.0 * part)
+        };
+        let weight = |frame: usize| {
+            let is_near = least(self.with.distance(self.apart[frame], work.metres) / near);
+            match self.with {
+                With::Hand(_) => is_near,
+                With::Body(..) => is_near.min(least(speed(frame) / RESTS)),
+            }
+        };
+        let weights: Vec<f64> = (0..self.apart.len()).map(weight).collect();
+        eased(&weights, work.frames.frames_in(COMES))
+    }
+
+    /// How far each hand has to come, in units of the scene.
+    fn shifts(&self, frame: usize, pose: &Pose, metres: f32) -> Vec<(Palm, Vec3)> {
+        if self.weights[frame] == 0.0 {
+            return Vec::new();
+        }
+        let goal = (self.apart[frame] / f64::from(metres)).as_vec3();
+        let off = goal - self.with.apart(self.hand, pose);
+        match self.with {
+            With::Hand(other) => vec![(self.hand, 0.5 * off), (other, -0.5 * off)],
+            With::Body(joint, _) => vec![(self.hand, pose.node_to_world[joint.index()].transform_vector3(off))],
+        }
+    }
+}
+
+/// Moves the end of an arm, and keeps its rotation in the world.
+fn bring(pose: &mut Pose, frames: &mut Frames, frame: usize, arm: [NodeId; 3], by: Vec3) {
+    let hand = Trs::from_matrix(pose.node_to_world[arm[2].index()]);
+    pose.bend_limb(arm, &Goal::at(hand.translation + by).with_rotation(hand.rotation), None);
+    for node in arm {
+        frames.set_rotation_of(frame, node, pose);
+    }
+}
+
+/// The end of the bone of a joint, in its frame: its first child that is elsewhere.
+fn end(work: &Work<'_>, joint: NodeId) -> Vec3 {
+    let children = work.scene.nodes.iter().filter(|node| node.parent == Some(joint));
+    let offsets = children.map(|child| child.transform.w_axis.truncate());
+    offsets
+        .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+        .unwrap_or_default()
+}
+
+/// Weights that come to 1 and leave it over so many frames: the largest around each, made less by how far it is.
+fn eased(weights: &[f64], frames: usize) -> Vec<f64> {
+    let at = |frame: usize| {
+        let around = frame.saturating_sub(frames)..(frame + frames + 1).min(weights.len());
+        let less = |other: usize| {
+            let part = other.abs_diff(frame) as f64 / (frames + 1) as f64;
+            weights[other] * (0.5 + 0.5 * (std::f64::consts::PI * part).cos())
+        };
+        around.map(less).fold(0.0, f64::max)
+    };
+    (0..weights.len()).map(at).collect()
+}

@@ -1,0 +1,343 @@
+//! A rate that is not the file's: frames that are repeated in a pattern, and a body that falls too slowly or too fast.
+//!
+//! A take of 24 frames a second in a file of 30 repeats each fourth frame. A file that states half the true rate is in
+//! slow motion: who jumps falls by a quarter of gravity, and who walks takes long steps too seldom. The fall of the
+//! centre of mass is a law, by which a rate is corrected; the ratio of length and frequency of steps is a habit, for
+//! which there is a warning.
+
+use glam::{DVec3, Vec3};
+
+use super::work::Work;
+use crate::edit::frames::tracks;
+use crate::figure::contacts::points_of_feet;
+use crate::math::median::{median, wide_median};
+use crate::pose::Pose;
+use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// The longest pattern of repeated frames, in frames, and how many times it must come.
+const LONGEST_PATTERN: usize = 10;
+const REPEATS: usize = 8;
+/// The fraction of the frames in which a pattern must hold.
+const HOLDS: f64 = 0.95;
+/// Metres per second squared.
+const GRAVITY: f64 = 9.81;
+/// The height of both feet above where they rest in a flight, in metres; its shortest time in frames.
+const IN_FLIGHT: f64 = 0.06;
+const LEAST_FLIGHT: usize = 6;
+/// How far the parabola of a flight bends at least, in metres, and how much of that the centre of mass may be beside
+/// it.
+const LEAST_BEND: f64 = 0.05;
+const BESIDE: f64 = 0.15;
+/// How far flights may differ in the rate that they tell of, as a fraction.
+const AGREE: f64 = 0.12;
+/// The factors between a stated and a true rate that are corrected, and how far the measured one may be from them.
+const FACTORS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
+const NEAR: f64 = 0.12;
+/// A rate within this of the stated one is that.
+const ALIKE: f64 = 1.25;
+/// The ratio of the length of steps to their frequency, both made free of dimensions by the length of the leg and
+/// gravity, and the factor by which it may be off. It hardly depends on speed: 0.0063 m for a step a minute (Sekiya and
+/// Nagasaki, "Reproducibility of the walking patterns of normal young adults", 1998), with 0.84 m from hip to ankle.
+const WALK_RATIO: f64 = 1.54;
+const WALK_RATIO_OFF: f64 = 1.55;
+/// Steps of a walk that are needed, and their least length as a fraction of the leg.
+const STEPS: usize = 4;
+const LEAST_STEP: f64 = 0.45;
+/// In a step of a walk the body goes at least this fraction of it.
+const GOES: f64 = 0.7;
+
+/// The masses of segments as fractions of the body's, with the fraction of the way from one joint to the other at which
+/// their centre is: Winter, "Biomechanics and motor control of human movement" (2009), table 4.1. One side stands for
+/// both.
+const SEGMENTS: [(Bone, Bone, f64, f64); 7] = [
+    (Bone::Hips, Bone::Neck, 0.497, 0.5),
+    (Bone::Neck, Bone::Head, 0.081, 1.0),
+    (Bone::LeftUpperArm, Bone::LeftLowerArm, 0.028, 0.436),
+    (Bone::LeftLowerArm, Bone::LeftHand, 0.022, 0.682),
+    (Bone::LeftUpperLeg, Bone::LeftLowerLeg, 0.1, 0.433),
+    (Bone::LeftLowerLeg, Bone::LeftFoot, 0.0465, 0.433),
+    (Bone::LeftFoot, Bone::LeftFoot, 0.0145, 0.5),
+];
+
+/// Which frames of a repeated pattern hold what is before them, as they stand in the pattern.
+pub(super) struct Pattern {
+    pub(super) is_held: Vec<bool>,
+}
+
+impl Pattern {
+    /// The shortest pattern of the frames that are held; `None` where there is none.
+    pub(super) fn of(held: &[bool]) -> Option<Self> {
+        let moving = held.iter().position(|held| !held)?..=held.iter().rposition(|held| !held)?;
+        let held = &held[moving];
+        (2..=LONGEST_PATTERN).find_map(|length| Self::of_length(held, length))
+    }
+
+    fn of_length(held: &[bool], length: usize) -> Option<Self> {
+        let periods = held.len() / length;
+        if periods < REPEATS {
+            return None;
+        }
+        let count = |place: usize| held.iter().skip(place).step_by(length).filter(|held| **held).count();
+        let is_held: Vec<bool> = (0..length).map(|place| 2 * count(place) > periods).collect();
+        let agrees = held
+            .iter()
+            .enumerate()
+            .filter(|(frame, held)| is_held[frame % length] == **held)
+            .count();
+        let some = is_held.contains(&true) && is_held.contains(&false);
+        (some && agrees as f64 >= HOLDS * held.len() as f64).then_some(Self { is_held })
+    }
+
+    /// The part of the frames that are none of their own.
+    pub(super) fn share_of_own(&self) -> f64 {
+        self.is_held.iter().filter(|held| !**held).count() as f64 / self.is_held.len() as f64
+    }
+}
+
+/// What a motion says of its rate, beside the file.
+pub(super) enum Told {
+    /// This is its rate: so many jumps fall by gravity then, and by the second factor of it at the rate of the file.
+    Is { rate: f64, flights: usize, fall: f64 },
+    /// What looks wrong, in words.
+    Perhaps(String),
+}
+
+/// What the jumps and steps of a body say of the frame rate; `None` where it looks right, or nothing can be told.
+pub(super) fn told(work: &Work<'_>) -> Option<Told> {
+    let body = Measured::new(work)?;
+    let mut rates = body.flights();
+    let stated = work.frames.rate;
+    let Some(rate) = median(&mut rates).map(f64::from) else {
+        return body.steps(stated).map(Told::Perhaps);
+    };
+    let ratio = rate / stated;
+    if (1.0 / ALIKE..ALIKE).contains(&ratio) {
+        return None;
+    }
+    let agree = rates.iter().all(|other| (f64::from(*other) / rate - 1.0).abs() < AGREE);
+    let factor = FACTORS.into_iter().find(|factor| (ratio / factor - 1.0).abs() < NEAR);
+    match factor.filter(|_| agree && rates.len() > 1) {
+        Some(factor) => Some(Told::Is {
+            rate: stated * factor,
+            flights: rates.len(),
+            fall: ratio.powi(-2),
+        }),
+        None => Some(Told::Perhaps(format!(
+            "{} fall as if the motion had {rate:.0} frames a second, not {stated:.0}",
+            counted(rates.len(), "jump")
+        ))),
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    match count {
+        1 => format!("one {what}"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// The places of the body over time, in metres: along the two axes of the ground, and up.
+struct Measured {
+    centre: Vec<DVec3>,
+    /// The height of the lowest point of either foot above where it rests.
+    lowest: Vec<f64>,
+    ankles: [Vec<DVec3>; 2],
+    leg: f64,
+}
+
+impl Measured {
+    fn new(work: &Work<'_>) -> Option<Self> {
+        let joint = |bone: Bone| work.figure.humanoid.joint(bone);
+        let segments = SEGMENTS.iter().flat_map(|&(from, to, mass, at)| {
+            let is_paired = from.side().is_some();
+            let sides = if is_paired { &Side::ALL[..] } else { &Side::ALL[..1] };
+            sides
+                .iter()
+                .map(move |side| (from.on(*side), to.on(*side), mass, at))
+                .collect::<Vec<_>>()
+        });
+        let segments: Vec<(NodeId, NodeId, f64, f64)> = segments
+            .filter_map(|(from, to, mass, at)| Some((joint(from)?, joint(to)?, mass, at)))
+            .collect();
+        let mass: f64 = segments.iter().map(|segment| segment.2).sum();
+        // Without the trunk or a leg the centre is elsewhere.
+        if mass < 0.8 {
+            return None;
+        }
+        let [ankles, balls] = points_of_feet(work.scene, &work.figure.humanoid);
+        let feet: Vec<NodeId> = ankles.iter().chain(&balls).map(|(_, node)| *node).collect();
+        let [x, y, up] = super::floor::axes(work.up);
+        let local = |point: Vec3| (Vec3::new(point.dot(x), point.dot(y), point.dot(up)) * work.metres).as_dvec3();
+        let mut pose = Pose::rest(work.scene);
+        let centre = (0..work.frames.len()).map(|frame| {
+            work.frames.pose(frame, &mut pose);
+            let weighed = segments
+                .iter()
+                .map(|&(from, to, mass, at)| mass * local(pose.position(from)).lerp(local(pose.position(to)), at));
+            weighed.sum::<DVec3>() / mass
+        });
+        let centre = centre.collect();
+        let tracks = tracks(&work.frames, work.scene, &feet);
+        let tracks: Vec<Vec<DVec3>> = tracks
+            .iter()
+            .map(|track| track.iter().copied().map(local).collect())
+            .collect();
+        Some(Self {
+            centre,
+            lowest: lowest(&tracks),
+            ankles: [tracks.first()?.clone(), tracks.get(1)?.clone()],
+            leg: f64::from(work.leg()?),
+        })
+    }
+
+    /// The rates of which the flights tell: in each the centre of mass falls by gravity.
+    fn flights(&self) -> Vec<f32> {
+        let mut rates = Vec::new();
+        let mut first = 0;
+        while first < self.lowest.len() {
+            let end = (first..self.lowest.len())
+                .find(|frame| self.lowest[*frame] < IN_FLIGHT)
+                .unwrap_or(self.lowest.len());
+            if end >= first + LEAST_FLIGHT && end < self.lowest.len() && first > 0 {
+                rates.extend(self.rate_of(&self.centre[first..end]));
+            }
+            first = end + 1;
+        }
+        rates
+    }
+
+    /// The rate at which these places are a flight; `None` where they are none.
+    fn rate_of(&self, places: &[DVec3]) -> Option<f32> {
+        let frames = places.len() as f64;
+        let heights: Vec<f64> = places.iter().map(|place| place.z).collect();
+        let [bend, beside] = parabola(&heights);
+        let height = bend * (frames - 1.0).powi(2) / 8.0;
+        let straight = [0, 1].map(|axis| {
+            let along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+            parabola(&along)[0].abs() * (frames - 1.0).powi(2) / 8.0
+        });
+        let is_flight =
+            -height > LEAST_BEND && beside < BESIDE * -height && straight.into_iter().all(|off| off < 0.5 * -height);
+        is_flight.then(|| (GRAVITY / -bend).sqrt() as f32)
+    }
+
+    /// What the steps of a walk say of the rate, in words, where they are far too long or too short for their
+    /// frequency.
+    fn steps(&self, rate: f64) -> Option<String> {
+        let landings = self.landings(rate);
+        let steps: Vec<(f64, f64)> = landings
+            .windows(2)
+            .filter(|pair| {
+                let way = (self.centre[pair[1]] - self.centre[pair[0]]).truncate().length();
+                way > GOES * self.step_at(pair[1])
+            })
+            .map(|pair| ((pair[1] - pair[0]) as f64 / rate, self.step_at(pair[1])))
+            .collect();
+        if steps.len() < STEPS {
+            return None;
+        }
+        let middle = |values: Vec<f64>| {
+            let mut values: Vec<f32> = values.into_iter().map(|value| value as f32).collect();
+            median(&mut values).map(f64::from)
+        };
+        let time = middle(steps.iter().map(|step| step.0).collect())?;
+        let length = middle(steps.iter().map(|step| step.1).collect())?;
+        let ratio = length / self.leg * time / (self.leg / GRAVITY).sqrt();
+        let off = ratio / WALK_RATIO;
+        let words = if off > WALK_RATIO_OFF { "slow" } else { "fast" };
+        (!(1.0 / WALK_RATIO_OFF..WALK_RATIO_OFF).contains(&off)).then(|| {
+            format!(
+                "the walk looks {:.1} times too {words}: steps of {length:.2} m, {:.1} a second; a rate of {:.0} frames a second would suit it, not {rate:.0}",
+                off.max(1.0 / off),
+                1.0 / time,
+                rate * off
+            )
+        })
+    }
+
+    /// How far apart the ankles are over the ground, along the way of the body.
+    fn step_at(&self, frame: usize) -> f64 {
+        let apart = self.ankles[0][frame] - self.ankles[1][frame];
+        apart.truncate().length()
+    }
+
+    /// The frames in which the ankles are farthest apart, the one or the other in front: each is a step.
+    fn landings(&self, rate: f64) -> Vec<usize> {
+        let frames = self.centre.len();
+        let half = ((0.25 * rate) as usize).max(2);
+        let along: Vec<f64> = (0..frames)
+            .map(|frame| {
+                let way = self.centre[(frame + half).min(frames - 1)] - self.centre[frame.saturating_sub(half)];
+                let way = way.truncate().normalize_or_zero();
+                (self.ankles[0][frame] - self.ankles[1][frame]).truncate().dot(way)
+            })
+            .collect();
+        let least = LEAST_STEP * self.leg;
+        let mut found: Vec<usize> = Vec::new();
+        for frame in 0..frames {
+            if along[frame].abs() < least {
+                continue;
+            }
+            match found.last_mut() {
+                Some(last) if along[*last].signum() == along[frame].signum() => {
+                    if along[frame].abs() > along[*last].abs() {
+                        *last = frame;
+                    }
+                }
+                _ => found.push(frame),
+            }
+        }
+        // The first is cut off.
+        found.into_iter().skip(1).collect()
+    }
+}
+
+/// The height of the lowest point of either foot in each frame, each above the level on which it rests.
+fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
+    let frames = tracks.first().map_or(0, Vec::len);
+    let level = |track: &Vec<DVec3>| {
+        let mut heights: Vec<f64> = track.iter().map(|place| place.z).collect();
+        heights.sort_by(f64::total_cmp);
+        heights[heights.len() / 10]
+    };
+    let levels: Vec<f64> = tracks.iter().map(level).collect();
+    let of_frame = |frame: usize| {
+        let above = tracks.iter().zip(&levels).map(|(track, level)| track[frame].z - level);
+        above.fold(f64::INFINITY, f64::min)
+    };
+    let heights: Vec<f64> = (0..frames).map(of_frame).collect();
+    let calm = |frame: usize| {
+        let mut around = heights[frame.saturating_sub(2)..(frame + 3).min(frames)].to_vec();
+        wide_median(&mut around)
+    };
+    (0..frames).map(calm).collect()
+}
+
+/// The second derivative per frame of the parabola of least squares through values at even steps, and the root mean
+/// square of what is beside it. By orthogonal polynomials.
+fn parabola(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let middle = (n - 1.0) / 2.0;
+    let mean_square = (n * n - 1.0) / 12.0;
+    let (mut sums, mut squares) = ([0.0; 3], [0.0; 3]);
+    let basis = |index: usize| {
+        let t = index as f64 - middle;
+        [1.0, t, t * t - mean_square]
+    };
+    for (index, value) in values.iter().enumerate() {
+        for (degree, factor) in basis(index).into_iter().enumerate() {
+            sums[degree] += factor * value;
+            squares[degree] += factor * factor;
+        }
+    }
+    let factors: [f64; 3] = std::array::from_fn(|degree| sums[degree] / f64::max(squares[degree], 1e-12));
+    let beside = values.iter().enumerate().map(|(index, value)| {
+        let fitted: f64 = basis(index)
+            .iter()
+            .zip(factors)
+            .map(|(basis, factor)| basis * factor)
+            .sum();
+        (value - fitted).powi(2)
+    });
+    [2.0 * factors[2], (beside.sum::<f64>() / n).sqrt()]
+}
