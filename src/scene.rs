@@ -249,9 +249,17 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// The number of frames: the whole ticks from 0 to [`duration`](Self::duration), both included.
+    /// The number of frames: the whole ticks from 0 to the one nearest to [`duration`](Self::duration), both included.
+    /// A motion that ends between two ticks stays in its last pose until the later one, where that is nearer.
+    ///
+    /// ```
+    /// use mocap::scene::Animation;
+    ///
+    /// let frames = |duration| Animation { duration, ..Animation::default() }.frame_count();
+    /// assert_eq!((frames(3.0), frames(3.4), frames(3.9999)), (4, 4, 5));
+    /// ```
     pub fn frame_count(&self) -> usize {
-        (self.duration as usize).saturating_add(1)
+        (self.duration.round() as usize).saturating_add(1)
     }
 }
 

@@ -57,10 +57,15 @@ impl Timeline {
             }
             None => (old_rate, 1.0, Vec::new()),
         };
-        let frames = |step: f64| (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1);
+        // As `Animation::frame_count`; what `Scene::resample` leaves of the end is less than a frame.
+        let frames_in_file = ((last - first).round() as usize).saturating_add(1);
+        let frames = match options.frames_per_second {
+            Some(_) => (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1),
+            None => frames_in_file,
+        };
         Ok(Self {
-            frames: frames(step),
-            frames_in_file: frames(1.0),
+            frames,
+            frames_in_file,
             frame_rate,
             first,
             step,

@@ -396,6 +396,14 @@ mod tests {
 
     const FRAMES: usize = 1001;
 
+    /// Half a turn may be read as going either way. A bound within which it would be a line is so wide that either way
+    /// is within it: their ends are at most twice the chain's length apart.
+    #[test]
+    fn no_line_is_half_a_turn_where_its_way_matters() {
+        let longest = (2.0 * NLERP_SHARE / NLERP_FROM_SLERP).cbrt();
+        assert!(longest < 0.8 * std::f32::consts::PI, "{longest}");
+    }
+
     fn ticks() -> Vec<f64> {
         (0..FRAMES).map(|frame| frame as f64).collect()
     }

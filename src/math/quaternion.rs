@@ -2,6 +2,15 @@
 
 use glam::{Quat, Vec3};
 
+/// `rotation` scaled to length 1, without minus zeros; `None` where its length is 0 or not finite. In double precision,
+/// because the squares of tiny components, and of huge ones, are no numbers in single.
+pub(crate) fn unit(rotation: Quat) -> Option<Quat> {
+    let rotation = rotation.as_dquat();
+    let length = rotation.length();
+    (length.is_finite() && length > 0.0)
+        .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
+}
+
 /// `rotation` or its negative, an equal rotation: whichever is nearer to `reference`.
 pub(crate) fn in_hemisphere_of(reference: Quat, rotation: Quat) -> Quat {
     if rotation.dot(reference) < 0.0 {

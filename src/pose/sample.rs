@@ -28,15 +28,16 @@ impl Trs {
 
     /// Decomposes `matrix`. Shear is lost; axes without a length complete a rotation with the others.
     pub fn from_matrix(matrix: Mat4) -> Self {
-        let (mut scale, mut rotation, translation) = matrix.to_scale_rotation_translation();
+        // In double precision: of axes that shear, rounding would choose between two rotations.
+        let wide = matrix.as_dmat4();
+        let (mut scale, mut rotation, _) = wide.to_scale_rotation_translation();
         if !rotation.is_finite() {
-            let (lengths, whole) = of_flat(&matrix.as_dmat4());
-            (scale, rotation) = (lengths.as_vec3(), whole.as_quat());
+            (scale, rotation) = of_flat(&wide);
         }
         Self {
-            translation,
-            rotation,
-            scale,
+            translation: matrix.w_axis.truncate(),
+            rotation: rotation.normalize().as_quat(),
+            scale: scale.as_vec3(),
         }
     }
 

@@ -6,7 +6,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::chain::Skeleton;
 use super::change::Change;
-use super::pairs::Pairs;
+use super::pairs::{Pairs, kept_of};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
 use crate::error::Result;
@@ -84,20 +84,23 @@ fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
     if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(ours, theirs)| is_kept(ours, theirs)) {
         return (0..ours.len()).map(Some).collect();
     }
-    let mut of_name: HashMap<&str, VecDeque<usize>> = HashMap::new();
+    let mut of_name: HashMap<String, VecDeque<usize>> = HashMap::new();
     for (clip, name) in theirs.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
-        of_name.entry(name).or_default().push_back(clip);
+        of_name.entry(kept_of(name)).or_default().push_back(clip);
     }
-    let pairs = ours.iter().map(|name| of_name.get_mut(name.as_str())?.pop_front());
+    let pairs = ours.iter().map(|name| of_name.get_mut(&kept_of(name))?.pop_front());
     pairs.collect()
 }
 
-/// Whether a clip has the name of that of the source, or that name with a number behind it. One without a name may have
-/// any, and so one whose format has none.
+/// Whether a clip has the name of that of the source, as far as every format can have it, or that name with a number
+/// behind it. One without a name may have any, and so one whose format has none.
 fn is_kept(ours: &str, theirs: &str) -> bool {
-    let number = theirs.strip_prefix(ours).and_then(|rest| rest.strip_prefix('_'));
+    let (ours, theirs) = (kept_of(ours), kept_of(theirs));
+    let number = theirs
+        .strip_prefix(ours.as_str())
+        .and_then(|rest| rest.strip_prefix('_'));
     let is_numbered = number.is_some_and(|number| number.parse::<u32>().is_ok());
-    [theirs, "", UNNAMED_MOTION].contains(&ours) || is_numbered
+    [theirs.as_str(), "", UNNAMED_MOTION].contains(&ours.as_str()) || is_numbered
 }
 
 /// Whether anything moves in the part of a clip that the file is to have.

@@ -191,6 +191,11 @@ impl<'a> Output<'a> {
         scene.metadata.metres_per_unit.filter(|_| self.is_of_points())
     }
 
+    /// Whether the format has keys at any time, and its reader keeps their times. Others have a pose for each frame.
+    pub(super) fn has_key_times(&self) -> bool {
+        matches!(self.format(), Some(Format::Gltf | Format::Usd | Format::Mclip))
+    }
+
     /// Whether the format has points, which have no parents.
     pub(super) fn is_of_points(&self) -> bool {
         self.format() == Some(Format::Trc)

@@ -308,12 +308,14 @@ fn is_unnamed(joint: &Joint) -> bool {
 /// Whether a name is another only in what a name in some formats cannot have: control characters and braces, for which
 /// `_` or the replacement character stands, and space around it. A joint without a name may have any.
 fn is_kept(ours: &str, theirs: &str) -> bool {
-    let kept = |name: &str| -> String {
-        let is_replaced = |c: char| c.is_control() || "{}\u{fffd}".contains(c);
-        let stands_for = |c: char| if is_replaced(c) { '_' } else { c };
-        name.trim().chars().map(stands_for).collect()
-    };
-    ours.trim().is_empty() || kept(ours) == kept(theirs)
+    ours.trim().is_empty() || kept_of(ours) == kept_of(theirs)
+}
+
+/// What is left of a name in every format.
+pub(super) fn kept_of(name: &str) -> String {
+    let is_replaced = |c: char| c.is_control() || "{}\u{fffd}".contains(c);
+    let stands_for = |c: char| if is_replaced(c) { '_' } else { c };
+    name.trim().chars().map(stands_for).collect()
 }
 
 /// Whether it is an end site with the name that it has where a format gives it none, as in BVH.

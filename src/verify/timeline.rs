@@ -164,9 +164,26 @@ impl Timeline {
         }
     }
 
-    /// How many evenly spaced frames there are.
+    /// How many evenly spaced frames there are: at the rate of the source up to the one nearest to the end, at another
+    /// as [`Scene::resample`] sets them.
     pub(super) fn whole_frames(&self) -> usize {
-        ((self.last - self.first) / self.frame + SAME_TICK).floor() as usize + 1
+        let frames = (self.last - self.first) / self.frame;
+        let last = match self.is_resampled {
+            true => (frames + SAME_TICK).floor(),
+            false => frames.round(),
+        };
+        last as usize + 1
+    }
+
+    /// The timeline of a file that has whole frames alone. What its source does between two of them, at its end too, is
+    /// not in the file, and is not looked for.
+    pub(super) fn of_whole_frames(mut self) -> Self {
+        if !self.is_resampled {
+            self.moments = (0..self.whole_frames())
+                .map(|frame| self.first + frame as f64)
+                .collect();
+        }
+        self
     }
 
     /// Frames per second.

@@ -256,7 +256,8 @@ fn read_stack(
     let moving = nodes.iter().filter(|node| !node.is_end_site);
     let channels = moving.map(|node| {
         let transforms = (0..frames).map(|frame| {
-            let time = stack.time_begin + frame as f64 / rate;
+            // The last frame may be after the end, where curves may go on.
+            let time = (stack.time_begin + frame as f64 / rate).min(stack.time_end);
             ufbx::evaluate_transform(&stack.anim, node.source, time)
         });
         read_channel(node, transforms, warnings)
@@ -269,11 +270,9 @@ fn read_stack(
     }))
 }
 
-/// One frame at the start and one after each frame time.
+/// One frame at the start and one after each frame time, up to the one nearest to the end.
 fn frames_in(seconds: f64, rate: f64) -> u64 {
-    /// A fraction of a frame: FBX rounds times to its own unit, so they do not meet the last frame exactly.
-    const TOLERANCE: f64 = 1e-3;
-    (seconds * rate + TOLERANCE).floor() as u64 + 1
+    (seconds * rate).round() as u64 + 1
 }
 
 fn read_channel(

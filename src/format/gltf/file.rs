@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DQuat, Mat4, Quat, Vec3, Vec4};
+use glam::{Mat4, Quat, Vec3, Vec4};
 
 use super::accessors::{self, Budget, Bytes};
 use super::invalid::{invalid, missing};
@@ -16,6 +16,7 @@ use crate::error::{Diagnostic, Result};
 use crate::files::percent_decoded;
 use crate::format::Failure;
 use crate::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
+use crate::math::quaternion::unit;
 use crate::scene::NodeId;
 
 /// A glTF file with those of its buffers that animations need.
@@ -281,10 +282,12 @@ impl<'a> File<'a> {
                     .expected_found("a last row of 0 0 0 1", format!("{}", matrix.row(3)))
                     .into());
             }
-            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            // In double precision: of axes that shear, rounding would choose between two rotations.
+            let (scale, rotation, translation) = matrix.as_dmat4().to_scale_rotation_translation();
+            let (scale, translation) = (scale.as_vec3(), translation.as_vec3());
             return Ok(Transform {
                 translation,
-                rotation: unit(rotation).unwrap_or_default(),
+                rotation: unit(rotation.as_quat()).unwrap_or_default(),
                 scale: if scale.is_finite() { scale } else { Vec3::ONE },
                 matrix,
             });
@@ -312,13 +315,6 @@ impl<'a> File<'a> {
 /// What this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
     serde_json::from_value(extras?.get("mocap")?.clone()).ok()
-}
-
-/// Normalized in double precision: the squares of tiny components are no numbers in single. Nothing where it has no
-/// length.
-pub(super) fn unit(rotation: Quat) -> Option<Quat> {
-    let rotation: DQuat = rotation.as_dquat().normalize();
-    rotation.is_finite().then(|| rotation.as_quat())
 }
 
 /// Whether kinematics can square and add a number.

@@ -10,10 +10,11 @@
 use glam::{Quat, Vec3};
 
 use super::accessors::{Budget, numbers};
-use super::file::{File, degenerate, implausible, is_degenerate, is_plausible, unit};
+use super::file::{File, degenerate, implausible, is_degenerate, is_plausible};
 use super::invalid::{invalid, missing};
 use super::json::{Animation, Channel};
 use crate::format::Failure;
+use crate::math::quaternion::unit;
 
 /// How far samples may leave a curve: as a fraction of the largest value of its track, and of a quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;

@@ -201,3 +201,26 @@ fn the_rest_of_a_file_with_a_broken_index_stays() {
     }
     assert_eq!(sound, mended);
 }
+
+/// Pointers of animations are texts, not numbers.
+#[test]
+fn a_pointer_of_an_animation_that_leads_nowhere_is_said_and_not_written() {
+    let sound = file("made/two_bones_textured.gltf");
+    let channels = sound["animations"][0]["channels"].as_array().unwrap().len();
+    let place = format!("/animations/0/channels/{channels}");
+    for (pointer, is_there) in [
+        ("/materials/0/emissiveFactor", true),
+        ("/materials/7/emissiveFactor", false),
+        ("/nodes/0/weights/0", true),
+        ("/nodes/4294967295/weights", false),
+        ("/extensions/KHR_lights_punctual/lights/0/color", false),
+        ("/somewhere", true),
+    ] {
+        let target = json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } });
+        let scene = import(&with(&sound, &place, &json!({ "sampler": 0, "target": target })));
+        let said = scene.warnings.iter().any(|warning| warning.message.contains(pointer));
+        assert_eq!(said, !is_there, "{pointer}: {:?}", scene.warnings);
+        let text = written(&scene).to_string();
+        assert!(is_there || !text.contains(pointer), "{pointer}");
+    }
+}

@@ -359,3 +359,109 @@ fn the_armature_that_fbx_adds_above_the_skeleton_is_no_other_joint() {
     let is_added = |scene: &Scene| scene.nodes.iter().any(|node| node.name == "Armature");
     assert!(is_added(&again) && !is_added(&source));
 }
+
+/// A glTF file of two joints with a clip of keys at these seconds and frames of 0.1 s.
+fn keyed(name: &str, seconds: &[f32]) -> Scene {
+    use base64::Engine;
+    let places = seconds.iter().flat_map(|second| [*second, 1.0 + second * second, 0.0]);
+    let bytes: Vec<u8> = (seconds.iter().copied().chain(places))
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let (count, uri) = (seconds.len(), base64::engine::general_purpose::STANDARD.encode(&bytes));
+    let file = json!({
+        "asset": { "version": "2.0", "extras": { "mocap": { "frame_time": 0.1 } } },
+        "nodes": [{ "name": "hip", "children": [1] }, { "name": "knee", "translation": [0, -0.5, 0] }],
+        "animations": [{
+            "name": name, "samplers": [{ "input": 0, "output": 1 }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+        }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": count, "type": "SCALAR" },
+            { "bufferView": 1, "componentType": 5126, "count": count, "type": "VEC3" },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": 4 * count },
+            { "buffer": 0, "byteOffset": 4 * count, "byteLength": 12 * count },
+        ],
+        "buffers": [{ "byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{uri}") }],
+    });
+    Importer::new().read(file.to_string().as_bytes(), "a.gltf").unwrap()
+}
+
+/// A file that has a pose for each frame ends at the frame that is nearest to the end of its source. What the source
+/// does between two frames is not in it.
+#[test]
+fn a_motion_that_ends_between_two_frames_ends_at_the_nearer_one() {
+    for (end, frames) in [(0.33, 4), (0.37, 5), (0.3996, 5)] {
+        let source = keyed("walk", &[0.0, 0.1, 0.2, 0.3, end]);
+        assert_eq!(source.animations[0].frame_count(), frames, "{end}");
+        for format in [Format::Bvh, Format::Fbx, Format::Trc] {
+            let bytes = accepted(&source, format);
+            let name = format!("again.{}", FormatInfo::of(format).extensions[0]);
+            let again = Importer::new().read(&bytes, name).unwrap();
+            assert_eq!(again.animations[0].frame_count(), frames, "{format}: {end}");
+            // The last pose is that of the source, and is compared.
+            let channels = &again.animations[0].channels;
+            let hip = channels.iter().find(|channel| channel.node_name == "hip").unwrap();
+            let last =
+                hip.position_keys.values.last().unwrap().y * again.metadata.metres_per_unit.unwrap_or(1.0) as f32;
+            let at_end = if frames == 5 { 1.0 + end * end } else { 1.09 };
+            assert!((last - at_end).abs() < 1e-4, "{format}: {end}: {last}");
+            let mut other = source.clone();
+            other.animations[0].channels[0]
+                .position_keys
+                .values
+                .iter_mut()
+                .skip(frames - 1)
+                .for_each(|key| key.x += 0.1);
+            assert!(
+                !Verification::of(&other, &bytes).unwrap().is_within(1e-3),
+                "{format}: {end}"
+            );
+        }
+        // These keep the times of keys.
+        for format in [Format::Gltf, Format::Usd] {
+            accepted(&source, format);
+        }
+    }
+}
+
+/// FBX separates names by two control characters, so that its names have none.
+#[test]
+fn a_clip_keeps_its_name_but_for_control_characters() {
+    for (name, is_renamed) in [
+        ("a\u{7f}b", false),
+        ("a\u{1}b", false),
+        ("walk", false),
+        ("walked", true),
+    ] {
+        let source = keyed(name, &[0.0, 0.1, 0.2]);
+        let mut bytes = accepted(&source, Format::Fbx);
+        if is_renamed {
+            while let Some(place) = bytes.windows(name.len()).position(|window| window == name.as_bytes()) {
+                bytes[place] = b'b';
+            }
+        }
+        let verified = Verification::of(&source, &bytes).unwrap();
+        assert_eq!(!verified.findings.is_empty(), is_renamed, "{name:?}: {verified:?}");
+    }
+}
+
+/// A rest pose whose axes shear has a rotation by a formula that rounding chooses: in single precision another than in
+/// double, 90 degrees away.
+#[test]
+fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
+    let path = format!(
+        "{}/tools/fuzz/corpus/usda/rest_that_shears_much",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    let source = importer.read(&std::fs::read(path).unwrap(), "a.usda").unwrap();
+    for format in [Format::Gltf, Format::Fbx, Format::Usd] {
+        let mut scene = source.clone();
+        Conversion::new().apply(&mut scene).unwrap();
+        let bytes = Exporter::new().write(&scene, format).unwrap().into_bytes().unwrap();
+        let verified = Verification::of(&source, &bytes).unwrap();
+        assert!(verified.is_within(1e-3), "{format}: {verified:?}");
+    }
+}

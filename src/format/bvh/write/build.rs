@@ -21,7 +21,7 @@ const POSE_FRAME_RATE: f64 = 30.0;
 pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<String> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
-    let frames = motion.animation.map_or(1, frame_count);
+    let frames = motion.animation.map_or(1, Animation::frame_count);
     let mut text = String::from("HIERARCHY\n");
     push_hierarchy(&mut text, &joints, options);
     let _ = writeln!(text, "MOTION\nFrames: {frames}");
@@ -60,7 +60,7 @@ pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Optio
     let mut written = scaled.clone();
     let (mut largest, mut farthest) = (0.0_f32, 0.0_f32);
     let mut worst = None;
-    for frame in 0..motion.animation.map_or(1, frame_count) {
+    for frame in 0..motion.animation.map_or(1, Animation::frame_count) {
         motion.sample(frame, &mut transforms);
         for joint in &joints {
             let transform = transforms[joint.node];
@@ -285,13 +285,6 @@ fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
     /// Of the OFFSET's length; wider than the limits of this crate's reader.
     const NEAR_ZERO: f32 = 0.06;
     position.abs().max_element() <= NEAR_ZERO * offset.length()
-}
-
-/// One frame per whole tick, from 0 to the last within the duration.
-fn frame_count(animation: &Animation) -> usize {
-    /// A fraction of a tick: durations computed from seconds may be slightly too short.
-    const TOLERANCE: f64 = 1e-6;
-    (animation.duration + TOLERANCE).floor() as usize + 1
 }
 
 fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &BvhOptions) {

@@ -161,7 +161,9 @@ fn bones(scene: &Scene, binds: &BTreeSet<usize>) -> Vec<bool> {
 
 /// A node in its rest pose, without an id and its transform in the world.
 fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
-    let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
+    // In double precision: of axes that shear, rounding would choose between two rotations.
+    let (scale, rotation, _) = node.transform.as_dmat4().to_scale_rotation_translation();
+    let (scale, rotation, translation) = (scale.as_vec3(), rotation.as_quat(), node.transform.w_axis.truncate());
     let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
     let rotation = space
         .rotation(rotation)

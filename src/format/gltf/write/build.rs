@@ -20,9 +20,9 @@ use super::buffer::Buffer;
 use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
-use super::values::unit;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
+use crate::math::quaternion::unit;
 use crate::pose::Pose;
 use crate::scene::{self, AlphaMode, AppliedStep, NodeId, NodeKind, Scene};
 
@@ -379,9 +379,13 @@ impl Builder<'_> {
 
 /// The rest transform of a node, as translation, rotation and scale.
 fn rest_of(node: &scene::Node) -> Result<Rest> {
-    let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
-    let (scale, translation) = (scale + Vec3::ZERO, translation + Vec3::ZERO);
-    match unit(rotation) {
+    // In double precision: of axes that shear, rounding would choose between two rotations.
+    let (scale, rotation, _) = node.transform.as_dmat4().to_scale_rotation_translation();
+    let (scale, translation) = (
+        scale.as_vec3() + Vec3::ZERO,
+        node.transform.w_axis.truncate() + Vec3::ZERO,
+    );
+    match unit(rotation.as_quat()) {
         Some(rotation) if scale.is_finite() && translation.is_finite() => Ok(Rest {
             translation,
             rotation,

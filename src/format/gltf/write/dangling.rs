@@ -75,6 +75,7 @@ impl File {
             }
         }
         self.samplers_of_animations();
+        self.pointers_of_animations();
     }
 
     /// The length of a list of the file.
@@ -229,6 +230,41 @@ impl File {
                 }
             }
         }
+    }
+
+    /// Channels of KHR_animation_pointer whose pointer leads to an item of a list that is not there.
+    fn pointers_of_animations(&mut self) {
+        let pattern = "animations/*/channels/*/target/extensions/KHR_animation_pointer/pointer";
+        let pattern: Vec<&str> = pattern.split('/').collect();
+        let mut found = Vec::new();
+        places(&self.json, &pattern, &mut Vec::new(), &mut found);
+        // From the last to the first, so that no number before it changes.
+        for place in found.iter().rev() {
+            let target = self.json.pointer(&pointer(place)).and_then(Value::as_str);
+            let Some(target) = target.filter(|target| !self.leads_to_an_item(target)) else {
+                continue;
+            };
+            let message = format!(
+                "there is no {target}, so {} is left out where the file is written as glTF",
+                place[..4].join("/")
+            );
+            self.warnings.distinct(invalid(pointer(place), message));
+            let channels = self.json.pointer_mut(&pointer(&place[..3]));
+            if let (Some(channels), Ok(channel)) = (channels.and_then(Value::as_array_mut), place[3].parse()) {
+                let _: Value = channels.remove(channel);
+            }
+        }
+    }
+
+    /// Whether the first list that a pointer names has its item. What the item has is not looked for: members have
+    /// defaults.
+    fn leads_to_an_item(&self, target: &str) -> bool {
+        let is_number = |part: &str| part.parse::<usize>().is_ok();
+        let parts: Vec<&str> = target.split('/').collect();
+        parts
+            .iter()
+            .position(|part| is_number(part))
+            .is_none_or(|item| self.json.pointer(&parts[..=item].join("/")).is_some())
     }
 }
 

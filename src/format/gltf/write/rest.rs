@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use glam::{Quat, Vec3};
 use gltf::json::{Node, scene::UnitQuaternion};
 
-use super::values::{Value, is_constant, unit};
+use super::values::{Value, is_constant};
+use crate::math::quaternion::unit;
 use crate::pose::Binding;
 use crate::scene::{self, Keys, NodeId, Scene};
 

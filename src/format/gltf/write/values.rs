@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use crate::compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
+use crate::math::quaternion::unit;
 use crate::scene::Keys;
 
 /// The difference between scales that programs make where they take a matrix apart: a few roundings of 32-bit floats. A
@@ -123,14 +124,6 @@ pub(super) fn without_noise(scale: Vec3) -> Vec3 {
             .to_array()
             .map(|c| if (c - 1.0).abs() <= SCALE_NOISE { 1.0 } else { c + 0.0 }),
     )
-}
-
-/// `rotation` normalised in double precision and rounded once, without minus zeros; `None` if it is not a rotation.
-pub(super) fn unit(rotation: Quat) -> Option<Quat> {
-    let rotation = rotation.as_dquat();
-    let length = rotation.length();
-    (length.is_finite() && length > 0.0)
-        .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
 }
 
 #[cfg(test)]

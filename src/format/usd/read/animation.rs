@@ -10,6 +10,7 @@ use crate::format::usd::{DURATION, RATE};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions};
 use crate::limits::is_plausible;
+use crate::math::quaternion::unit;
 use crate::pose::Trs;
 use crate::scene::{Animation, Channel, Keys, NodeId};
 
@@ -197,12 +198,6 @@ impl Times {
         }
         Ok((samples.iter().map(|(tick, _)| *tick).collect(), rows))
     }
-}
-
-/// The rotation scaled to unit length; `None` if its length is nearly zero, or its square overflows.
-fn unit(rotation: Quat) -> Option<Quat> {
-    let square = rotation.length_squared();
-    (square > f32::EPSILON && square.is_finite()).then(|| rotation.normalize())
 }
 
 /// The keys of one joint; its value at rest where it has no keys.
