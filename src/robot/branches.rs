@@ -255,9 +255,10 @@ fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
         .iter()
         .map(|track| track.costs.first().copied().unwrap_or(0.0))
         .collect();
-    let mut from: Vec<Vec<usize>> = vec![Vec::new(); frames];
+    // Of each frame after the first, from which track each comes.
+    let mut from: Vec<Vec<usize>> = Vec::with_capacity(frames);
     for frame in 1..frames {
-        let mut next = Vec::with_capacity(tracks.len());
+        let (mut next, mut came) = (Vec::with_capacity(tracks.len()), Vec::with_capacity(tracks.len()));
         for track in tracks {
             let step = |other: usize| {
                 let pairs = tracks[other].positions[frame - 1].iter().zip(&track.positions[frame]);
@@ -265,9 +266,10 @@ fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
             };
             let best = (0..tracks.len()).map(|other| (other, step(other)));
             let (other, sum) = best.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-            from[frame].push(other);
+            came.push(other);
             next.push(sum + track.costs[frame]);
         }
+        from.push(came);
         sums = next;
     }
     let mut here = (0..sums.len())
@@ -276,7 +278,7 @@ fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
     let mut chosen = vec![here; frames];
     for frame in (1..frames).rev() {
         chosen[frame] = here;
-        here = from[frame][here];
+        here = from[frame - 1][here];
     }
     if let Some(first) = chosen.first_mut() {
         *first = here;
@@ -303,7 +305,7 @@ mod tests {
     #[test]
     fn the_worst_moments_are_apart() {
         let mut costs = vec![0.0; 120];
-        costs[20..40].fill(1.0);
+        costs[20..30].fill(1.0);
         costs[90..100].fill(0.5);
         let found = suspects(&costs, 30.0);
         assert_eq!(found.len(), 2, "{found:?}");
