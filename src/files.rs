@@ -2,6 +2,7 @@
 
 mod array_mark;
 mod confined;
+mod csv_table;
 mod existing;
 mod fbx_header;
 mod unfinished;
@@ -13,8 +14,11 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 
+#[cfg(feature = "parquet")]
+pub(crate) use self::array_mark::PARQUET_CREATOR;
 pub(crate) use self::array_mark::{ARRAY_MARK, DATABASE_MARK};
 pub use self::confined::{check_confined, confine};
+pub(crate) use self::csv_table::{PointColumns, Records, is_csv_of_points, is_own_csv, point_of};
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};

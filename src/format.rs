@@ -127,6 +127,19 @@ impl FormatInfo {
         written.find(|row| row.extensions.iter().any(is_its))
     }
 
+    /// The format that the contents of a file tell, from its first bytes, 64 KiB or all of them.
+    ///
+    /// ```
+    /// use mocap::{Format, FormatInfo};
+    ///
+    /// let table = FormatInfo::of_contents(b"frame,joint,x,y,z\n0,hips,0,1,0\n");
+    /// assert_eq!(table.map(|row| row.format), Some(Format::Csv));
+    /// assert!(FormatInfo::of_contents(b"file,size\n").is_none());
+    /// ```
+    pub fn of_contents(bytes: &[u8]) -> Option<&'static Self> {
+        FormatInfo::ALL.iter().find(|row| (row.sniff)(bytes))
+    }
+
     /// The extensions of all written formats, in a sentence.
     ///
     /// ```
@@ -206,6 +219,8 @@ impl FormatInfo {
         array_files::NPY,
         array_files::TORCH,
         array_files::PICKLE,
+        array_files::PARQUET,
+        array_files::CSV,
     ];
 }
 

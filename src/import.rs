@@ -23,6 +23,7 @@ use crate::limits::Limits;
 use crate::process::SkeletonMesh;
 use crate::scene::robot::Robot;
 use crate::scene::{Format, Scene, Topic};
+use crate::solve::Lengths;
 
 /// Imports a motion file with the default options.
 ///
@@ -61,6 +62,7 @@ pub struct Importer {
     hash: bool,
     clips: Clips,
     joints: Option<String>,
+    lengths: Option<Lengths>,
     markers: Option<String>,
     standing: Option<PathBuf>,
     body: Option<PathBuf>,
@@ -85,6 +87,7 @@ impl Importer {
             hash: true,
             clips: Clips::All,
             joints: None,
+            lengths: None,
             markers: None,
             standing: None,
             body: None,

@@ -3,7 +3,7 @@
 //! A [`JointSet`] says which joint stands where which points are, what its parent is, and which bone it is. From there:
 //!
 //! 1. Gaps in the points are filled by straight lines, and named.
-//! 2. Lengths are medians over the frames, so that a few bad frames change nothing.
+//! 2. [`Lengths`] are medians over the frames, so that a few bad frames change nothing, or those of each frame.
 //! 3. From the root outwards each joint gets a rotation. Hips and chest are fitted to the line across and the line up.
 //!    Of a limb the direction is exact; how it is turned about itself (its roll) is told by the hinge below it: a knee
 //!    bends so that the shin goes back, an elbow so that the forearm goes forward with palms down. Where a limb is too
@@ -30,7 +30,7 @@ use glam::{Mat4, Quat, Vec3};
 
 use self::points::Points;
 use self::rest::Rest;
-pub use self::set::JointSet;
+pub use self::set::{JointSet, Lengths};
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::up_axis::to_y_up;
 use crate::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
@@ -62,6 +62,8 @@ impl JointSet {
         let rules = rules::Rules::new(self, &points);
         let (rest, rotations) = turn::turn(self, &rules, &points);
         check_finite(self, &rotations)?;
+        // The reader said the same of each point.
+        scene.warnings.retain(|warning| warning.code != Code::Gap);
         scene.warnings.append(&mut points.warnings);
         write(scene, self, &points, &rest, rotations, up);
         Ok(())
@@ -122,6 +124,11 @@ fn write(
             rotation_keys: Keys::every_tick(local.collect()),
             position_keys: match joint.parent {
                 None => Keys::every_tick(points.tracks[index].clone()),
+                Some(parent) if set.lengths == Lengths::Moving => {
+                    let place =
+                        |frame: usize| world[parent][frame].inverse() * rest::vector(points, parent, index, frame);
+                    Keys::every_tick((0..points.frames).map(place).collect())
+                }
                 Some(_) => Keys::constant(offset),
             },
             scaling_keys: Keys::constant(Vec3::ONE),
@@ -145,7 +152,11 @@ fn write(
             confidence,
         });
     };
-    let choice = format!("rotations are solved from the positions of {}", set.name);
+    let lengths = match set.lengths {
+        Lengths::Median => "lengths are medians",
+        Lengths::Moving => "lengths are those of each frame",
+    };
+    let choice = format!("rotations are solved from the positions of {}; {lengths}", set.name);
     assume(Topic::Body, choice, "the file has no rotations", None);
     if scene.metadata.up.is_none() && up.0 != UpAxis::Y {
         let choice = format!("{} was up, and is +Y now", up.0.as_str().to_uppercase());

@@ -11,9 +11,7 @@ use parquet::file::properties::WriterProperties;
 
 use crate::arrays::Arrays;
 use crate::error::{Code, Diagnostic, Result};
-
-/// What the metadata of a file begin with that says who wrote it.
-const CREATOR: &str = "mocap ";
+use crate::files::PARQUET_CREATOR;
 
 /// Whether `file` is a Parquet file that says that this crate wrote it.
 pub fn is_own_parquet(file: &File) -> bool {
@@ -21,7 +19,7 @@ pub fn is_own_parquet(file: &File) -> bool {
         return false;
     };
     let creator = metadata.file_metadata().created_by();
-    creator.is_some_and(|creator| creator.starts_with(CREATOR))
+    creator.is_some_and(|creator| creator.starts_with(PARQUET_CREATOR))
 }
 
 impl Arrays {
@@ -43,7 +41,7 @@ pub fn to_parquet(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        .set_created_by(format!("{CREATOR}{}", env!("CARGO_PKG_VERSION")))
+        .set_created_by(format!("{PARQUET_CREATOR}{}", env!("CARGO_PKG_VERSION")))
         .build();
     let mut bytes = Vec::new();
     let write = || -> Result<(), ParquetError> {

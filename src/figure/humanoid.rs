@@ -29,8 +29,8 @@ use super::Confidence;
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{Format, HumanoidBone, NodeId, Scene};
 
-/// Why a joint of a VRM file is a bone.
-const STATED: &str = "the file's VRM extension says so";
+/// Why a joint of a file that states its bones, as VRM does, is a bone.
+const STATED: &str = "the file says so";
 
 /// Why a link of a robot is a bone.
 const OF_ROBOT: &str = "the joints of the robot make it one";

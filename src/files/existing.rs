@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::array_mark::{MARKED_EXTENSIONS, has_mark};
+use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
 use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, folder_of, unfinished_target};
@@ -21,9 +22,10 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 ///
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
-/// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file
-/// with the same bytes as the output, an `.npz`, `.pkl` or `.mdb` with this crate's mark, and a glTF, FBX or USD
-/// file that this crate wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is of these
+/// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
+/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb` or `.parquet` with this crate's mark, a `.csv` that is
+/// no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
+/// [`Provenance`](crate::gltf::Provenance). If an input is of these
 /// formats, that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second
 /// is not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
 /// of them must name two inputs, its motion and the character.
@@ -54,7 +56,7 @@ impl ReplacePolicy {
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
         "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "bip",
-        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb",
+        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
@@ -178,6 +180,9 @@ impl ReplacePolicy {
         if has_extension(&target, MARKED_EXTENSIONS) && has_mark(&target) {
             return false;
         }
+        if has_extension(&target, &["csv"]) {
+            return has_points(&target);
+        }
         let is_source = |path: &Path| has_extension(path, Self::SOURCE_EXTENSIONS);
         (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
     }
@@ -269,6 +274,13 @@ fn is_our_buffer(path: &Path) -> bool {
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default();
     extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// Whether the file is a table of points that this crate did not write: other tables are no motion.
+fn has_points(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(CSV_HEAD as u64).read_to_end(&mut head));
+    read.is_ok() && !is_own_csv(&head) && is_csv_of_points(&head)
 }
 
 fn has_bytes(path: &Path, parts: &[impl AsRef<[u8]>]) -> bool {

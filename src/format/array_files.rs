@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `.npz`, `.pt`: zip | `archive`: each entry stored or deflated, its length and check sum held against what is there |
 //! | `.npy` | `npy`: `numpy.lib.format`, versions 1 to 3 |
+//! | `.csv` | `csv`: the arrays of this program, and positions of points, by the names of their columns |
+//! | `.parquet` | `parquet`: the arrays of this program; what its pages claim is held against the file first |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
 //!
 //! What the arrays mean is told by their names and shapes (`layouts`): AMASS, SMPL-X's dictionaries, GVHMR, GEM-X,
@@ -14,11 +16,17 @@
 #[cfg(feature = "npz")]
 mod archive;
 mod body;
+mod csv;
 mod layouts;
 mod motion;
 mod ndarray;
 mod npy;
+#[cfg(feature = "parquet")]
+mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
 mod pickle;
+mod point_rows;
 mod proportions;
 
 pub(crate) use self::body::{Body, BodyModel};
@@ -90,6 +98,29 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
     ..ROW
 };
 
+pub(super) const CSV: FormatInfo = FormatInfo {
+    format: Format::Csv,
+    name: "CSV",
+    description: "tables of text: our own arrays, positions of points",
+    extensions: &["csv"],
+    reading: "good: our own back as they were, positions by the names of their columns",
+    sniff: csv::sniff,
+    read: read_csv,
+    ..ROW
+};
+
+pub(super) const PARQUET: FormatInfo = FormatInfo {
+    format: Format::Parquet,
+    name: "Parquet",
+    description: "tables of columns: our own arrays",
+    extensions: &["parquet"],
+    reading: "good: our own back as they were",
+    sniff: |bytes| bytes.starts_with(b"PAR1"),
+    reads: cfg!(feature = "parquet"),
+    read: read_parquet,
+    ..ROW
+};
+
 /// The name of the first file of an archive.
 #[cfg(feature = "npz")]
 fn first_name(bytes: &[u8]) -> Option<&str> {
@@ -124,6 +155,32 @@ fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         add(&mut entries, "", Bytes::File(bytes), "of the file")?;
         see(&entries)
     })
+}
+
+fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    if source.bytes.is_empty() {
+        return Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into());
+    }
+    let read = csv::entries(source.bytes, &mut warnings)
+        .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings));
+    warnings.attach_to(read)
+}
+
+#[cfg(feature = "parquet")]
+fn read_parquet(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let read = parquet::scene(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(_: &Source<'_>, _: &ReadOptions) -> Result<Scene> {
+    Err(
+        Diagnostic::new(Code::UnreadableFormat, "this build does not read Parquet")
+            .help("build it with --features parquet, or write the arrays as .npz or .csv")
+            .into(),
+    )
 }
 
 fn read_pickle(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

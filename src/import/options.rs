@@ -11,6 +11,7 @@ use crate::process::SkeletonMesh;
 use crate::scene::{Format, RootOffset};
 #[cfg(doc)]
 use crate::scene::{Origin, Scene};
+use crate::solve::Lengths;
 
 impl Importer {
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
@@ -137,6 +138,23 @@ impl Importer {
     #[must_use]
     pub fn joints(mut self, set: impl Into<String>) -> Self {
         self.joints = Some(set.into());
+        self
+    }
+
+    /// What the lengths of a skeleton are that is solved from positions of joints. Default: medians. Import fails with
+    /// [`Code::InvalidValue`] where nothing is solved, and for markers, of whose skeleton lengths are constant.
+    ///
+    /// ```
+    /// use mocap::solve::Lengths;
+    ///
+    /// let importer = mocap::Importer::new().lengths(Lengths::Moving);
+    /// let scene = importer.import("fixtures/arrays/points_smpl22.npy")?;
+    /// assert!(scene.animations[0].channels.iter().all(|channel| channel.position_keys.len() > 1));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn lengths(mut self, lengths: Lengths) -> Self {
+        self.lengths = Some(lengths);
         self
     }
 

@@ -135,7 +135,7 @@ impl Importer {
     /// The explicit choice, else the contents, else the extension.
     pub(super) fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
         let chosen = FormatInfo::ALL.iter().find(|format| Some(format.format) == self.format);
-        let found = chosen.or_else(|| FormatInfo::ALL.iter().find(|format| (format.sniff)(bytes)));
+        let found = chosen.or_else(|| FormatInfo::of_contents(bytes));
         found.or_else(|| format_of_extension(name)).ok_or_else(|| {
             let extension = name.extension().unwrap_or_default().to_string_lossy();
             let known: Vec<_> = FormatInfo::ALL.iter().map(|row| row.format.as_str()).collect();

@@ -9,8 +9,15 @@ use crate::scene::{Format, NodeKind, Scene};
 use crate::solve::JointSet;
 use crate::solve::markers::{Known, solve_markers};
 
-/// Formats of arrays, whose points have no names of their own.
-const ARRAYS: [Format; 4] = [Format::Npz, Format::Npy, Format::Torch, Format::Pickle];
+/// Formats of arrays, whose points may have no names of their own.
+const ARRAYS: [Format; 6] = [
+    Format::Npz,
+    Format::Npy,
+    Format::Torch,
+    Format::Pickle,
+    Format::Csv,
+    Format::Parquet,
+];
 
 /// Labels of markers are looked up in the known sets.
 const AUTO: &str = "auto";
@@ -18,16 +25,17 @@ const AUTO: &str = "auto";
 impl Importer {
     /// Solves rotations from the positions of a scene without a skeleton.
     pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
-        if let Some(names) = &self.markers {
-            return self.solve_markers(scene, names, source);
-        }
-        match &self.joints {
-            Some(joints) => joint_set(joints, source)?.solve(scene),
-            None if is_array(scene) && is_points(scene) => match set_of_names(scene) {
-                Some(set) => set.solve(scene),
-                None => Ok(()),
-            },
-            None => Ok(()),
+        let set = match &self.joints {
+            _ if self.markers.is_some() => None,
+            Some(joints) => Some(joint_set(joints, source)?),
+            None if is_array(scene) && is_points(scene) => set_of_names(scene),
+            None => None,
+        };
+        match (set, self.lengths, &self.markers) {
+            (Some(set), lengths, _) => set.lengths(lengths.unwrap_or_default()).solve(scene),
+            (None, Some(_), _) => Err(needless_lengths()),
+            (None, None, Some(names)) => self.solve_markers(scene, names, source),
+            (None, None, None) => Ok(()),
         }
     }
 
@@ -47,6 +55,7 @@ impl Importer {
                 markers: None,
                 standing: None,
                 joints: None,
+                lengths: None,
                 ..self.clone()
             };
             let trial = importer.read(&bytes, standing)?;
@@ -55,6 +64,13 @@ impl Importer {
         }
         solve_markers(scene, &known)
     }
+}
+
+/// The error of lengths where no positions of joints are solved.
+fn needless_lengths() -> Error {
+    let message = "--lengths is for rotations that are solved from positions of joints, and none are here";
+    let help = "name the joints with --joints, or leave --lengths out";
+    Diagnostic::new(Code::InvalidValue, message).help(help).into()
 }
 
 /// A set by its name, or that of a JSON file.

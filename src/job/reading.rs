@@ -9,6 +9,7 @@ use super::is_default;
 use crate::convert::Conversion;
 use crate::import::{Clips, Importer};
 use crate::scene::{Format, RootOffset};
+use crate::solve::Lengths;
 
 /// How the files of a job are read.
 ///
@@ -51,6 +52,11 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
+    /// Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are
+    /// where their positions are
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub lengths: Option<Lengths>,
     /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set, or a JSON file,
     /// an object from labels to landmarks [default: markers stay points]
     #[cfg_attr(feature = "cli", arg(long, value_name = "auto|FILE"))]
@@ -109,6 +115,9 @@ impl Reading {
         }
         if let Some(joints) = &self.joints {
             importer = importer.joints(joints);
+        }
+        if let Some(lengths) = self.lengths {
+            importer = importer.lengths(lengths);
         }
         if let Some(markers) = &self.markers {
             importer = importer.markers(markers);

@@ -101,6 +101,10 @@ formats! {
     Torch "torch"
     /// Arrays in a pickle of Python:
     Pickle "pickle"
+    /// Tables of text:
+    Csv "csv"
+    /// Tables of columns:
+    Parquet "parquet"
 }
 
 impl fmt::Display for Format {

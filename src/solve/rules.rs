@@ -5,16 +5,22 @@ use super::rest;
 use super::set::{JointSet, Mark};
 use crate::scene::{HumanoidBone as Bone, Side};
 
+/// The line of a trunk that points up.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Up {
+    /// From a joint to another.
+    Line(usize, usize),
+    /// From the middle of the line across to the joint.
+    FromMiddle,
+    /// From the joint to the middle of the line across.
+    ToMiddle,
+}
+
 /// What tells the rotation of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rule {
-    /// The line from the right to the left, and that up, both between joints. Without the second it is from the middle
-    /// of the first to the joint.
-    Trunk {
-        left: usize,
-        right: usize,
-        up: Option<(usize, usize)>,
-    },
+    /// The line from the right to the left, and that up.
+    Trunk { left: usize, right: usize, up: Up },
     /// The direction to the child, and the twist between hips and chest, of which it has this fraction.
     Spine { child: usize, chest: usize, fraction: f32 },
     /// The direction to the child, and the hinge there, whose far end is a joint.
@@ -99,24 +105,29 @@ fn chest(set: &JointSet) -> Option<usize> {
 fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Option<Rule> {
     /// Two joints nearer to each other than this fraction of the line across have no direction.
     const NEAR: f32 = 0.1;
+    /// Of a joint at this fraction of the line across from its middle, that direction is more than noise.
+    const FAR: f32 = 0.3;
     let child = |bone: Bone| set.joint(bone).filter(|child| set.joints[*child].parent == Some(joint));
     let pair = |bone: Bone| Some((child(bone)?, child(bone.on(Side::Right))?));
     let (left, right) = sides.into_iter().find_map(pair)?;
     let trunk = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck, Bone::Head];
     let above = trunk.into_iter().find_map(child);
     let is_far = |above: &usize| rest::length(points, joint, *above) > NEAR * rest::length(points, right, left);
+    let to_middle = points.median(|frame| {
+        let [own, left, right] = [joint, left, right].map(|joint| points.tracks[joint][frame]);
+        own.distance(left.midpoint(right)) / left.distance(right).max(f32::MIN_POSITIVE)
+    });
     let up = match (above.filter(is_far), set.joints[joint].parent) {
-        (Some(above), _) => Some((joint, above)),
-        (None, Some(parent)) => Some((parent, joint)),
+        (Some(above), _) => Up::Line(joint, above),
+        // Shoulders far above their joint turn with it, and what is below may not.
+        (None, Some(_)) if to_middle > FAR => Up::ToMiddle,
+        (None, Some(parent)) => Up::Line(parent, joint),
         // Hips that are above the joints of the legs say where up is, however the spine bends.
-        (None, None) => {
-            let above = points.median(|frame| {
-                let [own, left, right] = [joint, left, right].map(|joint| points.tracks[joint][frame]);
-                own.distance(left.midpoint(right)) / left.distance(right).max(f32::MIN_POSITIVE)
-            });
-            let far = trunk.into_iter().filter_map(|bone| set.joint(bone)).find(is_far);
-            if above > NEAR { None } else { Some((joint, far?)) }
-        }
+        (None, None) if to_middle > NEAR => Up::FromMiddle,
+        (None, None) => Up::Line(
+            joint,
+            trunk.into_iter().filter_map(|bone| set.joint(bone)).find(is_far)?,
+        ),
     };
     Some(Rule::Trunk { left, right, up })
 }

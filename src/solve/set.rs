@@ -1,6 +1,6 @@
 //! Which joints a skeleton has, and from which points each is known.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::skeletons;
 use crate::error::{Code, Diagnostic, Result};
@@ -24,6 +24,23 @@ pub struct JointSet {
     pub(super) joints: Vec<SetJoint>,
     /// Directions that tell how a bone is turned about itself.
     pub(super) marks: Vec<Mark>,
+    pub(super) lengths: Lengths,
+}
+
+/// What the lengths of a skeleton are that is made from points.
+///
+/// [`Importer::lengths`](crate::Importer::lengths) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum Lengths {
+    /// The median of each over the frames: bones keep their lengths, and joints are near their points.
+    #[default]
+    Median,
+    /// Those of each frame: joints are where their points are, and bones change their lengths.
+    Moving,
 }
 
 /// A joint, which stands in the middle of its points.
@@ -252,6 +269,13 @@ impl JointSet {
         Ok(Self::of_stated(name, points, stated).map_err(invalid)?)
     }
 
+    /// What the lengths of the skeleton are. Default: medians.
+    #[must_use]
+    pub fn lengths(mut self, lengths: Lengths) -> Self {
+        self.lengths = lengths;
+        self
+    }
+
     fn of_stated(name: &str, points: Vec<String>, stated: Vec<Stated>) -> Result<Self, String> {
         let mut joints: Vec<SetJoint> = Vec::with_capacity(stated.len());
         for joint in stated {
@@ -288,6 +312,7 @@ impl JointSet {
                 points,
                 joints,
                 marks: Vec::new(),
+                lengths: Lengths::Median,
             }),
             count => Err(format!("one joint must have no parent, and {count} have none")),
         }
@@ -307,6 +332,7 @@ impl JointSet {
                 })
                 .collect(),
             marks: Vec::new(),
+            lengths: Lengths::Median,
         })
     }
 

@@ -5,7 +5,7 @@ use glam::{Mat3, Quat, Vec3};
 use super::points::Points;
 use super::rest::{self, Rest, bend_axis, foot_direction, limb_direction, median_offset, vector};
 use super::roll::{self, Limb};
-use super::rules::{Rule, Rules};
+use super::rules::{Rule, Rules, Up};
 use super::set::{JointSet, Mark};
 use crate::math::directions::arc;
 use crate::scene::{HumanoidBone as Bone, Side};
@@ -108,13 +108,15 @@ impl Solver<'_> {
     }
 
     /// The line across, and as much of that up as is at right angles to it.
-    fn trunk(&self, joint: usize, left: usize, right: usize, up: Option<(usize, usize)>) -> Vec<Quat> {
+    fn trunk(&self, joint: usize, left: usize, right: usize, up: Up) -> Vec<Quat> {
         let mut before = Quat::IDENTITY;
         let rotation = |frame: usize| {
             let across = vector(self.points, right, left, frame);
+            let to_joint = || vector(self.points, left, joint, frame) + vector(self.points, right, joint, frame);
             let up = match up {
-                Some((from, to)) => vector(self.points, from, to, frame),
-                None => vector(self.points, left, joint, frame) + vector(self.points, right, joint, frame),
+                Up::Line(from, to) => vector(self.points, from, to, frame),
+                Up::FromMiddle => to_joint(),
+                Up::ToMiddle => -to_joint(),
             };
             fitted(across, up, Vec3::X, Vec3::Y)
         };

@@ -125,6 +125,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "retarget",
             "robot",
             "convert",
+            "solve",
             "format",
             "import",
             "export",

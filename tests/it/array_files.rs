@@ -255,6 +255,134 @@ fn own_arrays_come_back() {
     }
 }
 
+/// CSV and Parquet have the numbers of the `.npz`, bit by bit, so their scenes are equal, and `fk` of them too.
+#[test]
+fn tables_come_back_as_the_archive_does() {
+    for name in [
+        "real/cmu_short.bvh",
+        "real/lecture_Test.bvh",
+        "real/perception_neuron_moving_positions.bvh",
+    ] {
+        let mut scene = mocap::import(format!("fixtures/{name}")).unwrap();
+        // What a table must quote, and what a spreadsheet would calculate.
+        scene.nodes[1].name = "=a,\"b\"".to_owned();
+        for rotation in [Rotation::Quaternion, Rotation::SixD, Rotation::Matrix, Rotation::Euler] {
+            let options = ArrayOptions::new().rotation(rotation).velocities(true);
+            let arrays = Arrays::of(&scene, &options).unwrap();
+            let read = |bytes: &[u8], name: &str| Importer::new().read(bytes, name).unwrap();
+            let archive = read(&arrays.to_npz(), "own.npz");
+            let table = read(arrays.to_csv().as_bytes(), "own.csv");
+            let sheet = read(arrays.to_csv_for_spreadsheet().as_bytes(), "own.csv");
+            for other in [&table, &sheet] {
+                assert_eq!(archive.nodes, other.nodes, "{name} {rotation:?}");
+                assert_eq!(archive.animations, other.animations, "{name} {rotation:?}");
+            }
+            #[cfg(feature = "parquet")]
+            {
+                use mocap::arrays::table;
+                let clips = table::clips(&[("broken", Err("empty file")), ("Motion", Ok(&arrays))], &options);
+                for bytes in [
+                    arrays.to_parquet("Motion").unwrap(),
+                    table::to_parquet(&[clips]).unwrap(),
+                ] {
+                    let other = read(&bytes, "own.parquet");
+                    assert_eq!(archive.nodes, other.nodes, "{name} {rotation:?}");
+                    assert_eq!(archive.animations, other.animations, "{name} {rotation:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_that_are_no_motion_or_are_damaged_say_where() {
+    let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    let own = Arrays::of(&scene, &ArrayOptions::new()).unwrap().to_csv();
+    let lines: Vec<&str> = own.lines().collect();
+    let without = |line: usize| {
+        let kept: Vec<&str> = lines
+            .iter()
+            .enumerate()
+            .filter(|(at, _)| *at != line)
+            .map(|(_, line)| *line)
+            .collect();
+        kept.join("\n") + "\n"
+    };
+    let far = "frame,joint,x,y,z\n0,a,1,2,3\n900000000000,a,1,2,3\n";
+    for (text, part) in [
+        (without(5), "line 6: the row is of another frame or joint"),
+        (without(lines.len() - 1), "the last frame does not have all joints"),
+        (own[..own.len() - 9].to_owned(), "another number of cells"),
+        (own.replacen(",0.1,", ",zero,", 1), "line 3: the cell x is not a number"),
+        ("file,clip,frames,score\n".to_owned(), "its columns are no positions"),
+        (far.to_owned(), "the frames from 0 to 900000000000"),
+        ("frame,joint,x,y,z\n".to_owned(), "the table has no rows"),
+        (
+            "frame,joint,x,y,z\none,a,1,2,3\n".to_owned(),
+            "line 2: the frame is not a whole number",
+        ),
+        (
+            "a_x,a_y,a_z,b_x,b_y,b_z,c_x,c_y,c_z\n1,2,3\n".to_owned(),
+            "line 2: the row has fewer cells",
+        ),
+    ] {
+        let found = error(text.as_bytes(), "table.csv").to_string();
+        assert!(found.contains(part), "{part}: {found}");
+    }
+}
+
+/// Names, gaps and the rate of tables of points, as a person reads them.
+#[test]
+fn tables_of_positions_are_points() {
+    let wide = "Time;Hip_X;Hip_Y;Hip_Z;Knee.x;Knee.y;Knee.z;x_Toe;y_Toe;z_Toe;note\r\n\
+                0;0;1;0;0;0.5;0;0;0;0.1;first\r\n0.02;0;1;0;;;;0;0;0.2;\r\n0.04;0;1;0;0;0.5;0.2;0;NaN;0.3;\r\n";
+    let long = "frame,time,joint,x,y,z\n7,0,Hip,0,1,0\n7,0,Knee,0,0.5,0\n7,0,Toe,0,0,0.1\n8,0.02,Toe,0,0,0.2\n\
+                8,0.02,Hip,0,1,0\n9,0.04,Hip,0,1,0\n9,0.04,Knee,0,0.5,0.2\n";
+    for text in [wide, long] {
+        let scene = Importer::new().read(text.as_bytes(), "points.csv").unwrap();
+        let names: Vec<&str> = scene.nodes.iter().skip(1).map(|node| node.name.as_str()).collect();
+        assert_eq!(names, ["Hip", "Knee", "Toe"]);
+        let animation = &scene.animations[0];
+        assert_eq!((animation.ticks_per_second, animation.duration), (50.0, 2.0));
+        let knee = &animation.channels[1].position_keys;
+        assert_eq!((knee.tick(0), knee.tick(1)), (0.0, 2.0), "the gap has no key");
+        assert_eq!(knee.values, [Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.0, 0.5, 0.2)]);
+        assert_eq!(animation.channels[2].position_keys.values.len(), 2);
+    }
+    let scene = Importer::new().read(wide.as_bytes(), "points.csv").unwrap();
+    assert!(scene.warnings.iter().any(|warning| {
+        warning
+            .to_string()
+            .contains("1 columns of the table are no positions: note")
+    }));
+}
+
+/// Sizes of pages and counts of values are claims. Of a small file every third byte is changed.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_parquet_file_with_changed_bytes_is_an_error_or_a_scene() {
+    let scene = mocap::import("fixtures/dialects/plain.bvh").unwrap();
+    let bytes = Arrays::of(&scene, &ArrayOptions::new())
+        .unwrap()
+        .to_parquet("plain")
+        .unwrap();
+    let (mut read, mut refused) = (0, 0);
+    for at in (0..bytes.len()).step_by(3) {
+        for value in [0, 0x7f, 0xff, bytes[at] ^ 1, bytes[at] ^ 0x80] {
+            let mut changed = bytes.clone();
+            changed[at] = value;
+            match Importer::new()
+                .format(mocap::Format::Parquet)
+                .read(&changed, "changed.parquet")
+            {
+                Ok(_) => read += 1,
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(read > 100 && refused > 100, "{read} read, {refused} refused");
+}
+
 /// What is written in a layout is read back: joints within 0.1 mm and rotations within 0.01 degrees of those of a VRM
 /// animation, which knows nothing of SMPL.
 #[test]

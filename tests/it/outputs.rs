@@ -291,6 +291,43 @@ fn an_empty_folder_is_an_error_unless_it_is_allowed() {
     }
 }
 
+/// Tables of points may be somebody's capture; arrays of this program and lists of clips are made again.
+#[test]
+fn tables_of_points_are_not_replaced() {
+    let folder = Folder::with(&["w.bvh"]);
+    let points = b"frame,joint,x,y,z\n0,hip,0,1,0\n";
+    folder.write("mine.csv", points);
+    folder.refuses("fk w.bvh -o mine.csv", 1, "error[output-exists]");
+    assert_eq!(folder.read("mine.csv"), points);
+    folder.succeeds("fk w.bvh -o mine.csv --force");
+    folder.succeeds("fk w.bvh -o mine.csv --velocities");
+    folder.succeeds("survey w.bvh -o list.csv");
+    let list = [folder.read("list.csv"), b"a note\n".to_vec()].concat();
+    folder.write("list.csv", &list);
+    folder.succeeds("survey w.bvh -o list.csv");
+    assert!(folder.read("list.csv") != list);
+    folder.write("mine.parquet", b"PAR1 of another program PAR1");
+    let output = folder.run("fk w.bvh -o mine.parquet");
+    assert_ne!(output.status.code(), Some(0));
+    assert_eq!(folder.read("mine.parquet"), b"PAR1 of another program PAR1");
+}
+
+/// A folder of motions often has tables beside them, which are named and left out.
+#[test]
+fn a_folder_names_the_tables_that_it_leaves_out() {
+    let folder = Folder::with(&["in/w.bvh"]);
+    folder.succeeds("survey in -o in/list.csv");
+    folder.write("in/points.csv", b"frame,joint,x,y,z\n0,hip,0,1,0\n1,hip,0,1,0.1\n");
+    folder.write("in/pack.parquet", b"PAR1");
+    let output = folder.run("check in");
+    let said = words(&output);
+    assert!(
+        said.contains("tables and no motions") && said.contains("list.csv") && said.contains("pack.parquet"),
+        "{said}"
+    );
+    assert!(!said.contains("points.csv:"), "{said}");
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn pack_removes_no_file_of_another_program() {
@@ -300,7 +337,7 @@ fn pack_removes_no_file_of_another_program() {
     folder.write("out/part-00007.parquet", b"PAR1 of another program PAR1");
     let before = folder.contents();
     let output = folder.run("pack in -o out");
-    assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
     assert!(folder.contents() == before);
 }
 

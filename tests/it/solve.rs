@@ -8,6 +8,7 @@ use std::fs;
 use mocap::figure::{Humanoid, HumanoidBone as Bone};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::NodeId;
+use mocap::solve::Lengths;
 use mocap::{Code, Conversion, Importer, Pose, Scene};
 
 use crate::sample::Sample;
@@ -300,6 +301,79 @@ fn a_figure_of_round_lengths_is_solved() {
             assert!(angle < 0.5, "{bone:?} in frame {frame}: {angle} degrees");
         }
     }
+}
+
+/// A table of positions whose bones change their lengths: joints are where the table says, in every frame.
+#[test]
+fn moving_lengths_keep_every_position() {
+    let joints = ["hips", "leftUpperLeg", "leftLowerLeg", "leftFoot"];
+    let place = |joint: usize, frame: usize| {
+        let (joint, time) = (joint as f32, frame as f32 * 0.1);
+        let length = 0.4 + 0.05 * (3.0 * time + joint).sin();
+        Vec3::new(
+            0.1 * joint + time,
+            1.2 - length * joint,
+            0.2 * (2.0 * time).sin() * joint * joint,
+        )
+    };
+    let mut text = "frame,joint,x,y,z\n".to_owned();
+    for frame in 0..20 {
+        for (joint, name) in joints.iter().enumerate() {
+            let at = place(joint, frame);
+            text += &format!("{frame},{name},{},{},{}\n", at.x, at.y, at.z);
+        }
+    }
+    let set: Vec<String> = std::iter::zip(joints, [None, Some("hips"), Some("leftUpperLeg"), Some("leftLowerLeg")])
+        .map(|(name, parent)| {
+            let parent = parent.map_or("null".to_owned(), |parent| format!("\"{parent}\""));
+            format!("{{\"name\": \"{name}\", \"bone\": \"{name}\", \"parent\": {parent}}}")
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("joints.json");
+    fs::write(&file, format!("[{}]", set.join(", "))).unwrap();
+    let table = folder.path().join("points.csv");
+    fs::write(&table, &text).unwrap();
+    let farthest = |lengths: Option<Lengths>| {
+        let mut importer = Importer::new().joints(file.to_string_lossy());
+        if let Some(lengths) = lengths {
+            importer = importer.lengths(lengths);
+        }
+        let scene = importer.import(&table).unwrap();
+        let node = |name: &str| NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap());
+        let off = |frame: usize| {
+            let pose = Pose::at_tick(&scene, 0, frame as f64).unwrap();
+            let distance = |(joint, name): (usize, &&str)| pose.position(node(name)).distance(place(joint, frame));
+            joints.iter().enumerate().map(distance).fold(0.0, f32::max)
+        };
+        (0..20).map(off).fold(0.0, f32::max)
+    };
+    assert!(
+        farthest(Some(Lengths::Moving)) < 1e-5,
+        "{}",
+        farthest(Some(Lengths::Moving))
+    );
+    assert!(farthest(Some(Lengths::Median)) > 0.01);
+    assert_eq!(farthest(None), farthest(Some(Lengths::Median)));
+    // A gap is said once, and filled by a straight line.
+    let gap: Vec<&str> = text.lines().filter(|line| !line.starts_with("5,leftFoot")).collect();
+    fs::write(&table, gap.join("\n")).unwrap();
+    let scene = Importer::new().joints(file.to_string_lossy()).import(&table).unwrap();
+    let gaps: Vec<String> = scene
+        .warnings
+        .iter()
+        .filter(|one| one.code == Code::Gap)
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        gaps.len() == 1 && gaps[0].contains("1 of 20 frames: filled"),
+        "{gaps:?}"
+    );
+    let needless = Importer::new()
+        .lengths(Lengths::Moving)
+        .import("fixtures/real/lecture_Test.bvh")
+        .unwrap_err();
+    assert!(needless.to_string().contains("none are here"), "{needless}");
 }
 
 #[test]

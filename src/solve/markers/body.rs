@@ -11,7 +11,7 @@ use crate::math::median::median_vector;
 use crate::scene::{HumanoidBone as Bone, Side};
 use crate::solve::points::Points;
 use crate::solve::rest::{Rest, bend_axis, limb_direction};
-use crate::solve::set::{JointSet, Mark, SetJoint};
+use crate::solve::set::{JointSet, Lengths, Mark, SetJoint};
 
 /// Standard deviations of the offset of a marker on a bone and on a muscle, in metres.
 const ON_BONE: f64 = 0.012;
@@ -35,6 +35,7 @@ pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSe
         points: Vec::new(),
         joints: Vec::new(),
         marks: Vec::new(),
+        lengths: Lengths::Median,
     };
     let mut add = |name: &str, bone: Option<Bone>, parent: Option<usize>| {
         set.joints.push(SetJoint {

@@ -20,6 +20,7 @@ use std::path::PathBuf;
 
 use mocap::figure::Unit;
 use mocap::job::Reading;
+use mocap::solve::Lengths;
 use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -91,6 +92,7 @@ pub(crate) struct ReadOptions {
     clip: Option<Clip>,
     skeleton: Option<PathBuf>,
     joints: Option<PathBuf>,
+    lengths: Option<String>,
     markers: Option<PathBuf>,
     #[pyo3(attribute("static"))]
     static_trial: Option<PathBuf>,
@@ -133,6 +135,15 @@ impl ReadOptions {
         };
         let text = |path: &Option<PathBuf>| path.as_ref().map(|path| path.to_string_lossy().into_owned());
         reading.joints = text(&self.joints);
+        reading.lengths = match self.lengths.as_deref() {
+            None => None,
+            Some("median") => Some(Lengths::Median),
+            Some("moving") => Some(Lengths::Moving),
+            Some(other) => {
+                let message = format!("lengths must be median or moving, got {other:?}");
+                return Err(PyValueError::new_err(message));
+            }
+        };
         reading.markers = text(&self.markers);
         reading.skeleton.clone_from(&self.skeleton);
         reading.static_trial.clone_from(&self.static_trial);

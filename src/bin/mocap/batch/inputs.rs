@@ -1,14 +1,15 @@
 //! Makes a list of files from paths of files and folders, and from wildcards.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use mocap::files::check_confined;
 use mocap::{Code, Diagnostic, FormatInfo};
 use walkdir::WalkDir;
 
-use crate::Failure;
 use crate::args::InputArgs;
+use crate::{Failure, report};
 
 /// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,28 +78,79 @@ pub(crate) fn find_except(
     args: &InputArgs,
     is_excluded: impl Fn(&Path) -> bool,
 ) -> Result<Vec<Input>, Failure> {
-    let mut inputs = Vec::new();
+    let mut found = Found::default();
     for path in paths {
-        let found = inputs.len();
+        let before = found.inputs.len();
         if path.is_dir() {
-            add_folder(path, path, &is_excluded, &mut inputs);
+            add_folder(path, path, &is_excluded, &mut found);
         } else if is_pattern(path) {
-            add_matches(path, &is_excluded, &mut inputs)?;
+            add_matches(path, &is_excluded, &mut found)?;
         } else {
-            inputs.push(Input::named(path));
+            found.inputs.push(Input::named(path));
         }
-        if inputs.len() == found && !args.allow_empty {
+        if found.inputs.len() == before && !args.allow_empty {
+            found.say_tables();
             let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());
             return Err(Failure::Usage(message));
         }
     }
+    found.say_tables();
+    let mut inputs = found.inputs;
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
     inputs.dedup_by(|a, b| a.path == b.path);
     Ok(inputs)
 }
 
+/// What was found in folders and by wildcards.
+#[derive(Default)]
+struct Found {
+    inputs: Vec<Input>,
+    /// Tables that are no motion, as most are: lists of clips, reports.
+    tables: Vec<PathBuf>,
+}
+
+impl Found {
+    /// Adds a file with a known extension. Of tables only those are motions whose columns say so; a Parquet file has
+    /// any number of clips, and must be named.
+    fn add(&mut self, path: PathBuf, base: &Path) {
+        const HEAD: u64 = 64 << 10;
+        let has = |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+        let is_motion = || {
+            let mut head = Vec::new();
+            let read = File::open(&path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+            // One that cannot be read fails as any input.
+            read.is_err() || FormatInfo::of_contents(&head).is_some()
+        };
+        if has("parquet") || has("csv") && !is_motion() {
+            self.tables.push(path);
+        } else {
+            self.inputs.push(Input::new(path, base));
+        }
+    }
+
+    /// Names the tables that are left out.
+    fn say_tables(&mut self) {
+        const NAMED: usize = 3;
+        let Some(first) = self.tables.first() else { return };
+        let names = self.tables.iter().take(NAMED).map(|path| path.display().to_string());
+        let mut names = names.collect::<Vec<_>>().join(", ");
+        if self.tables.len() > NAMED {
+            names += ", ...";
+        }
+        let how = match first.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet")) {
+            true => "; a Parquet file of motions is read where it is named",
+            false => "",
+        };
+        report::say(&match self.tables.len() {
+            1 => format!("left out, for it is a table and no motion: {names}{how}"),
+            count => format!("left out, for they are tables and no motions: {count}: {names}{how}"),
+        });
+        self.tables.clear();
+    }
+}
+
 /// Adds the motion files at any depth of `folder`, and the entries that cannot be read.
-fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mut Vec<Input>) {
+fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, found: &mut Found) {
     let entries = WalkDir::new(folder).follow_links(true).into_iter();
     for entry in
         entries.filter_entry(|entry| is_allowed(entry.path()) && (entry.depth() == 0 || !is_excluded(entry.path())))
@@ -106,14 +158,14 @@ fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, 
         match entry {
             Ok(entry) => {
                 if entry.file_type().is_file() && has_known_extension(entry.path()) {
-                    inputs.push(Input::new(entry.into_path(), base));
+                    found.add(entry.into_path(), base);
                 }
             }
             Err(error) => {
                 let path = error.path().unwrap_or(folder).to_owned();
                 // A link without a target whose extension is unknown is ignored, as its target would be.
                 if path.extension().is_none() || has_known_extension(&path) || path.is_dir() {
-                    inputs.push(Input {
+                    found.inputs.push(Input {
                         problem: Some(problem(&error)),
                         ..Input::new(path, base)
                     });
@@ -135,7 +187,7 @@ fn problem(error: &walkdir::Error) -> String {
 }
 
 /// Adds the files that a wildcard pattern matches; their relative paths begin at its first wildcard.
-fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mut Vec<Input>) -> Result<(), Failure> {
+fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, found: &mut Found) -> Result<(), Failure> {
     let base: PathBuf = pattern
         .components()
         .take_while(|part| !has_wildcard(Path::new(part)))
@@ -144,13 +196,13 @@ fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mu
         .to_str()
         .ok_or_else(|| Failure::Usage(format!("{} is not UTF-8", pattern.display())))?;
     let matches = glob::glob(text).map_err(|error| Failure::Usage(format!("{text}: {error}")))?;
-    for found in matches {
-        match found {
+    for entry in matches {
+        match entry {
             Ok(path) if is_excluded(&path) || !is_allowed(&path) => {}
-            Ok(path) if path.is_dir() => add_folder(&path, &base, is_excluded, inputs),
-            Ok(path) if has_known_extension(&path) => inputs.push(Input::new(path, &base)),
+            Ok(path) if path.is_dir() => add_folder(&path, &base, is_excluded, found),
+            Ok(path) if has_known_extension(&path) => found.add(path, &base),
             Ok(_) => {}
-            Err(error) => inputs.push(Input {
+            Err(error) => found.inputs.push(Input {
                 problem: Some(error.error().to_string()),
                 ..Input::new(error.path().to_owned(), &base)
             }),

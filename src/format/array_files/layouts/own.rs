@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use serde::Deserialize;
+use serde_json::value::RawValue;
 
 use super::Reader;
 use crate::error::{Code, Diagnostic};
@@ -14,15 +15,18 @@ use crate::scene::{Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder,
 
 /// Whether the arrays are those of this program.
 pub(super) fn is_own(entries: &Entries<'_>) -> bool {
-    ["header", "positions", "rotations", "parents", "offsets"]
-        .into_iter()
-        .all(|name| entries.get(name).is_some())
+    let header = entries.get("header").map(NdArray::texts).unwrap_or_default();
+    header.first().is_some_and(|text| text.starts_with("{\"frame_rate\":"))
+        && ["positions", "rotations"]
+            .into_iter()
+            .all(|name| entries.get(name).is_some())
 }
 
 /// What of the header says what the numbers are.
 #[derive(Deserialize)]
 struct Header {
-    frame_rate: f64,
+    /// Its digits: the number is the nearest to them.
+    frame_rate: Box<RawValue>,
     metres_per_unit: Option<f64>,
     up: Option<UpAxis>,
     space: String,
@@ -135,9 +139,8 @@ fn of_numbers(
             channels.push(channel(joint, id, above.is_none(), places, local));
         }
     }
-    // The number itself, where the text of it may be rounded.
-    let stated = reader.entries.get("frame_rate").and_then(NdArray::scalar);
-    let rate = reader.options.frame_rate_or(stated.unwrap_or(header.frame_rate));
+    let stated: f64 = header.frame_rate.get().parse().unwrap_or(0.0);
+    let rate = reader.options.frame_rate_or(stated);
     add_animation(&mut scene, (frames, rate?), channels, "a skeleton", warnings);
     Ok(scene)
 }

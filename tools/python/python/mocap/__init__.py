@@ -63,7 +63,7 @@ __all__ = [
 def read(path: str | os.PathLike[str], **options: Any) -> Scene:
     """Reads a motion file. ``options`` are the fields of :class:`ReadOptions`, by name:
 
-    ``format``, ``root_offset``, ``all_rows``, ``retime``, ``strict``, ``hash``, ``clip``, ``skeleton``, ``joints``,
+    ``format``, ``root_offset``, ``all_rows``, ``retime``, ``strict``, ``hash``, ``clip``, ``skeleton``, ``joints``, ``lengths``,
     ``markers``, ``static``, ``body``; see ``help(mocap.ReadOptions)``.
 
     >>> scene = mocap.read("walk.bvh", root_offset="add", strict=True)  # doctest: +SKIP

@@ -29,6 +29,7 @@ class ReadOptions:
         clip: The animation to use of a file that has several: its name, or its number from 0.
         skeleton: The ``.asf`` of an ``.amc``; found beside it if ``None``.
         joints: What the points of an array or a C3D are, for rotations: ``"smpl22"``, ``"coco17"``, ... or a JSON file.
+        lengths: Of bones that are solved from positions: ``"median"``, or ``"moving"``, those of each frame.
         markers: Solve a skeleton from markers: ``"auto"``, or a JSON file from labels to landmarks.
         static: A file of markers of somebody who stands, which may have more markers than the motion.
         body: The body on which arrays of rotations are put: a model of SMPL, SMPL-H or SMPL-X, or a file with a figure.
@@ -43,6 +44,7 @@ class ReadOptions:
     clip: str | int | None = None
     skeleton: str | os.PathLike[str] | None = None
     joints: str | os.PathLike[str] | None = None
+    lengths: Literal["median", "moving"] | None = None
     markers: str | os.PathLike[str] | None = None
     static: str | os.PathLike[str] | None = None
     body: str | os.PathLike[str] | None = None
