@@ -200,10 +200,7 @@ mod tests {
         let mut cells = Vec::new();
         let mut all = Vec::new();
         while records.next(&mut cells) {
-            all.push((
-                records.line,
-                cells.iter().map(|cell| cell.to_string()).collect::<Vec<_>>(),
-            ));
+            all.push((records.line, cells.iter().map(ToString::to_string).collect::<Vec<_>>()));
         }
         let texts = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
         let expected = [

@@ -294,6 +294,27 @@ fn tables_come_back_as_the_archive_does() {
     }
 }
 
+/// Joints of several trees, and a choice of joints, have no common root; a list may have parents first in any order.
+#[test]
+fn arrays_of_several_roots_have_one_parent() {
+    let scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    let options = ArrayOptions::new().joints("Arm|Hand$".to_owned());
+    let chosen = Arrays::of(&scene, &options).unwrap();
+    let roots = chosen.joints().iter().filter(|joint| joint.parent.is_none()).count();
+    assert!(roots > 1);
+    let back = Importer::new().read(&chosen.to_npz(), "own.npz").unwrap();
+    assert_eq!(back.validate(), []);
+    let again = Arrays::of(&back, &ArrayOptions::new()).unwrap();
+    assert_eq!(again.joints(), chosen.joints());
+    let off = |(a, b): (&f32, &f32)| (a - b).abs();
+    assert!(
+        std::iter::zip(&chosen.positions, &again.positions)
+            .map(off)
+            .fold(0.0, f32::max)
+            < 1e-4
+    );
+}
+
 #[test]
 fn tables_that_are_no_motion_or_are_damaged_say_where() {
     let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();

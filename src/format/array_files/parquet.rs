@@ -223,8 +223,11 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
     scene.ok_or_else(|| no_motion("the table has no clip", String::new()))
 }
 
+/// The header of a clip, its positions and its rotations.
+type Clip<'b> = (&'b str, [&'b [f32]; 2]);
+
 /// The header and the numbers of a row; `None` for a file that could not be read when it was packed.
-fn clip(batch: &RecordBatch) -> Result<Option<(&str, [&[f32]; 2])>, Failure> {
+fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
     let header = batch
         .column_by_name("header")
         .and_then(|column| column.as_string_opt::<i32>());

@@ -4,7 +4,7 @@
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 
 use parquet::basic::Compression;
-use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
@@ -33,7 +33,7 @@ fn damaged(column: &ColumnChunkMetaData, what: &str) -> Failure {
 /// values in all.
 pub(super) fn check(bytes: &[u8], metadata: &ParquetMetaData, most_values: u64) -> Result<(), Failure> {
     let mut values = 0_u64;
-    for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
+    for column in metadata.row_groups().iter().flat_map(RowGroupMetaData::columns) {
         values = values.saturating_add(check_column(bytes, column)?);
         if values > most_values {
             return Err(Box::new(crate::limits::limit_exceeded(

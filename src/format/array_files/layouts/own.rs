@@ -11,7 +11,7 @@ use crate::format::array_files::ndarray::{Entries, NdArray};
 use crate::format::frames::add_animation;
 use crate::format::warnings::Warnings;
 use crate::math::rotation::euler_rot;
-use crate::scene::{Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+use crate::scene::{Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
 /// Whether the arrays are those of this program.
 pub(super) fn is_own(entries: &Entries<'_>) -> bool {
@@ -82,6 +82,9 @@ fn of_numbers(
             "the parent of the joint {index} does not stand before it"
         )));
     }
+    if count == 0 {
+        return Err(invalid("the header of the arrays names no joint".to_owned()));
+    }
     if header.space != "world" {
         let message = format!(
             "the positions of the arrays are in the space {}, and the path is lost",
@@ -93,7 +96,14 @@ fn of_numbers(
                 .help("write them with mocap fk --space world"),
         ));
     }
+    let ids = ids(&parents);
     let mut scene = Scene::default();
+    let group = (ids.first() != Some(&NodeId::new(0))).then_some(NodeId::new(0));
+    scene.nodes = vec![Node::default(); count + usize::from(group.is_some())];
+    if group.is_some() {
+        scene.nodes[0].name = GROUP_OF_ROOTS.to_owned();
+        scene.nodes[0].kind = NodeKind::Group;
+    }
     scene.metadata.format = Some(format);
     scene.metadata.metres_per_unit = header.metres_per_unit;
     scene.metadata.up = header.up;
@@ -122,27 +132,48 @@ fn of_numbers(
         };
         let places: Vec<Vec3> = (0..frames).map(place).collect();
         world.push(in_world);
-        let id = NodeId::new(scene.nodes.len());
-        scene.nodes.push(Node {
+        let id = ids[index];
+        scene.nodes[id.index()] = Node {
             name: joint.name.clone(),
             kind: if joint.end_site {
                 NodeKind::EndSite
             } else {
                 NodeKind::Joint
             },
-            parent: above.map(NodeId::new),
+            parent: above.map(|parent| ids[parent]).or(group),
             transform: Mat4::from_translation(offset),
             rotation_order: joint.rotation_order,
             ..Node::default()
-        });
+        };
         if !joint.end_site {
             channels.push(channel(joint, id, above.is_none(), places, local));
         }
     }
+    channels.sort_by_key(|channel| channel.node.map(NodeId::index));
     let stated: f64 = header.frame_rate.get().parse().unwrap_or(0.0);
     let rate = reader.options.frame_rate_or(stated);
     add_animation(&mut scene, (frames, rate?), channels, "a skeleton", warnings);
     Ok(scene)
+}
+
+/// The node of each joint, depth-first. Several roots get one parent, which then is the first node.
+fn ids(parents: &[Option<usize>]) -> Vec<NodeId> {
+    let mut children = vec![Vec::new(); parents.len()];
+    let mut open = Vec::new();
+    for (index, parent) in parents.iter().enumerate().rev() {
+        match parent {
+            Some(parent) => children[*parent].push(index),
+            None => open.push(index),
+        }
+    }
+    let mut next = usize::from(open.len() != 1);
+    let mut ids = vec![NodeId::new(0); parents.len()];
+    while let Some(index) = open.pop() {
+        ids[index] = NodeId::new(next);
+        next += 1;
+        open.append(&mut children[index]);
+    }
+    ids
 }
 
 /// A joint whose distance to its parent does not change has its OFFSET alone.
