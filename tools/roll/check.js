@@ -9,9 +9,11 @@ import { fileURLToPath } from "node:url";
 import { cutOf, readBvh, restOf } from "./bvh.js";
 import { poseAt, readGltf } from "./gltf.js";
 import { between, inverse, multiply } from "./math.js";
-import { bonesOf, compare, difference } from "./measure.js";
+import { characterVariant } from "./characters.js";
+import { bends, bonesOf, compare, difference } from "./measure.js";
 import { soma } from "./soma.js";
 import { alongX, turnedAtRandom, withoutTPose } from "./rewrite.js";
+import { variant } from "./variants.js";
 
 const TOP = fileURLToPath(new URL("../../", import.meta.url));
 const MOCAP = process.env.MOCAP ?? join(TOP, "target/debug/mocap");
@@ -32,16 +34,19 @@ const words = process.argv.slice(2);
 const [parts, options] = [words.filter((word) => !word.startsWith("-")), words.filter((word) => word.startsWith("-"))];
 const isChosen = (part) => parts.length === 0 || parts.includes(part);
 const isLoud = options.includes("--all");
+const numberOf = (name, usual) => Number(options.find((word) => word.startsWith(`--${name}=`))?.split("=")[1] ?? usual);
+const [variants, seed] = [numberOf("variants", 3), numberOf("seed", 1)];
 const only = options.find((word) => word.startsWith("--only="))?.slice(7);
 const folder = mkdtempSync(join(tmpdir(), "roll-"));
 process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
 
-const characters = CHARACTERS.map((name) => {
+const all = [...CHARACTERS, "human_apose", "human_vrm0"].map((name) => {
   const path = join(TOP, "fixtures/skeletons", `${name}.gltf`);
   const scene = readGltf(path);
   const truth = files[`skeletons/${name}.gltf`];
   return { name, path, rest: poseAt(scene), parents: scene.parents, bones: bonesOf(truth, scene.names), facing: truth.facing_rest };
 });
+const characters = all.slice(0, CHARACTERS.length);
 const [chosen] = characters.filter(({ name }) => name === "human_vrm1");
 
 const sources = Object.entries(files)
@@ -219,6 +224,18 @@ for (const [name, text] of [["along-x", alongX], ["random-frames", turnedAtRando
   law(`${name}-law`, () => rewritten(text, name));
 }
 
+/**
+ * A file whose rest pose says nothing, and another: what is asked of both is the same, which of a rest pose that stands and the
+ * hinges of its motion it is not. Knees and elbows must bend.
+ */
+law("seeds-law", function* () {
+  for (const { source, motion } of moving()) {
+    if (!bends(motion)) continue;
+    const [path, other] = [7, 8].map((seed) => written(`${source.name}-${seed}.bvh`, turnedAtRandom(motion, seed)));
+    yield { label: source.name, whole: { ...motion, path }, motion, path: other, first: 0 };
+  }
+});
+
 /** Along +X, and without any frame in which the arms are raised. */
 part("without-t-pose", function* () {
   for (const { source, motion } of moving()) {
@@ -228,6 +245,30 @@ part("without-t-pose", function* () {
     const cut = { ...motion, rest: undefined, poses: motion.poses.slice(from, to) };
     const path = written(`${source.name}.bvh`, alongX(cut, 11));
     yield { label: `${source.name} ${from}..${to} on ${chosen.name}`, motion: cut, path, character: chosen };
+  }
+});
+
+/** Each motion as other programs would write it: other names, frames, axes, size, proportions and parts. */
+part("variants", function* () {
+  for (const { source, motion } of moving()) {
+    for (let number = 0; number < variants; number += 1) {
+      const key = 1000 * seed + number + 17 * sources.indexOf(source);
+      const made = variant(motion, key);
+      const character = characters[key % characters.length];
+      yield { label: `${source.name} ${key}: ${made.how} on ${character.name}`, motion: made.motion, path: written(`${source.name}.bvh`, made.text), character };
+    }
+  }
+});
+
+/** Characters as other programs would write them, each with every motion in turn. */
+part("characters", function* () {
+  const motions = [...moving()].filter(({ motion }) => motion.poses.length > 1);
+  for (let number = 0; number < 28 * variants; number += 1) {
+    const key = 1000 * seed + number;
+    const { source, motion } = motions[number % motions.length];
+    const { text, character } = characterVariant(all[Math.floor(number / motions.length) % all.length], key);
+    const path = written("character.gltf", text);
+    yield { label: `${key}: ${source.name} on ${character.name}`, motion, path: source.path, character: { ...character, path } };
   }
 });
 

@@ -18,7 +18,7 @@ const CONSTANT = 10;
 
 const SIDES = ["left", "right"];
 const UP = [0, 1, 0];
-const AXES = { "+X": [1, 0, 0], "-X": [-1, 0, 0], "+Y": [0, 1, 0], "-Y": [0, -1, 0], "+Z": [0, 0, 1], "-Z": [0, 0, -1] };
+export const AXES = { "+X": [1, 0, 0], "-X": [-1, 0, 0], "+Y": [0, 1, 0], "-Y": [0, -1, 0], "+Z": [0, 0, 1], "-Z": [0, 0, -1] };
 
 export const LIMBS = SIDES.flatMap((side) => [
   { bone: `${side}UpperArm`, start: `${side}UpperArm`, middle: `${side}LowerArm`, end: `${side}Hand`, bends: 1, isUpper: true },
@@ -96,8 +96,8 @@ function meanOf(samples) {
 /**
  * Compares poses of the source with those of the target, frame by frame.
  *
- * @param source `{ poses, bones, parents, up, rest, facing }`: `up` as the file has it; `rest` and `facing` in a file whose rest
- *   pose stands
+ * @param source `{ poses, bones, parents, up, rest, facing }`: `up` as the file has it; `rest` and `facing`, a name or a
+ *   direction, in a file whose rest pose stands
  * @param target `{ poses, bones, parents, rest, facing }`: `rest` is its pose at rest, which looks along `facing`, with +Y up
  */
 export function compare(source, target) {
@@ -115,7 +115,7 @@ export function compare(source, target) {
     lines[name] = angles.reduce((total, value) => total + value, 0) / angles.length;
   }
   const stands = source.rest && {
-    facing: rotate(stand, AXES[source.facing]),
+    facing: rotate(stand, AXES[source.facing] ?? source.facing),
     places: source.rest.places.map((place) => rotate(stand, place)),
     rotations: source.rest.rotations.map((rotation) => multiply(stand, rotation)),
   };
@@ -139,6 +139,17 @@ export function compare(source, target) {
   };
 }
 
+/** Whether knees and elbows are bent in enough frames to show the axes of their hinges. */
+export function bends({ poses, bones }) {
+  const isShown = ({ start, middle: hinge, end }) => {
+    const joints = [start, hinge, end].map((bone) => bones[bone]);
+    if (joints.includes(undefined)) return false;
+    const bend = ({ places }) => angle(sub(places[joints[1]], places[joints[0]]), sub(places[joints[2]], places[joints[1]]));
+    return poses.filter((pose) => bend(pose) > BENT).length >= FEWEST;
+  };
+  return LIMBS.every(isShown);
+}
+
 /** How far a bone of the target is rolled from where the hinge of the source says, in degrees, in the mean. */
 function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, target) {
   const names = [start, hinge, end];
@@ -149,7 +160,7 @@ function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, tar
   // Of several joints along an upper bone, which share its twist, the skin at the hinge follows the last.
   const jointOf = ({ bones, parents }) => (isUpper ? parents[bones[hinge]] : bones[bone]);
   const carried = (body, axis, pose) => rotate(multiply(pose.rotations[jointOf(body)], inverse(body.rest.rotations[jointOf(body)])), axis);
-  const axisAtRest = ofRest(target, AXES[target.facing]);
+  const axisAtRest = ofRest(target, AXES[target.facing] ?? target.facing);
   const axisOfSource = source.rest && ofRest(source, source.rest.facing);
   const [samples, inJoint] = [[], []];
   source.poses.forEach((pose, frame) => {
@@ -203,7 +214,7 @@ function headOf({ poses, bones, rest, facing }) {
     const x = normalize(line.shoulders);
     const y = normalize(across(line.trunk, x));
     const z = cross(x, y);
-    const face = rotate(multiply(pose.rotations[bones.head], inverse(rest.rotations[bones.head])), AXES[facing]);
+    const face = rotate(multiply(pose.rotations[bones.head], inverse(rest.rotations[bones.head])), AXES[facing] ?? facing);
     sum = add(sum, [dot(face, x), dot(face, y), dot(face, z)]);
   }
   return angle(sum, [0, 0, 1]);

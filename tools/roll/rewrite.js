@@ -25,6 +25,29 @@ export function alongX(motion, seed) {
   return withFrames(motion, frames);
 }
 
+/**
+ * Each joint's own frame such that its bone lies along an axis, and the other way on the right side of the body, as 3ds Max and
+ * Unreal lay it; the other axes are as near to those of the body as can be. Without an axis the frames are as they are.
+ */
+export function alongAxes(motion, axis) {
+  const right = new Set(Object.entries(motion.bones).filter(([bone]) => bone.startsWith("right")).map(([, joint]) => joint));
+  const frames = motion.joints.map((_, index) => {
+    const child = axis && motion.joints.find(({ parent, offset }) => parent === index && length(offset) > 1e-6);
+    if (!child) return identity;
+    const along = normalize(child.offset);
+    const from = right.has(index) ? axis.map((part) => -part) : axis;
+    const about = cross(from, along);
+    if (length(about) > 1e-6) return aboutAxis(about, Math.atan2(length(about), dot(from, along)));
+    return dot(from, along) > 0 ? identity : aboutAxis([0, 0, 1], Math.PI);
+  });
+  return withFrames(motion, frames);
+}
+
+/** Joint frames such that the rest pose is that of a row: of files whose skeleton was bound in the middle of a motion. */
+export function restingAt(motion, row) {
+  return withFrames(motion, motion.poses[row].rotations.map(inverse));
+}
+
 /** `frames[joint]` is the rotation from the new axes of a joint to its old ones. */
 function withFrames({ joints, seconds, poses }, frames) {
   const moved = joints.map((joint) => ({
