@@ -478,7 +478,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
     let importer = Importer::new().body(g1);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
-    for bytes in [motion.to_qpos_npz(), motion.to_npz()] {
+    for bytes in [motion.to_pickle(), motion.to_qpos_npz(), motion.to_npz()] {
         std::fs::write(&path, bytes).unwrap();
         let scene = importer.import(&path).unwrap();
         assert_eq!(scene.animations[0].ticks_per_second, 30.0);
@@ -495,6 +495,13 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
         let here = pose.node_to_world[hand].w_axis.truncate();
         assert!(here.distance(there) < 1e-4, "{here} {there}");
     }
+    let scene = importer.import(&path).unwrap();
+    let (again, report) = on(&robot, &scene);
+    let apart = motion.dof_pos.iter().zip(&again.dof_pos).map(|(a, b)| (a - b).abs());
+    let mean = apart.sum::<f64>() / motion.dof_pos.len() as f64;
+    // Its own steps and limbs again.
+    assert!((report.scale - 1.0).abs() < 0.01, "{}", report.scale);
+    assert!(report.mean_degrees < 5.0, "{mean} rad, {} degrees", report.mean_degrees);
     let without = Importer::new().import(&path).unwrap_err();
     assert!(without.to_string().contains("--body robot.urdf"), "{without}");
     let wrong = Importer::new()

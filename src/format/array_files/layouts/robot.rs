@@ -1,7 +1,7 @@
 //! The motion of a robot: where its base is and the positions of its joints, in the layouts that `mocap robot` writes.
 //! The robot itself is the body that is named.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::{Reader, refused};
 use crate::error::{Code, Diagnostic};
@@ -10,7 +10,7 @@ use crate::format::array_files::body::Body;
 use crate::format::array_files::motion::Motion;
 use crate::format::array_files::ndarray::{Entries, NdArray};
 use crate::scene::robot::{Placement, Robot};
-use crate::scene::{Format, Scene};
+use crate::scene::{Format, NodeId, Scene};
 
 /// What is assumed where the arrays state no rate: that of motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;
@@ -81,10 +81,45 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
     let mut scene = robot.scene();
     scene.metadata.format = Some(format);
     scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
-    scene
-        .animations
-        .push(robot.clip("", motion.frame_rate, &root, &positions));
+    let clip = robot.clip("", motion.frame_rate, &root, &positions);
+    scene.animations.push(clip);
+    begin_at_bones(&mut scene, robot);
     Ok(scene)
+}
+
+/// Moves the nodes of links that are bones to where their bones begin: the frame of a link may be anywhere, and that of
+/// a thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
+fn begin_at_bones(scene: &mut Scene, robot: &Robot) {
+    let rest = robot.zero_pose();
+    let mut begins = vec![Vec3::ZERO; robot.links.len()];
+    for bone in robot.bones(None).unwrap_or_default() {
+        // A foot may be a part of its shin, which begins at the knee.
+        if scene.nodes[bone.link].humanoid_bone == Some(bone.bone) {
+            begins[bone.link] = rest[bone.link].to_inner(bone.at).as_vec3();
+        }
+    }
+    let above = |node: usize| robot.links[node].parent.map_or(Vec3::ZERO, |parent| begins[parent]);
+    for (index, node) in scene.nodes.iter_mut().enumerate() {
+        let at = node.transform.transform_point3(begins[index]) - above(index);
+        node.transform.w_axis = at.extend(1.0);
+    }
+    let channels = scene
+        .animations
+        .iter_mut()
+        .flat_map(|animation| &mut animation.channels);
+    for channel in channels {
+        let Some(index) = channel.node.map(NodeId::index) else {
+            continue;
+        };
+        let positions = &mut channel.position_keys.values;
+        let rotations = &channel.rotation_keys.values;
+        if begins[index] != Vec3::ZERO && positions.len() == 1 {
+            positions.resize(rotations.len(), positions[0]);
+        }
+        for (position, rotation) in positions.iter_mut().zip(rotations) {
+            *position += *rotation * begins[index] - above(index);
+        }
+    }
 }
 
 /// The base in each frame, and the positions of the joints in the robot's order.

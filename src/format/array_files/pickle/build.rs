@@ -17,7 +17,7 @@ pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure
     let known = match name {
         "_reconstruct" | "scalar" => is_numpy("multiarray"),
         "_frombuffer" => is_numpy("numeric"),
-        "ndarray" | "dtype" => module == "numpy",
+        "ndarray" | "dtype" | "frombuffer" | "array" | "reshape" => module == "numpy",
         "encode" => module == "_codecs",
         "OrderedDict" => module == "collections",
         "_rebuild_tensor_v2" | "_rebuild_parameter" => module == "torch._utils",
@@ -108,6 +108,21 @@ pub(super) fn call<'a>(objects: &[Object<'a>], function: Id, arguments: Id) -> R
             let is_fortran = text(objects, *order) == Some("F");
             array(objects, *kind, shape, is_fortran, *buffer).ok_or_else(wrong)?
         }
+        // As `mocap robot` writes arrays.
+        "frombuffer" => flat(objects, arguments).ok_or_else(wrong)?,
+        "array" | "reshape" => {
+            let Some(Object::Array(array)) = arguments.first().map(|id| &objects[*id]) else {
+                return Err(wrong());
+            };
+            match arguments {
+                [_] if name == "array" => Ok(Object::Array(array.clone())),
+                [_, shape] if name == "reshape" && array.shape.len() == 1 => {
+                    let shape = sizes(objects, *shape).ok_or_else(wrong)?;
+                    of_bytes((array.kind, array.big_endian), shape, false, &array.bytes)
+                }
+                _ => Err(wrong()),
+            }
+        }
         // Python 3 writes bytes as a text of Latin letters in old protocols.
         "encode" => {
             let letters = arguments.first().and_then(|id| text(objects, *id)).ok_or_else(wrong)?;
@@ -141,14 +156,24 @@ fn array<'a>(objects: &[Object<'a>], kind: Id, shape: Vec<usize>, is_fortran: bo
     let (Object::Dtype(kind, big_endian), Object::Bytes(bytes)) = (&objects[kind], &objects[buffer]) else {
         return None;
     };
-    let array = NdArray::new(
-        "of the pickle",
-        ((*kind)?, *big_endian),
-        shape,
-        is_fortran,
-        bytes.clone(),
-    );
-    Some(array.map(Object::Array).map_err(|failure| failure.message.clone()))
+    Some(of_bytes(((*kind)?, *big_endian), shape, is_fortran, bytes))
+}
+
+fn of_bytes<'a>(kind: (Kind, bool), shape: Vec<usize>, is_fortran: bool, bytes: &Bytes<'a>) -> Built<'a> {
+    let array = NdArray::new("of the pickle", kind, shape, is_fortran, bytes.clone());
+    array.map(Object::Array).map_err(|failure| failure.message.clone())
+}
+
+/// The array of one axis of all bytes of a buffer.
+fn flat<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
+    let [buffer, kind] = arguments else { return None };
+    let (Object::Bytes(bytes), Some(Object::Dtype(Some(kind), big_endian))) =
+        (&objects[*buffer], dtype(text(objects, *kind)?))
+    else {
+        return None;
+    };
+    let count = bytes.len() / kind.size().max(1);
+    Some(of_bytes((kind, big_endian), vec![count], false, bytes))
 }
 
 /// A tensor: the storage, the offset of its first element, its shape and its strides.
