@@ -221,6 +221,7 @@ impl FormatInfo {
         array_files::PICKLE,
         array_files::PARQUET,
         array_files::CSV,
+        array_files::MOT,
     ];
 }
 

@@ -28,6 +28,7 @@
 //! | take motion from a network, or send it: the VMC protocol | `live`, with the feature of that name |
 //! | walk through many clips as through one: motion graphs | [`graph`] |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
+//! | have joint angles and the steps of a walk as biomechanics states them | [`biomechanics`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
 //! | know what is wrong with many motions, which are alike, which to choose | [`survey`] |
 //! | find in many motions what is like another | [`matching`] |
@@ -64,6 +65,7 @@
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 pub mod arrays;
+pub mod biomechanics;
 pub mod compress;
 pub mod convert;
 pub mod dump;

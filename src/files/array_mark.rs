@@ -1,5 +1,5 @@
-//! The mark of archives, pickles, tables and databases of this program, by which an output is told from somebody's
-//! arrays.
+//! The mark of archives, pickles, tables, databases and joint angles of this program, by which an output is told from
+//! somebody's arrays.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -18,8 +18,11 @@ pub(crate) const PARQUET_CREATOR: &str = "mocap ";
 /// The last bytes of a Parquet file.
 const PARQUET_END: &[u8] = b"PAR1";
 
-/// The files that have one of both.
-pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet"];
+/// The first line of a motion file of OpenSim, `.mot`, with joint angles.
+pub(crate) const ANGLES_MARK: &str = "mocap joint angles";
+
+/// The files that have one of these.
+pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet", "mot"];
 
 /// Bytes at each end of a file in which the mark stands.
 const SEARCHED: usize = 32;
@@ -27,7 +30,7 @@ const SEARCHED: usize = 32;
 /// Bytes at the end of a Parquet file in which its creator stands, for the columns that the tables of this crate have.
 const CREATOR_SEARCHED: usize = 512;
 
-/// Whether the file begins with the mark of a database, or begins or ends with that of arrays.
+/// Whether the file begins with the mark of a database or of joint angles, or begins or ends with that of arrays.
 pub(super) fn has_mark(path: &Path) -> bool {
     let ends = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
@@ -45,7 +48,11 @@ pub(super) fn has_mark(path: &Path) -> bool {
     };
     let is_ours = |ends: Vec<u8>| match ends.starts_with(PARQUET_END) {
         true => has_creator(&ends),
-        false => ends.starts_with(DATABASE_MARK) || memchr::memmem::find(&ends, ARRAY_MARK.as_bytes()).is_some(),
+        false => {
+            ends.starts_with(DATABASE_MARK)
+                || ends.starts_with(ANGLES_MARK.as_bytes())
+                || memchr::memmem::find(&ends, ARRAY_MARK.as_bytes()).is_some()
+        }
     };
     ends().is_ok_and(is_ours)
 }

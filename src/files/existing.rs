@@ -23,7 +23,7 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
 /// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
-/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb` or `.parquet` with this crate's mark, a `.csv` that is
+/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv` that is
 /// no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
 /// [`Provenance`](crate::gltf::Provenance). If an input is of these
 /// formats, that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second
@@ -56,7 +56,7 @@ impl ReplacePolicy {
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
         "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "bip",
-        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet",
+        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet", "mot", "sto",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that

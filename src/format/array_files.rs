@@ -6,10 +6,11 @@
 //! | `.npy` | `npy`: `numpy.lib.format`, versions 1 to 3 |
 //! | `.csv` | `csv`: the arrays of this program, and positions of points, by the names of their columns |
 //! | `.parquet` | `parquet`: the arrays of this program; what its pages claim is held against the file first |
+//! | `.mot`, `.sto` | `mot`: a text of named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
 //!
 //! What the arrays mean is told by their names and shapes (`layouts`): AMASS, SMPL-X's dictionaries, GVHMR, GEM-X,
-//! Motion-X, PHUMA, Kimodo, the arrays of this program, and positions alone, which are points without a skeleton.
+//! Motion-X, PHUMA, Kimodo, joint angles of OpenSim, the arrays of this program, and positions alone, which are points without a skeleton.
 //! Rotations without lengths are put on a body that is given (`body`), or else on one of our own (`proportions`): no
 //! file of a licensed model is needed, and nothing of one stands here. `docs/arrays.md` says what each layout is.
 
@@ -18,6 +19,7 @@ mod archive;
 mod body;
 mod csv;
 mod layouts;
+mod mot;
 mod motion;
 mod ndarray;
 mod npy;
@@ -121,6 +123,17 @@ pub(super) const PARQUET: FormatInfo = FormatInfo {
     ..ROW
 };
 
+pub(super) const MOT: FormatInfo = FormatInfo {
+    format: Format::Mot,
+    name: "OpenSim's .mot",
+    description: "joint angles of OpenSim's models",
+    extensions: &["mot", "sto"],
+    reading: "fair: joint angles of its gait models, on any body; `mocap angles` writes them",
+    sniff: mot::sniff,
+    read: read_mot,
+    ..ROW
+};
+
 /// The name of the first file of an archive.
 #[cfg(feature = "npz")]
 fn first_name(bytes: &[u8]) -> Option<&str> {
@@ -155,6 +168,17 @@ fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         add(&mut entries, "", Bytes::File(bytes), "of the file")?;
         see(&entries)
     })
+}
+
+fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    if source.bytes.is_empty() {
+        return Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into());
+    }
+    let columns = mot::Columns::read(source.bytes, &options.limits);
+    let motion = columns.and_then(|columns| layouts::opensim::motion(&columns, options, &mut warnings));
+    let scene = motion.map(|motion| motion.into_scene(Format::Mot, &mut warnings));
+    warnings.attach_to(scene)
 }
 
 fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

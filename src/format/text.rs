@@ -4,6 +4,7 @@
 //! that good files do not pay for them.
 
 pub(crate) mod number;
+pub(crate) mod table;
 
 use std::borrow::Cow;
 

@@ -105,6 +105,8 @@ formats! {
     Csv "csv"
     /// Tables of columns:
     Parquet "parquet"
+    /// Joint angles of OpenSim:
+    Mot "mot"
 }
 
 impl fmt::Display for Format {

@@ -25,6 +25,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("convert", &["error", "limits", "scene", "pose", "figure", "process"]),
     (
+        "biomechanics",
+        &["error", "files", "scene", "pose", "figure", "convert"],
+    ),
+    (
         "graph",
         &["error", "limits", "options", "scene", "math", "pose", "figure"],
     ),
@@ -49,7 +53,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "compress", "solve",
+            "error",
+            "limits",
+            "options",
+            "files",
+            "scene",
+            "math",
+            "pose",
+            "figure",
+            "compress",
+            "solve",
+            "biomechanics",
         ],
     ),
     (

@@ -58,6 +58,8 @@ const CASES: &[Case] = &[
     moves("graph IN -o OUT --rate 120 --window 0.05 --threshold 1m", "json", ""),
     writes("run IN.json", "glb", "run many.json"),
     writes("fk IN -o OUT", "npz", ""),
+    moves("angles IN -o OUT", "mot", ""),
+    moves("gait IN", "", ""),
     writes("view IN -o OUT", "html", "view folder -o many.html"),
     writes("sheet IN -o OUT", "png", ""),
     writes("gif IN -o OUT --width 64 --height 64 --rate 2", "gif", ""),

@@ -69,6 +69,7 @@ const CASES: &[Case] = &[
     many("robot clips --robot robot.urdf -o out --to csv", &[]),
     one("fk walk.bvh -o out.npz"),
     one("fk walk.bvh -o out.csv"),
+    one("angles walk.bvh -o out.mot"),
     #[cfg(feature = "parquet")]
     one("fk walk.bvh -o out.parquet"),
     #[cfg(feature = "parquet")]

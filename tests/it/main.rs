@@ -11,6 +11,7 @@ mod arrays;
 mod asf_amc;
 #[cfg(feature = "cli")]
 mod batch;
+mod biomechanics;
 mod bone_axis;
 mod broken;
 mod bvh_out;

@@ -4,7 +4,9 @@ gait10dof_static.trc, gait10dof_walk.trc and gait10dof_walk_IK.mot, of opensim-o
 """
 
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 import numpy as np
 from judge import solve
@@ -21,12 +23,36 @@ def mot(path):
     return dict(zip(names, rows.T))
 
 
+def angles(mocap, folder):
+    """What `mocap angles` writes of the same markers. In OpenSim's model a bent knee has a negative angle."""
+    with tempfile.TemporaryDirectory() as made:
+        output = pathlib.Path(made, "angles.mot")
+        static = ["--markers", "auto", "--static", folder / "gait10dof_static.trc"]
+        subprocess.run([mocap, "angles", folder / "gait10dof_walk.trc", "-o", output, *static, "-q"], check=True)
+        columns = mot(output)
+    return {name: -values if name.startswith("knee") else values for name, values in columns.items()}
+
+
+def compared(what, ours, theirs):
+    """The joints that are farther from OpenSim's than wanted."""
+    bad = []
+    for name in ("hip_flexion", "knee_angle", "ankle_angle"):
+        for side in "lr":
+            column = f"{name}_{side}"
+            count = min(len(ours[column]), len(theirs[column]))
+            off = ours[column][:count] - theirs[column][:count]
+            print(f"{what}: {column:15} {off.std():6.2f} degrees RMS about {off.mean():7.2f}")
+            if off.std() > ANGLE:
+                bad.append(f"{column}: {off.std():.2f} degrees")
+    return bad
+
+
 def main():
     mocap, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     motion, said = solve(mocap, folder / "gait10dof_walk.trc", ["--static", str(folder / "gait10dof_static.trc")])
     print(said.strip())
     theirs = mot(folder / "gait10dof_walk_IK.mot")
-    bad = []
+    bad = compared("mocap angles", angles(mocap, folder), theirs)
     for name, joint in (("hip_flexion", "UpperLeg"), ("knee_angle", "LowerLeg"), ("ankle_angle", "Foot")):
         for side in ("left", "right"):
             turns = motion.turns[:, motion.names.index(side + joint)]

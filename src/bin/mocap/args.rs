@@ -26,7 +26,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 
-pub(crate) use self::arrays::FkArgs;
+pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs};
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
@@ -87,6 +87,10 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Write a motion as arrays: positions and rotations of all joints in all frames
     Fk(FkArgs),
+    /// Write the angles of a body's joints as biomechanics states them, for OpenSim or as a table
+    Angles(AnglesArgs),
+    /// Print the table of a gait laboratory: heel strikes, toe offs, cadence, speed, lengths of steps
+    Gait(GaitArgs),
     /// Write many motions as arrays into Parquet files
     #[cfg(feature = "parquet")]
     Pack(PackArgs),

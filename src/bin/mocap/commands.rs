@@ -1,5 +1,6 @@
 //! One command per file; each reads its arguments, calls the library, and prints.
 
+pub(crate) mod angles;
 pub(crate) mod check;
 pub(crate) mod clean;
 pub(crate) mod convert;

@@ -93,6 +93,8 @@ fn main() -> ExitCode {
         Command::Solve(args) => commands::convert::run(&args.convert, &given),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
+        Command::Angles(args) => commands::angles::angles(args),
+        Command::Gait(args) => commands::angles::gait(args),
         #[cfg(feature = "parquet")]
         Command::Pack(args) => commands::pack::run(args, &given),
         #[cfg(not(feature = "parquet"))]

@@ -1,6 +1,7 @@
 //! What the arrays of a file mean: found from their names, and without names from their shapes.
 
 mod kimodo;
+pub(super) mod opensim;
 mod own;
 mod points;
 mod robot;

@@ -5,7 +5,8 @@ use glam::Vec3;
 use super::FIRST_WORD;
 use crate::error::{Code, Diagnostic};
 use crate::format::points::{self, Track};
-use crate::format::text::{Cursor, Word, decode, decode_name, is_binary, is_line_end, is_space, number, quote};
+use crate::format::text::table::{Table, cells, words};
+use crate::format::text::{Cursor, Word, decode, decode_name, is_binary, number};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::{FARTHEST, limit_exceeded};
@@ -43,11 +44,11 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         return Err(Box::new(Diagnostic::new(Code::BinaryFile, "the file is not text")));
     }
     let mut lines = Lines {
-        cursor: Cursor::new(&text),
+        table: Table::new(&text),
     };
-    let first = lines.next_line().unwrap_or(Word { bytes: b"", offset: 0 });
+    let first = lines.table.next_line().unwrap_or(Word { bytes: b"", offset: 0 });
     if !words(first).first().is_some_and(|word| word.is(FIRST_WORD)) {
-        return Err(lines.refused(first, "the file is not TRC", FIRST_WORD));
+        return Err(lines.table.refused(first, "the file is not TRC", FIRST_WORD));
     }
     let header = lines.header()?;
     let names = lines.names(&header, options, warnings)?;
@@ -63,8 +64,8 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         times: Vec::new(),
         limit: options.limits.max_values,
     };
-    while let Some(line) = lines.next_line() {
-        motion.row(&lines, line, warnings)?;
+    while let Some(line) = lines.table.next_line() {
+        motion.row(&lines.table, line, warnings)?;
     }
     motion.leave_out_zeros(warnings);
     if header.frames.is_finite() && header.frames != motion.frames as f64 {
@@ -91,48 +92,15 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
     Ok(scene)
 }
 
+/// The lines of a TRC file.
 struct Lines<'a> {
-    cursor: Cursor<'a>,
+    table: Table<'a>,
 }
 
 impl<'a> Lines<'a> {
-    /// The next line that is not empty.
-    fn next_line(&mut self) -> Option<Word<'a>> {
-        loop {
-            self.cursor.take_while(is_line_end);
-            let line = self.cursor.take_while(|byte| !is_line_end(byte));
-            if line.bytes.is_empty() {
-                return None;
-            }
-            if !line.bytes.iter().copied().all(is_space) {
-                return Some(line);
-            }
-        }
-    }
-
-    fn refused(&self, word: Word<'_>, message: &str, expected: &str) -> Failure {
-        Box::new(
-            Diagnostic::new(Code::MissingKeyword, message)
-                .at(self.cursor.locate(word))
-                .expected_found(expected, quote(word.bytes))
-                .help("check that the file is what its name says, or export it again"),
-        )
-    }
-
-    fn line(&mut self, expected: &str) -> Result<Word<'a>, Failure> {
-        self.next_line().ok_or_else(|| {
-            Box::new(
-                Diagnostic::new(Code::UnexpectedEnd, "the file ends within its header")
-                    .at(self.cursor.locate_end())
-                    .expected_found(expected, "the end of the file")
-                    .help("the file is cut off: export or download it again"),
-            )
-        })
-    }
-
     fn header(&mut self) -> Result<Header, Failure> {
-        let keys = self.line("DataRate, NumFrames, NumMarkers, Units")?;
-        let values = words(self.line("the values of the header")?);
+        let keys = self.table.header_line("DataRate, NumFrames, NumMarkers, Units")?;
+        let values = words(self.table.header_line("the values of the header")?);
         let keys_found = words(keys);
         let value = |key: &str| {
             let place = keys_found.iter().position(|word| word.is(key))?;
@@ -143,7 +111,7 @@ impl<'a> Lines<'a> {
             number::parse(word.bytes).map(|number| number.value)
         };
         if value("NumMarkers").is_none() {
-            return Err(self.refused(
+            return Err(self.table.refused(
                 keys,
                 "the header has no NumMarkers",
                 "DataRate, NumFrames, NumMarkers, Units",
@@ -164,10 +132,10 @@ impl<'a> Lines<'a> {
         options: &ReadOptions,
         warnings: &mut Warnings,
     ) -> Result<Vec<String>, Failure> {
-        let line = self.line("Frame#, Time and the names of the markers")?;
+        let line = self.table.header_line("Frame#, Time and the names of the markers")?;
         let mut labels = words(line).into_iter();
         if labels.next().is_none_or(|word| word.strip_prefix("Frame").is_none()) {
-            return Err(self.refused(
+            return Err(self.table.refused(
                 line,
                 "the line of the names of markers is missing",
                 "Frame#, Time, names",
@@ -192,45 +160,18 @@ impl<'a> Lines<'a> {
                 let message =
                     "the file has another number of markers than its header states; those with names were read";
                 Diagnostic::new(Code::HeaderCount, message)
-                    .at(self.cursor.locate(line))
+                    .at(self.table.cursor.locate(line))
                     .expected_found(format!("{}", header.markers), format!("{}", names.len()))
             });
         }
-        let before = self.cursor.offset();
+        let before = self.table.cursor.offset();
         let is_axes = |word: &Word<'_>| matches!(word.bytes.first(), Some(b'X' | b'x'));
-        let axes = self.next_line();
+        let axes = self.table.next_line();
         if !axes.is_some_and(|line| words(line).first().is_some_and(is_axes)) {
-            self.cursor.set_offset(before);
+            self.table.cursor.set_offset(before);
         }
         Ok(names)
     }
-}
-
-/// The words of a line. Where it has tabs, names may have blanks.
-fn words(line: Word<'_>) -> Vec<Word<'_>> {
-    let mut found = cells(line);
-    found.retain(|cell| !cell.bytes.is_empty());
-    found
-}
-
-/// The cells of a line: between tabs, or where it has none, between blanks.
-fn cells(line: Word<'_>) -> Vec<Word<'_>> {
-    let has_tabs = line.bytes.contains(&b'\t');
-    let is_end = |byte: &u8| if has_tabs { *byte == b'\t' } else { is_space(*byte) };
-    let mut offset = line.offset;
-    let mut found = Vec::new();
-    for cell in line.bytes.split(is_end) {
-        let blanks = cell.iter().take_while(|byte| is_space(**byte)).count();
-        let word = Word {
-            bytes: cell.trim_ascii(),
-            offset: offset + blanks,
-        };
-        if has_tabs || !word.bytes.is_empty() {
-            found.push(word);
-        }
-        offset += cell.len() + 1;
-    }
-    found
 }
 
 struct Motion {
@@ -242,7 +183,7 @@ struct Motion {
 }
 
 impl Motion {
-    fn row(&mut self, lines: &Lines<'_>, line: Word<'_>, warnings: &mut Warnings) -> Result<(), Failure> {
+    fn row(&mut self, lines: &Table<'_>, line: Word<'_>, warnings: &mut Warnings) -> Result<(), Failure> {
         let cells = cells(line);
         let values = self.tracks.len() * 3;
         let given = cells.len().saturating_sub(BEFORE);
@@ -288,7 +229,7 @@ impl Motion {
         for (track, cells) in std::iter::zip(&mut self.tracks, columns.chunks_exact(3)) {
             let mut position = [0.0; 3];
             for (value, cell) in std::iter::zip(&mut position, cells) {
-                *value = read_number(lines, *cell)?;
+                *value = lines.number(*cell, "a coordinate")?;
             }
             if let Some(infinite) = position.iter().zip(cells).find(|(value, _)| value.is_infinite()) {
                 warnings.tally(Code::NonFiniteValue, || {
@@ -351,20 +292,4 @@ fn jumps_to_zero(positions: &[Vec3]) -> bool {
     let pairs = positions.windows(2).filter(|pair| !pair.contains(&Vec3::ZERO));
     let longest = pairs.map(|pair| pair[0].distance(pair[1])).fold(0.0, f32::max);
     nearest > STEPS * longest
-}
-
-/// NaN where the cell is empty or says so.
-fn read_number(lines: &Lines<'_>, cell: Word<'_>) -> Result<f64, Failure> {
-    if cell.bytes.is_empty() {
-        return Ok(f64::NAN);
-    }
-    match number::parse(cell.bytes) {
-        Some(number) if number.length == cell.bytes.len() => Ok(number.value),
-        _ => Err(Box::new(
-            Diagnostic::new(Code::InvalidNumber, "a coordinate is not a number")
-                .at(lines.cursor.locate(cell))
-                .expected_found("a number, or an empty cell", quote(cell.bytes))
-                .help("export the file again"),
-        )),
-    }
 }

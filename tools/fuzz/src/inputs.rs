@@ -11,8 +11,8 @@ use mocap::verify::Verifier;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
 use self::words::{
-    ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, NPZ_WORDS, ROBOT_WORDS, TRC_WORDS,
-    USD_WORDS, VRMA_WORDS,
+    ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, MOT_WORDS, NPZ_WORDS, ROBOT_WORDS,
+    TRC_WORDS, USD_WORDS, VRMA_WORDS,
 };
 
 /// Bytes of the motion for testing skeletons: the first frames of a walk.
@@ -135,6 +135,17 @@ pub(crate) const TRC: Input = Input {
     factor: 8192,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Trc).read(bytes, "fuzz.trc"),
+};
+
+/// Joint angles of OpenSim.
+pub(crate) const MOT: Input = Input {
+    name: "mot",
+    made: made::mot,
+    words: MOT_WORDS,
+    // A file without frames has a body of 22 joints.
+    factor: 1024,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Mot).read(bytes, "fuzz.mot"),
+    ..TRC
 };
 
 /// An FBX file.
@@ -307,8 +318,8 @@ pub(crate) const CSV: Input = Input {
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
-    &BVH, &ASF, &AMC, &C3D, &TRC, &FBX, &USDA, &USDZ, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT,
-    &CSV, &FBX_OUT,
+    &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL,
+    &PT, &CSV, &FBX_OUT,
 ];
 
 impl Input {

@@ -85,6 +85,6 @@ pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> 
     serde_json::from_str(json).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-fn json(value: &impl serde::Serialize) -> PyResult<String> {
+pub(crate) fn json(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|error| PyValueError::new_err(error.to_string()))
 }

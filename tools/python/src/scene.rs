@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use mocap::arrays::{Arrays, BodyArrays, Rotation};
+use mocap::biomechanics::{Gait, JointAngles};
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
@@ -11,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::arrow::ArrowTable;
+use crate::edit::json;
 use crate::errors::to_python;
 use crate::options_from;
 
@@ -96,8 +98,7 @@ impl Scene {
 
     #[getter]
     fn metadata_json(&self) -> PyResult<String> {
-        serde_json::to_string(&self.scene.metadata)
-            .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))
+        json(&self.scene.metadata)
     }
 
     fn pose_matrices<'py>(&self, py: Python<'py>, tick: f64, world: bool) -> PyResult<Bound<'py, PyAny>> {
@@ -159,6 +160,20 @@ impl Scene {
         let made = py.detach(|| BodyArrays::new(&self.scene)?.write(layout.parse()?));
         made.map(|bytes| PyBytes::new(py, &bytes))
             .map_err(|error| to_python(py, &error))
+    }
+
+    /// Frames per second, the names of the columns of joint angles, and their values, row by row.
+    fn joint_angles<'py>(&self, py: Python<'py>) -> PyResult<(f64, Vec<String>, Bound<'py, PyArray1<f64>>)> {
+        let angles = py.detach(|| JointAngles::of(&self.scene));
+        let angles = angles.map_err(|error| to_python(py, &error))?;
+        Ok((angles.frame_rate, angles.columns, PyArray1::from_vec(py, angles.values)))
+    }
+
+    /// The walk as JSON.
+    fn gait(&self, py: Python<'_>) -> PyResult<String> {
+        let gait = py.detach(|| Gait::of(&self.scene));
+        let gait = gait.map_err(|error| to_python(py, &error))?;
+        json(&gait)
     }
 
     fn arrow(&self, py: Python<'_>, options: &str, clip: &str) -> PyResult<ArrowTable> {

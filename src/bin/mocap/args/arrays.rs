@@ -41,6 +41,33 @@ pub(crate) struct FkArgs {
     pub(crate) read: Reading,
 }
 
+#[derive(Debug, clap::Args)]
+pub(crate) struct AnglesArgs {
+    /// The motion file; - is standard input
+    pub(crate) input: PathBuf,
+    /// The file to write: .mot, as OpenSim has it, or .csv; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Format of standard output [default: csv]
+    #[arg(long, value_name = "FORMAT", value_parser = ["mot", "csv"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct GaitArgs {
+    /// The motion file; - is standard input
+    pub(crate) file: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
 #[cfg(feature = "parquet")]
 #[derive(Debug, clap::Args)]
 pub(crate) struct PackArgs {

@@ -10,7 +10,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         &["convert", "retarget", "robot", "edit", "clean", "graph", "solve", "run"],
     ),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
-    ("Compute", &["fk", "pack", "pose", "dump"]),
+    ("Compute", &["fk", "angles", "gait", "pack", "pose", "dump"]),
     ("Prove", &["check", "survey", "verify"]),
 ];
 

@@ -48,6 +48,14 @@ pub(super) fn trc() -> Vec<Vec<u8>> {
     vec![tabs.into_bytes(), blanks.as_bytes().to_vec()]
 }
 
+/// Joint angles, as OpenSim's older models have them.
+pub(super) fn mot() -> Vec<Vec<u8>> {
+    let text = "Coordinates\nversion=1\nnRows=2\nnColumns=6\ninDegrees=yes\nendheader\n\
+        time\tpelvis_ty\thip_flexion_r\thip_flexion_l\tknee_angle_r\tknee_angle_l\n\
+        0\t0.9\t10\t-10\t-5\t-20\n0.02\t0.9\t12\t-12\t-4\t-25\n";
+    vec![text.as_bytes().to_vec()]
+}
+
 /// Small motions as USD, as this crate writes them.
 pub(super) fn usda() -> Vec<Vec<u8>> {
     usd("usda")

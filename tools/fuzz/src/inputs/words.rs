@@ -63,6 +63,21 @@ pub(super) const ACCLAIM_WORDS: &[&str] = &[
     "\u{feff}",
 ];
 
+/// Words of OpenSim's motion files.
+pub(super) const MOT_WORDS: &[&str] = &[
+    "endheader",
+    "inDegrees=no",
+    "nRows=",
+    "time",
+    "hip_flexion_r",
+    "knee_angle_l",
+    "arm_flex_r",
+    "shoulder_plane_l",
+    "pelvis_ty",
+    "nan",
+    "1e39",
+];
+
 /// As above.
 pub(super) const TRC_WORDS: &[&str] = &[
     "PathFileType",

@@ -135,6 +135,36 @@ class Scene:
             return {"vectors": loaded}
         return {name: loaded[name] for name in loaded.files}
 
+    def joint_angles(self) -> dict[str, NDArray[np.float64]]:
+        """The angles of the joints of a humanoid as the International Society of Biomechanics defines them.
+
+        A column of ``float64`` for each name, in degrees: ``hip_flexion_r``, ``knee_angle_l``, ...; ``time`` is in seconds,
+        and ``pelvis_tx``, ``pelvis_ty``, ``pelvis_tz`` in metres. ``docs/biomechanics.md`` defines every column.
+        ``pandas.DataFrame(scene.joint_angles())`` is a table of them.
+
+        >>> scene.joint_angles()["knee_angle_r"].max()  # doctest: +SKIP
+        61.2
+
+        Raises:
+            MocapError: Where no humanoid is found, or there is no motion.
+        """
+        rate, names, values = self._native.joint_angles()
+        table = values.reshape(-1, len(names))
+        return {"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))}
+
+    def gait(self) -> dict[str, Any]:
+        """The heel strikes and toe offs of a walk, its strides, and the means of a gait laboratory.
+
+        Keys: ``strides``, ``cadence`` in steps a minute, ``in_place``, and ``left`` and ``right`` with ``heel_strikes`` and
+        ``toe_offs`` in seconds, and with ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``,
+        ``step_time`` in seconds, ``stance`` in per cent, ``speed`` in metres per second: each of these has ``mean``,
+        ``deviation`` and ``count``, or is ``None``.
+
+        Raises:
+            MocapError: Where no humanoid is found, or no foot makes a stride.
+        """
+        return json.loads(self._native.gait())
+
     def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
 

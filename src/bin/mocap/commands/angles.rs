@@ -1,0 +1,122 @@
+//! `mocap angles` and `mocap gait`: a motion as a laboratory of biomechanics has it.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use mocap::biomechanics::{Gait, JointAngles, MeanAndDeviation, SideOfGait};
+use mocap::figure::Side;
+use serde::Serialize;
+
+use super::{import_motion, print_json};
+use crate::args::{AnglesArgs, GaitArgs};
+use crate::{Failure, report, streams};
+
+pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
+    let format = super::output_format(&args.output, args.to.as_deref(), "csv")?;
+    if !["mot", "csv"].contains(&format.as_str()) {
+        return Err(super::unknown_extension(&args.output, ".mot or .csv"));
+    }
+    streams::check_output(&[&args.input], &args.output, args.force)?;
+    let scene = import_motion(&args.read, &args.input)?;
+    let angles = JointAngles::of(&scene).map_err(|error| error.with_path(&args.input))?;
+    let text = match format.as_str() {
+        "mot" => angles.to_mot(),
+        _ => angles.to_csv(),
+    };
+    streams::write(&args.output, text.as_bytes())?;
+    report::say(&format!(
+        "{} -> {}: {} frames of {} columns, in degrees and metres",
+        args.input.display(),
+        args.output.display(),
+        angles.frames(),
+        angles.columns.len(),
+    ));
+    Ok(())
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    file: String,
+    #[serde(flatten)]
+    gait: &'a Gait,
+}
+
+pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
+    let scene = import_motion(&args.read, &args.file)?;
+    let gait = Gait::of(&scene).map_err(|error| error.with_path(&args.file))?;
+    if args.json {
+        let file = args.file.display().to_string();
+        return Ok(print_json(&Report { file, gait: &gait })?);
+    }
+    Ok(print(&args.file, &gait)?)
+}
+
+/// A row of the table: what it is called, its unit, and the measure of a side.
+type Row = (&'static str, &'static str, fn(&SideOfGait) -> Option<MeanAndDeviation>);
+
+const ROWS: [Row; 7] = [
+    ("speed", "m/s", |side| side.speed),
+    ("stride length", "m", |side| side.stride_length),
+    ("step length", "m", |side| side.step_length),
+    ("step width", "m", |side| side.step_width),
+    ("stride time", "s", |side| side.stride_time),
+    ("step time", "s", |side| side.step_time),
+    ("stance", "%", |side| side.stance),
+];
+
+fn print(file: &Path, gait: &Gait) -> io::Result<()> {
+    let mut out = report::stdout();
+    let strides = |side: Side| gait.strides.iter().filter(|stride| stride.side == side).count();
+    let (left, right) = (strides(Side::Left), strides(Side::Right));
+    writeln!(
+        out,
+        "{}: {left} strides of the left foot, {right} of the right",
+        file.display()
+    )?;
+    if let Some(cadence) = gait.cadence {
+        writeln!(out, "cadence: {cadence:.1} steps/min")?;
+    }
+    if gait.in_place {
+        writeln!(
+            out,
+            "the body stays where it is, as on a treadmill: no lengths, no speed"
+        )?;
+    }
+    writeln!(out)?;
+    writeln!(out, "{:22}{:>17}{:>17}", "mean +- deviation", "left", "right")?;
+    for (name, unit, measure) in ROWS {
+        let cells = [&gait.left, &gait.right].map(|side| cell(measure(side)));
+        if cells.iter().any(|cell| cell != "-") {
+            writeln!(out, "{:22}{:>17}{:>17}", format!("{name}, {unit}"), cells[0], cells[1])?;
+        }
+    }
+    writeln!(out)?;
+    for (time, side, event) in events(gait) {
+        writeln!(out, "{time:9.3} s  {side:5}  {event}")?;
+    }
+    out.flush()
+}
+
+/// Time, foot and event, in the order of time.
+fn events(gait: &Gait) -> Vec<(f64, &'static str, &'static str)> {
+    let mut events = Vec::new();
+    for (name, side) in [("left", &gait.left), ("right", &gait.right)] {
+        events.extend(side.heel_strikes.iter().map(|time| (*time, name, "heel strike")));
+        events.extend(side.toe_offs.iter().map(|time| (*time, name, "toe off")));
+    }
+    events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    events
+}
+
+fn cell(measure: Option<MeanAndDeviation>) -> String {
+    let Some(MeanAndDeviation {
+        mean, deviation, count, ..
+    }) = measure
+    else {
+        return "-".to_owned();
+    };
+    match count {
+        1 => format!("{mean:.2}"),
+        _ => format!("{mean:.2} +- {deviation:.2}"),
+    }
+}

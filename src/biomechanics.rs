@@ -1,0 +1,16 @@
+//! Joint angles and gait, as laboratories of biomechanics state them, of any humanoid: whatever its file, its names and
+//! the frames of its joints.
+//!
+//! [`JointAngles`] are the angles of the International Society of Biomechanics (Wu and others, 2002 and 2005), knees as
+//! Grood and Suntay (1983) have them; [`Gait`] has the events of a walk and the table that is made of them.
+
+mod angles;
+mod gait;
+mod posed;
+mod segments;
+mod table;
+
+pub use self::angles::JointAngles;
+pub(crate) use self::angles::is_angle;
+pub use self::gait::{Gait, MeanAndDeviation, SideOfGait, Stride};
+pub(crate) use self::posed::rotations_of;

@@ -1,0 +1,280 @@
+//! Joint angles.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, EulerRot};
+
+use super::segments::{Part, Segment, Segments};
+use crate::error::Result;
+use crate::scene::{Scene, Side};
+
+/// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
+/// name it, where they have it.
+///
+/// In every joint the frame of the distal segment is turned against that of the proximal one; both are those of the
+/// International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right, of a body
+/// that stands with arms hanging and palms forward. All angles are 0 there. They are in degrees, and without jumps of
+/// 360; those of the left side are signed as those of the right.
+///
+/// | columns | rotations, each about the axis turned by those before | positive |
+/// |---|---|---|
+/// | `pelvis_tilt`, `_list`, `_rotation` | Z, X, Y, from the laboratory | backward, to the right, to the left |
+/// | `pelvis_tx`, `_ty`, `_tz` | position in metres | forward, up, to the right |
+/// | `hip_flexion`, `_adduction`, `_rotation` | Z, X, Y | flexion, adduction, internal |
+/// | `knee_angle`, `_adduction`, `_rotation` | Z, X, Y: Grood and Suntay (1983) | flexion, adduction, internal |
+/// | `ankle_angle`, `_inversion`, `_rotation` | Z, X, Y | dorsiflexion, inversion, internal |
+/// | `lumbar_extension`, `_bending`, `_rotation` | Z, X, Y: chest against pelvis | back, to the right, to the left |
+/// | `neck_extension`, `_bending`, `_rotation` | Z, X, Y: head against chest | back, to the right, to the left |
+/// | `arm_flex`, `_add`, `_rot` | Z, X, Y, as OpenSim has shoulders | flexion, adduction, internal |
+/// | `shoulder_plane`, `_elevation`, `_rotation` | Y, X, Y | 0 sideways and 90 forward, up, internal |
+/// | `elbow_flex`, `elbow_carrying`, `pro_sup` | Z, X, Y | flexion, varus, pronation |
+/// | `wrist_flex`, `_deviation`, `_rotation` | Z, X, Y | flexion, to the little finger, pronation |
+///
+/// The names of sides end in `_r` and `_l`. The upper arm is taken against the chest. A plane of elevation has no
+/// meaning where the arm hangs, and `arm_flex` none where it is abducted by 90 degrees. The T-pose of the figure is the
+/// standing pose: a pelvis that a laboratory calls tilted because of its spines is 0 here.
+///
+/// ```
+/// use mocap::biomechanics::JointAngles;
+///
+/// let angles = JointAngles::of(&mocap::import("fixtures/real/cmu_12_01_walk.bvh")?)?;
+/// let knee = angles.column("knee_angle_r").expect("the body has a right knee");
+/// let most = knee.fold(0.0, f64::max);
+/// assert!((50.0..80.0).contains(&most), "{most}"); // knees of a walk bend by about 60 degrees
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct JointAngles {
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// The names of the columns.
+    pub columns: Vec<String>,
+    /// The values, frame by frame, in the order of the columns: degrees, and metres of the pelvis's position.
+    pub values: Vec<f64>,
+}
+
+/// How the rotation of a joint is taken apart.
+#[derive(Clone, Copy)]
+pub(super) enum Rotations {
+    /// About Z, X and Y, with these signs.
+    Zxy([f64; 3]),
+    /// About Y, X and Y: plane of elevation, elevation, rotation.
+    Yxy,
+}
+
+/// Two segments, and what the angles between them are called.
+pub(super) struct Joint {
+    pub(super) above: Segment,
+    pub(super) below: Segment,
+    pub(super) names: [&'static str; 3],
+    pub(super) rotations: Rotations,
+}
+
+impl Joint {
+    const fn new(above: Segment, below: Segment, names: [&'static str; 3], rotations: Rotations) -> Self {
+        Self {
+            above,
+            below,
+            names,
+            rotations,
+        }
+    }
+
+    /// Every joint, those of a side once.
+    pub(super) fn all() -> impl Iterator<Item = &'static Self> + Clone {
+        Self::OF_TRUNK.iter().chain(&Self::OF_SIDES)
+    }
+
+    /// Joints of the trunk.
+    const OF_TRUNK: [Self; 2] = [
+        Self::new(
+            Segment::Pelvis,
+            Segment::Trunk,
+            ["lumbar_extension", "lumbar_bending", "lumbar_rotation"],
+            Rotations::PLAIN,
+        ),
+        Self::new(
+            Segment::Trunk,
+            Segment::Head,
+            ["neck_extension", "neck_bending", "neck_rotation"],
+            Rotations::PLAIN,
+        ),
+    ];
+
+    /// Joints of each side.
+    const OF_SIDES: [Self; 7] = [
+        Self::new(
+            Segment::Pelvis,
+            Segment::Thigh,
+            ["hip_flexion", "hip_adduction", "hip_rotation"],
+            Rotations::PLAIN,
+        ),
+        // A knee bends the other way than a hip or an elbow, and its flexion counts as positive.
+        Self::new(
+            Segment::Thigh,
+            Segment::Shank,
+            ["knee_angle", "knee_adduction", "knee_rotation"],
+            Rotations::Zxy([-1.0, 1.0, 1.0]),
+        ),
+        Self::new(
+            Segment::Shank,
+            Segment::Foot,
+            ["ankle_angle", "ankle_inversion", "ankle_rotation"],
+            Rotations::PLAIN,
+        ),
+        Self::new(
+            Segment::Trunk,
+            Segment::UpperArm,
+            ["arm_flex", "arm_add", "arm_rot"],
+            Rotations::PLAIN,
+        ),
+        Self::new(
+            Segment::Trunk,
+            Segment::UpperArm,
+            ["shoulder_plane", "shoulder_elevation", "shoulder_rotation"],
+            Rotations::Yxy,
+        ),
+        Self::new(
+            Segment::UpperArm,
+            Segment::Forearm,
+            ["elbow_flex", "elbow_carrying", "pro_sup"],
+            Rotations::PLAIN,
+        ),
+        Self::new(
+            Segment::Forearm,
+            Segment::Hand,
+            ["wrist_flex", "wrist_deviation", "wrist_rotation"],
+            Rotations::PLAIN,
+        ),
+    ];
+}
+
+impl Rotations {
+    pub(super) const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
+
+    /// The rotation by three angles in degrees; one that is not known is 0.
+    pub(super) fn back(self, degrees: [Option<f64>; 3]) -> DQuat {
+        let [a, b, c] = degrees.map(|angle| angle.unwrap_or(0.0).to_radians());
+        match self {
+            Self::Zxy(signs) => DQuat::from_euler(EulerRot::ZXY, signs[0] * a, signs[1] * b, signs[2] * c),
+            Self::Yxy => DQuat::from_euler(EulerRot::YXY, a, -b, c),
+        }
+    }
+
+    /// The three angles of a rotation in degrees, the nearest to those of the frame before.
+    fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
+        let radians = match self {
+            Self::Zxy(signs) => {
+                let (flexion, adduction, axial) = rotation.to_euler(EulerRot::ZXY);
+                [signs[0] * flexion, signs[1] * adduction, signs[2] * axial]
+            }
+            Self::Yxy => elevation(rotation),
+        };
+        let mut degrees = radians.map(f64::to_degrees);
+        for (angle, before) in degrees.iter_mut().zip(before.into_iter().flatten()) {
+            *angle -= 360.0 * ((*angle - before) / 360.0).round();
+        }
+        degrees
+    }
+}
+
+/// Plane of elevation, elevation and rotation of an upper arm. Elevation turns about -X, which brings a hanging right
+/// arm sideways, and counts as positive; the other solution has the plane and the rotation turned by half a circle.
+fn elevation(rotation: DQuat) -> [f64; 3] {
+    let (plane, about_x, axial) = rotation.to_euler(EulerRot::YXY);
+    let half = if about_x > 0.0 { TAU / 2.0 } else { 0.0 };
+    [plane + half, about_x.abs(), axial - half].map(|angle| (angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0)
+}
+
+/// A column: its name, and its value in every frame.
+type Column = (String, Vec<f64>);
+
+impl JointAngles {
+    /// Those of the first animation of a scene, in any unit and with any axis up.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where no humanoid is found;
+    /// [`Code::NoMotion`](crate::Code::NoMotion) where there is no motion.
+    pub fn of(scene: &Scene) -> Result<Self> {
+        let segments = Segments::of(scene)?;
+        let mut columns = pelvis(&segments);
+        for joint in &Joint::OF_TRUNK {
+            columns.extend(angles(&segments, joint, None));
+        }
+        for side in [Side::Right, Side::Left] {
+            for joint in &Joint::OF_SIDES {
+                columns.extend(angles(&segments, joint, Some(side)));
+            }
+        }
+        let values = (0..segments.frames).flat_map(|frame| columns.iter().map(move |(_, values)| values[frame]));
+        Ok(Self {
+            frame_rate: segments.frame_rate,
+            values: values.collect(),
+            columns: columns.into_iter().map(|(name, _)| name).collect(),
+        })
+    }
+
+    /// How many frames there are.
+    pub fn frames(&self) -> usize {
+        self.values.len() / self.columns.len().max(1)
+    }
+
+    /// The values of a column, frame by frame; `None` where the body has no such joint.
+    pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
+        let column = self.columns.iter().position(|own| own == name)?;
+        Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
+    }
+}
+
+/// The angles and the position of the pelvis in the laboratory.
+fn pelvis(segments: &Segments) -> Vec<Column> {
+    let rotations = segments.to_world(Segment::Pelvis).unwrap_or_default();
+    let names = ["pelvis_tilt", "pelvis_list", "pelvis_rotation"];
+    let mut columns = taken_apart(rotations.iter().copied(), Rotations::PLAIN, names.map(str::to_owned));
+    for (axis, name) in ["pelvis_tx", "pelvis_ty", "pelvis_tz"].into_iter().enumerate() {
+        let values = segments.pelvis.iter().map(|position| position[axis]);
+        columns.push((name.to_owned(), values.collect()));
+    }
+    columns
+}
+
+/// Whether a joint has an angle of this name, without the ending of its side.
+pub(crate) fn is_angle(name: &str) -> bool {
+    Joint::all().any(|joint| joint.names.contains(&name))
+}
+
+/// What the names of columns of a side end in.
+pub(super) const fn ending(side: Option<Side>) -> &'static str {
+    match side {
+        Some(Side::Right) => "_r",
+        Some(Side::Left) => "_l",
+        None => "",
+    }
+}
+
+/// The three columns of a joint; none where the body lacks one of its segments.
+fn angles(segments: &Segments, joint: &Joint, side: Option<Side>) -> Vec<Column> {
+    let part = |segment: Segment| -> Part {
+        let is_of_trunk = matches!(segment, Segment::Pelvis | Segment::Trunk | Segment::Head);
+        (segment, side.filter(|_| !is_of_trunk))
+    };
+    let names = joint.names.map(|name| format!("{name}{}", ending(side)));
+    match segments.between(part(joint.above), part(joint.below)) {
+        Some(rotations) => taken_apart(rotations, joint.rotations, names),
+        None => Vec::new(),
+    }
+}
+
+fn taken_apart(rotations: impl Iterator<Item = DQuat>, into: Rotations, names: [String; 3]) -> Vec<Column> {
+    let mut columns: Vec<Column> = names.into_iter().map(|name| (name, Vec::new())).collect();
+    let mut before = None;
+    for rotation in rotations {
+        let angles = into.of(rotation, before);
+        for ((_, values), angle) in columns.iter_mut().zip(angles) {
+            values.push(angle);
+        }
+        before = Some(angles);
+    }
+    columns
+}

@@ -1,0 +1,33 @@
+"""Joint angles and gait, beside angles that NumPy computes from positions."""
+
+import numpy as np
+import pytest
+
+import mocap
+
+from conftest import REAL
+
+
+def test_knees_bend_as_positions_say():
+    scene = mocap.read(REAL / "cmu_12_01_walk.bvh")
+    angles = scene.joint_angles()
+    motion = scene.to_numpy()
+    at = {name: motion.positions[:, index] for index, name in enumerate(motion.joints)}
+    thigh, shin = at["RightLeg"] - at["RightUpLeg"], at["RightFoot"] - at["RightLeg"]
+    cosine = np.sum(thigh * shin, 1) / np.linalg.norm(thigh, axis=1) / np.linalg.norm(shin, axis=1)
+    bent = np.degrees(np.arccos(cosine))
+    # The first frame is a T-pose.
+    assert np.abs(angles["knee_angle_r"] - bent)[1:].max() < 3.0
+    assert angles["time"][120] == pytest.approx(1.0)
+
+
+def test_a_walk_has_steps():
+    gait = mocap.read(REAL / "cmu_12_01_walk.bvh").gait()
+    assert 80 < gait["cadence"] < 110 and not gait["in_place"]
+    assert len(gait["left"]["heel_strikes"]) == 3 and len(gait["right"]["toe_offs"]) == 3
+    assert 55 < gait["left"]["stance"]["mean"] < 72
+
+
+def test_what_is_no_walk_is_an_error():
+    with pytest.raises(mocap.MocapError):
+        mocap.read(REAL / "lecture_Test.bvh").joint_angles()
