@@ -23,11 +23,10 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
 /// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
-/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv` that is
-/// no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
-/// [`Provenance`](crate::gltf::Provenance). If an input is of these
-/// formats, that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second
-/// is not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
+/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv`
+/// that is no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
+/// [`Provenance`](crate::gltf::Provenance). If an input is of these formats, that must also name an input as the source
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
 /// of them must name two inputs, its motion and the character.
 ///
 /// ```
