@@ -11,6 +11,7 @@
 //! number of poses can use one scene.
 
 mod binding;
+mod face;
 mod flat;
 mod forward_kinematics;
 mod same_joints;
@@ -22,6 +23,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 pub use self::binding::{Binding, OutOfRange};
+pub(crate) use self::face::FaceTrack;
 pub(crate) use self::flat::of_flat;
 pub(crate) use self::forward_kinematics::forward_kinematics;
 pub(crate) use self::same_joints::have_the_same_joints;

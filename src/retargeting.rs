@@ -22,6 +22,7 @@
 //! ```
 
 mod clip;
+mod face;
 mod joined;
 mod options;
 mod over_ground;
@@ -42,7 +43,6 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, Humanoid, HumanoidBone};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
-use crate::process::SkeletonMesh;
 use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{Animation, AppliedStep, Scene, SecondMotion};
@@ -286,6 +286,7 @@ impl Retargeting {
         provenance.steps.push(step);
         provenance.steps.extend(self.change_over_ground(&mut clip)?);
         clip.provenance = provenance;
+        clip.face = source.face_tracks(&source.animations[index]);
         clip.rename(name);
         Ok(clip)
     }
@@ -390,11 +391,13 @@ impl Retargeting {
         let Target::Character(character) = &self.target else {
             return Ok(None);
         };
-        let clips = self.clips.iter().map(|clip| (&clip.animation, &clip.provenance));
-        let (files, report) = character.clip_files(clips, self.options.replace_animations, options, name)?;
+        let clips = self.clips.iter();
+        let clips = clips.map(|clip| (&clip.animation, &clip.provenance, &*clip.face));
+        let (files, report, notes) = character.clip_files(clips, self.options.replace_animations, options, name)?;
         Ok(Some(Written {
             warnings: report.warnings,
             error: report.achieved,
+            notes,
             ..Written::of(files)
         }))
     }
@@ -426,15 +429,6 @@ impl Retargeting {
         }
         self.record(&mut scene);
         Ok(scene)
-    }
-
-    fn with_clips(&self) -> Scene {
-        let mut scene = self.target.scene().into_owned();
-        scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
-        if let Target::Robot(_) = self.target {
-            scene.add_skeleton_mesh(SkeletonMesh::Skinned);
-        }
-        scene
     }
 
     /// After the conversion, which is a part of what was done to the skeleton.

@@ -34,7 +34,7 @@
 //!
 //! ```
 //! use mocap::Importer;
-//! use mocap::scene::{AlphaMode, Bone, Mesh, Primitive, Surface, VertexWeight};
+//! use mocap::scene::{AlphaMode, Bone, Mesh, Primitive, Surface, VertexWeight, Wrap};
 //!
 //! let scene = Importer::new().gltf_meshes(true).import("fixtures/made/two_bones_textured.gltf")?;
 //! let mesh: &Mesh = &scene.meshes[0];
@@ -44,7 +44,7 @@
 //! let VertexWeight { vertex_id, weight } = bone.weights[0];
 //! assert!((vertex_id as usize) < mesh.vertices.len() && weight <= 1.0);
 //! let surface: Surface = scene.materials[mesh.material_index].surface.unwrap();
-//! assert_eq!(surface.alpha, AlphaMode::Mask(0.5));
+//! assert_eq!((surface.alpha, surface.wrap), (AlphaMode::Mask(0.5), [Wrap::Repeat; 2]));
 //! assert_eq!(scene.textures[surface.texture.unwrap()].media_type, "image/png");
 //! # Ok::<(), mocap::Error>(())
 //! ```
@@ -68,6 +68,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod face;
 mod humanoid_bone;
 mod mesh;
 mod metadata;
@@ -77,8 +78,9 @@ pub(crate) mod robot;
 use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
+pub use self::face::Face;
 pub use self::humanoid_bone::{HumanoidBone, Side};
-pub use self::mesh::{AlphaMode, Bone, Material, Mesh, Primitive, Surface, Texture, VertexWeight};
+pub use self::mesh::{AlphaMode, Bone, Material, Mesh, Primitive, Surface, Texture, VertexWeight, Wrap};
 pub use self::metadata::{
     AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
     SecondMotion, Topic, UpAxis,
@@ -177,6 +179,9 @@ pub struct Node {
     /// Which bone of a humanoid the file says that the node is, as VRM and VRM animations do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub humanoid_bone: Option<HumanoidBone>,
+    /// What the node of a VRM animation is on a face.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub face: Option<Face>,
 }
 
 /// The lines of a file that describe a node, from 1.

@@ -31,6 +31,7 @@ mod change;
 mod claims;
 mod clip;
 mod csv;
+mod face;
 #[cfg(feature = "npz")]
 mod npz;
 mod output;
@@ -345,10 +346,14 @@ impl Verifier {
             };
             let ours = Skeleton::of_scene(source, ours_clip);
             let theirs = output.skeleton(theirs_clip)?;
-            let of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
+            let mut of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
             if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
                 let name = clip::name_of(source, clip);
                 timeline.find(&name, &ours, &theirs, of_clip.farthest(), &mut verification.findings);
+                if change.humanoid.is_some() {
+                    let missing = face::compare((clip, &name), &ours, &theirs, &timeline, &mut of_clip);
+                    verification.findings.extend(missing);
+                }
             }
             if timeline.is_resampled {
                 let mut frames = timeline.source_frames();

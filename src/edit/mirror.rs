@@ -16,7 +16,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Axis, Figure, Humanoid, HumanoidBone};
-use crate::pose::{Binding, Pose, Trs};
+use crate::pose::{Binding, FaceTrack, Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
 step! {
@@ -26,6 +26,7 @@ step! {
     /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
     /// motion of each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets
     /// and rest rotations. Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
+    /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
     ///
     /// ```
     /// use mocap::edit::{Mirror, Step, StepInput};
@@ -113,6 +114,10 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     let held: Vec<NodeId> = driven.map(|(node, _)| partners[node.index()]).collect();
     let mut frames = Frames::new(scene, animation, &held)?;
     let before = Pose::at_tick(scene, animation, 0.0);
+    let face = scene
+        .animations
+        .get(animation)
+        .map(|animation| scene.face_tracks(animation));
 
     let symmetric = reference::symmetric(&still, &figure.humanoid, reference, &partners, normal);
     let mirrored = Mirrored::new(
@@ -144,6 +149,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         .filter(|node| moves(node) || moves(&partners[node.index()]))
         .collect();
     frames.write(scene, animation, &nodes, &moved);
+    mirror_face(scene, animation, face.unwrap_or_default());
 
     let mut report = MirrorReport {
         pairs: (0..partners.len())
@@ -173,6 +179,25 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         }
     }
     Ok(report)
+}
+
+/// Exchanges the expressions of one side, and mirrors the gaze.
+fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) {
+    for track in &mut tracks {
+        let (is_now, mirrored) = (track.face.clone(), track.face.mirrored());
+        if is_now != mirrored && scene.nodes.iter().all(|node| node.face.as_ref() != Some(&mirrored)) {
+            let alone = scene
+                .nodes
+                .iter_mut()
+                .filter(|node| node.face.as_ref() == Some(&is_now));
+            alone.for_each(|node| node.face = Some(mirrored.clone()));
+        }
+        track.face = mirrored;
+        for rotation in &mut track.keys.rotation_keys.values {
+            *rotation = Quat::from_xyzw(rotation.x, -rotation.y, -rotation.z, rotation.w);
+        }
+    }
+    scene.set_face(animation, &tracks, false);
 }
 
 /// The direction to the left in the T-pose: along an axis where it is near one, since that T-pose was made along axes.

@@ -31,7 +31,8 @@ impl Scene {
     /// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the
     /// humanoid: the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no
     /// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
-    /// otherwise than by rotation. `known` has the bones, where they are not to be searched for.
+    /// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where
+    /// they are not to be searched for.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -116,6 +117,9 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
     made.animations = (scene.animations.iter())
         .map(|animation| mover.animation(scene, animation, &made.nodes))
         .collect();
+    for (index, animation) in scene.animations.iter().enumerate() {
+        made.set_face(index, &scene.face_tracks(animation), true);
+    }
     made.metadata.steps.push(AppliedStep::VrmHumanoid {
         heading: heading(&body),
         lift: f64::from(lift),

@@ -8,6 +8,7 @@ mod bind;
 mod character;
 mod compression;
 mod encoding;
+mod face;
 mod file;
 mod humanoid;
 mod invalid;

@@ -4,7 +4,7 @@ use glam::{Mat4, Quat, Vec3};
 
 use crate::math::up_axis::{self, turn_to_y_up};
 use crate::pose::Binding;
-use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
+use crate::scene::{AppliedStep, Face, Mesh, Node, NodeId, Scene, UpAxis};
 
 impl Scene {
     /// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
@@ -36,15 +36,24 @@ pub(crate) fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64,
     let factor = metres_per_unit / out_metres_per_unit;
     let scaled = |v: Vec3| (v.as_dvec3() * factor).as_vec3();
     let axes = Axes { from: up, to: out_up };
+    // A weight has no unit.
+    let is_weight = |node: &Node| matches!(node.face, Some(Face::Preset(_) | Face::Custom(_)));
+    let weights: Vec<bool> = scene.nodes.iter().map(is_weight).collect();
     for node in &mut scene.nodes {
+        if is_weight(node) {
+            continue;
+        }
         node.transform.w_axis = scaled(node.transform.w_axis.truncate()).extend(1.0);
         if node.parent.is_none() {
             node.transform = axes.matrix() * node.transform;
         }
     }
     for index in 0..scene.animations.len() {
-        let root_channel = root_channel(scene, index);
+        let (root_channel, of_weights) = (root_channel(scene, index), channels_of(scene, index, &weights));
         for (channel_index, channel) in scene.animations[index].channels.iter_mut().enumerate() {
+            if of_weights.contains(&channel_index) {
+                continue;
+            }
             let of_channel = if Some(channel_index) == root_channel {
                 axes
             } else {
@@ -104,6 +113,16 @@ fn root_channel(scene: &Scene, animation: usize) -> Option<usize> {
     let binding = Binding::new(scene, &scene.animations[animation]);
     let driven = binding.driven().find(|(node, _)| *node == NodeId(0));
     driven.map(|(_, channel)| channel)
+}
+
+/// The channels that drive nodes of which `is_driven` is true.
+fn channels_of(scene: &Scene, animation: usize, is_driven: &[bool]) -> Vec<usize> {
+    if !is_driven.contains(&true) {
+        return Vec::new();
+    }
+    let binding = Binding::new(scene, &scene.animations[animation]);
+    let driven = binding.driven().filter(|(node, _)| is_driven[node.index()]);
+    driven.map(|(_, channel)| channel).collect()
 }
 
 /// A mesh with bones is in the space of the root's parent, so it is rotated; any other is in the space of its node.

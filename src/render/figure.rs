@@ -112,6 +112,8 @@ pub(super) struct DrawnClip<'a> {
     pub(super) reach: f32,
     /// The height of the ground; of what is no humanoid, the height of its lowest joint in the whole clip.
     pub(super) floor: f32,
+    /// Metres in one unit of the scene.
+    pub(super) metres: f32,
     /// The first joint that is drawn.
     root: usize,
     to_stage: Quat,
@@ -142,6 +144,7 @@ impl<'a> DrawnClip<'a> {
             is_shown,
             reach: 0.0,
             floor: f32::INFINITY,
+            metres: known.metres(),
             to_stage: turn_to_y_up(known.survey.up.value).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),

@@ -70,7 +70,8 @@ impl Drawing {
             }
             let mut figure = DrawnClip::new(*clip);
             let path = root_path(&mut figure);
-            paint_head(&mut drawing, clip, &path, top, row);
+            let in_metres: Vec<Vec3> = path.iter().map(|point| *point * figure.metres).collect();
+            paint_head(&mut drawing, clip, &in_metres, top, row);
             paint_poses(
                 &mut drawing,
                 &mut figure,
@@ -140,12 +141,14 @@ fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, r
     paint_path_from_above(drawing, path, [MARGIN, top + 86.0], [width - MARGIN, row - 112.0]);
 }
 
-/// A map of the root's path, scaled to fit.
+/// A map of the root's path, which is in metres, scaled to fit. What stays in its place has none.
 fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Point, [width, height]: Point) {
+    /// The roundings of a motion in place are far less, in metres.
+    const STILL: f32 = 1e-3;
     let from = path.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let to = path.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
     let size = to - from;
-    if height < 24.0 || !(size.is_finite() && size.x.max(size.z) > 0.0) {
+    if height < 24.0 || !(size.is_finite() && size.x.max(size.z) > STILL) {
         return;
     }
     let (inner_width, inner_height) = (width - 16.0, height - 16.0);
@@ -161,7 +164,11 @@ fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Poin
     drawing.line(points, 1.5, theme::FADED);
     drawing.circle(ends[0], 3.0, theme::MIDDLE);
     drawing.circle(ends[1], 3.5, theme::INK);
-    let caption = format!("path of the root: {} x {}", short(size.x.into()), short(size.z.into()));
+    let caption = format!(
+        "path of the root: {} x {} m",
+        short(size.x.into()),
+        short(size.z.into())
+    );
     drawing.text([left, top + height + 14.0], caption, 10.0, Anchor::Start, theme::FADED);
 }
 

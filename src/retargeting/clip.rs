@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::format::gltf::Provenance;
+use crate::pose::FaceTrack;
 use crate::retarget::{RetargetReport, Verdict};
 use crate::robot::{RobotMotion, RobotReport};
 use crate::scene::Animation;
@@ -30,6 +31,8 @@ pub struct Retargeted {
     pub report: Report,
     /// The positions of a robot's joints, where the target is one.
     pub robot_motion: Option<RobotMotion>,
+    /// The face of the source, where that is a VRM animation with one.
+    pub(crate) face: Vec<FaceTrack>,
 }
 
 impl Retargeted {
@@ -39,6 +42,7 @@ impl Retargeted {
             provenance: Provenance::default(),
             report: Report::Body(report),
             robot_motion: None,
+            face: Vec::new(),
         }
     }
 
@@ -48,6 +52,7 @@ impl Retargeted {
             provenance: Provenance::default(),
             report: Report::Robot(report),
             robot_motion: Some(motion),
+            face: Vec::new(),
         }
     }
 

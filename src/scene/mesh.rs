@@ -112,6 +112,8 @@ pub struct Surface {
     pub texture: Option<usize>,
     /// What alpha means.
     pub alpha: AlphaMode,
+    /// How the texture goes on beyond its edges, along u and along v.
+    pub wrap: [Wrap; 2],
 }
 
 impl Default for Surface {
@@ -120,8 +122,25 @@ impl Default for Surface {
             base_color: Vec4::ONE,
             texture: None,
             alpha: AlphaMode::Opaque,
+            wrap: [Wrap::Repeat; 2],
         }
     }
+}
+
+/// How a texture goes on beyond its edges.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Wrap {
+    /// It begins again.
+    #[default]
+    Repeat,
+    /// It begins again as its mirror image. FBX has no word for it.
+    Mirror,
+    /// The colours of its edge go on.
+    Clamp,
 }
 
 /// What the alpha of a colour means.

@@ -8,7 +8,7 @@ use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 use crate::error::Result;
 use crate::format::gltf::{Bend, File, Values};
 use crate::pose::{Binding, of_flat};
-use crate::scene::{Keys, NodeId, NodeKind, Scene};
+use crate::scene::{Face, Keys, NodeId, NodeKind, Scene};
 
 /// How far a joint that keeps its position may be from it, as a fraction of its distance to its parent.
 const SAME_PLACE: f64 = 1e-5;
@@ -34,6 +34,8 @@ pub(super) struct Joint<'a> {
     pub(super) kind: NodeKind,
     /// Whether it holds something to see.
     pub(super) shows: bool,
+    /// What it is on the face of a VRM animation.
+    pub(super) face: Option<Face>,
     rest: (DVec3, DQuat, DVec3),
     translation: Option<Track<'a, Vec3>>,
     rotation: Option<Track<'a, Quat>>,
@@ -66,6 +68,7 @@ impl<'a> Skeleton<'a> {
             }
             Joint {
                 shows: !node.meshes.is_empty(),
+                face: node.face.clone(),
                 ..Joint::at_rest(
                     node.name.clone(),
                     node.parent.map(NodeId::index),
@@ -99,6 +102,7 @@ impl Skeleton<'static> {
     pub(super) fn of_file(file: &File<'_>, clip: Option<usize>) -> Result<Self> {
         let listed = file.nodes()?;
         let only_show = file.only_show()?;
+        let mut faces = file.faces();
         let mut place_of = HashMap::new();
         let mut joints = Vec::with_capacity(listed.len());
         for node in &listed {
@@ -119,6 +123,7 @@ impl Skeleton<'static> {
             };
             joints.push(Joint {
                 shows: file.shows(node.index),
+                face: faces.remove(&node.index),
                 ..Joint::at_rest(file.source_name(node.index), parent, kind, rest)
             });
         }
@@ -243,11 +248,18 @@ impl Joint<'_> {
             parent,
             kind,
             shows: false,
+            face: None,
             rest,
             translation,
             rotation,
             scale,
         }
+    }
+
+    /// The translation and the rotation to its parent at `seconds`.
+    pub(super) fn own(&self, seconds: f64) -> (DVec3, DQuat) {
+        let (_, rotation, translation) = self.node_to_parent(seconds).to_scale_rotation_translation();
+        (translation, rotation)
     }
 
     fn node_to_parent(&self, seconds: f64) -> DMat4 {

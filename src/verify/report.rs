@@ -159,6 +159,8 @@ pub enum FindingKind {
     RotationOrder,
     /// The skin of the file is tied to other positions or rotations of its joints than those of the source.
     Skin,
+    /// An expression or the gaze of a VRM animation is not in the file.
+    Face,
     /// What the file says of itself is not so.
     Provenance,
 }
@@ -181,6 +183,7 @@ impl FindingKind {
             Self::Offset => "offset",
             Self::RotationOrder => "rotation-order",
             Self::Skin => "skin",
+            Self::Face => "face",
             Self::Provenance => "provenance",
         }
     }

@@ -115,5 +115,7 @@ mod usd;
 mod validate;
 mod verify;
 mod vrma;
+mod vrma_face;
 mod vrma_without_chest;
 mod world_positions;
+mod wrap;

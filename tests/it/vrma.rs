@@ -444,26 +444,3 @@ fn damaged_files_are_errors_or_valid_scenes() {
         survive(&changed);
     }
 }
-
-#[test]
-fn expressions_and_the_point_to_look_at_are_not_dropped_in_silence() {
-    let glb = written(&motion("real/cmu_12_01_walk.bvh"));
-    assert!(read(&glb).warnings.is_empty());
-    let (mut json, _) = parts(&glb);
-    let extension = &mut json["extensions"]["VRMC_vrm_animation"];
-    extension["expressions"] = serde_json::json!({
-        "preset": { "happy": { "node": 1 }, "aa": { "node": 2 } },
-        "custom": { "wink": { "node": 3 } },
-    });
-    extension["lookAt"] = serde_json::json!({ "node": 4, "offsetFromHeadBone": [0.0, 0.06, 0.0] });
-    let found: Vec<_> = read(&with_json(&glb, &json)).warnings;
-    assert!(found.iter().all(|warning| warning.code == Code::IgnoredChannel));
-    let messages: Vec<_> = found.iter().map(|warning| warning.message.as_str()).collect();
-    assert_eq!(
-        messages,
-        [
-            "the expressions aa, happy, wink are left out: only the bones are read",
-            "the point to look at is left out: only the bones are read"
-        ]
-    );
-}

@@ -1,13 +1,18 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
+use std::borrow::Cow;
+use std::cell::OnceCell;
+
+use super::face::CharacterFace;
 use super::read::{Placed, RestPose, read_placed};
 use super::write::dangling;
-use super::write::patch::{self, Replaced};
+use super::write::patch::{self, Clip, Replaced};
 use super::write::{BufferPlace, GltfOptions, GltfReport};
-use super::{Provenance, meshes};
+use super::{Provenance, json, meshes};
 use crate::error::{Diagnostic, Result};
 use crate::figure::Humanoid;
 use crate::format::{ReadOptions, Source, WrittenFile, read_back};
+use crate::pose::FaceTrack;
 use crate::scene::{Animation, Scene};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
@@ -97,7 +102,12 @@ impl Character {
     /// is not finite, [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and where the
     /// file would be refused when it is read.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
-        let animations: Vec<_> = animations.iter().map(|animation| (animation, None)).collect();
+        let clip = |animation| Clip {
+            animation,
+            provenance: None,
+            morphs: &[],
+        };
+        let animations: Vec<_> = animations.iter().map(clip).collect();
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
     }
 
@@ -118,30 +128,55 @@ impl Character {
         replace: bool,
         options: &GltfOptions,
     ) -> Result<(Vec<u8>, GltfReport)> {
-        let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
+        let clip = |(animation, provenance)| Clip {
+            animation,
+            provenance: Some(provenance),
+            morphs: &[],
+        };
+        let clips: Vec<_> = clips.into_iter().map(clip).collect();
         self.embedded(&clips, replace, options)
     }
 
     /// The files for an output of this name, the character last: before it the buffer of the clips, where
-    /// a `.gltf` does not embed it.
+    /// a `.gltf` does not embed it. A clip may have the tracks of a face, which become weights of morph targets and
+    /// rotations of the eyes; what they cannot say is returned as sentences.
     pub(crate) fn clip_files<'a>(
         &self,
-        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance)>,
+        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance, &'a [FaceTrack])>,
         replace: bool,
         options: &GltfOptions,
         name: &str,
-    ) -> Result<(Vec<WrittenFile>, GltfReport)> {
-        let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
-        self.with(&clips, replace, options, name)
+    ) -> Result<(Vec<WrittenFile>, GltfReport, Vec<String>)> {
+        let (mut made, mut notes) = (Vec::new(), Vec::new());
+        let face = OnceCell::new();
+        for (animation, provenance, tracks) in clips {
+            let mut animation = Cow::Borrowed(animation);
+            let mut morphs = Vec::new();
+            if !tracks.is_empty() {
+                let face = face.get_or_init(|| self.face());
+                let (found, unsaid) = face.onto(tracks, &self.scene, animation.to_mut());
+                morphs = found;
+                notes.extend(unsaid.into_iter().map(|note| format!("{}: {note}", animation.name)));
+            }
+            made.push((animation, provenance, morphs));
+        }
+        let clips: Vec<_> = (made.iter())
+            .map(|(animation, provenance, morphs)| Clip {
+                animation,
+                provenance: Some(*provenance),
+                morphs,
+            })
+            .collect();
+        let (files, report) = self.with(&clips, replace, options, name)?;
+        Ok((files, report, notes))
+    }
+
+    fn face(&self) -> CharacterFace {
+        json::split(&self.bytes).map_or_else(|_| CharacterFace::default(), |(text, _)| CharacterFace::read(text))
     }
 
     /// One file.
-    fn embedded(
-        &self,
-        clips: &[(&Animation, Option<&Provenance>)],
-        replace: bool,
-        options: &GltfOptions,
-    ) -> Result<(Vec<u8>, GltfReport)> {
+    fn embedded(&self, clips: &[Clip<'_>], replace: bool, options: &GltfOptions) -> Result<(Vec<u8>, GltfReport)> {
         let options = options.clone().buffer(BufferPlace::Embedded);
         let (mut files, report) = self.with(clips, replace, &options, "")?;
         Ok((files.pop().unwrap_or_default().into_bytes(), report))
@@ -149,7 +184,7 @@ impl Character {
 
     fn with(
         &self,
-        clips: &[(&Animation, Option<&Provenance>)],
+        clips: &[Clip<'_>],
         replace: bool,
         options: &GltfOptions,
         name: &str,
@@ -167,7 +202,7 @@ impl Character {
             &read,
             &files,
             &self.scene.nodes,
-            own.chain(clips.iter().map(|(clip, _)| *clip)),
+            own.chain(clips.iter().map(|clip| clip.animation)),
         )?;
         Ok((files, report))
     }

@@ -1,7 +1,7 @@
 //! A glTF file in memory: its nodes, and the bytes that its animations need.
 
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
@@ -17,7 +17,7 @@ use crate::files::percent_decoded;
 use crate::format::Failure;
 use crate::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
 use crate::math::quaternion::unit;
-use crate::scene::NodeId;
+use crate::scene::{Face, NodeId};
 
 /// A glTF file with those of its buffers that animations need.
 pub(crate) struct File<'a> {
@@ -135,6 +135,12 @@ impl<'a> File<'a> {
     /// The bones that VRM requires and that the file does not state.
     pub(crate) fn missing_bones(&self) -> Vec<&'static str> {
         humanoid::missing(&self.root.extensions)
+    }
+
+    /// What nodes are on the face of a VRM animation, by their indices.
+    pub(crate) fn faces(&self) -> HashMap<usize, Face> {
+        let stated = humanoid::stated_faces(&self.root.extensions).into_iter().rev();
+        stated.filter_map(|(face, node, _)| Some((node?, face))).collect()
     }
 
     /// Whether a node is marked as an end site.

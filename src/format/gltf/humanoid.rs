@@ -1,14 +1,20 @@
-//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations.
+//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations,
+//! which also say what nodes are on a face.
 
+use glam::Vec3;
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::invalid::{self, invalid};
+use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
+use crate::scene::{Face, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 
 /// The extension of a VRM animation.
 pub(super) const VRM_ANIMATION: &str = "VRMC_vrm_animation";
+
+/// The expressions of VRM that a VRM animation must not have, for its gaze says them.
+const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
 /// Those of a file's extensions that state a humanoid.
 #[derive(Default, Deserialize)]
@@ -58,41 +64,81 @@ pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
         .collect()
 }
 
-/// The parts of a VRM animation that are no bones and are not read, each with a name for it: expressions, and the point
-/// to look at.
-pub(super) fn not_read(extensions: &Extensions) -> Vec<(&'static str, String)> {
+/// Tells the nodes of `scene` what they are on the face of a VRM animation. Returns what is left out, and why.
+pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], scene: &mut Scene) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for (face, index, pointer) in stated_faces(extensions) {
+        let found = placed.iter().find(|(node, _)| Some(*node) == index);
+        let node = found.map(|(_, id)| &mut scene.nodes[id.index()]);
+        let is_looked = matches!(&face, Face::Preset(name) if LOOKS.contains(&name.as_str()));
+        let wrong = match &node {
+            _ if is_looked => "VRM animations have looks in lookAt alone".to_owned(),
+            None => "its node is not in the scene".to_owned(),
+            Some(node) => match (node.humanoid_bone, &node.face) {
+                (Some(bone), _) => format!("its node is the bone {}", bone.as_str()),
+                (_, Some(other)) => format!("its node is that of {}", other.name()),
+                _ => String::new(),
+            },
+        };
+        match node.filter(|_| wrong.is_empty()) {
+            Some(node) => {
+                node.face = Some(face);
+                node.kind = NodeKind::Group;
+            }
+            None => {
+                let what = match &face {
+                    Face::LookAt { .. } => "the gaze".to_owned(),
+                    expression => format!("the expression {}", expression.name()),
+                };
+                let message = format!("{what} is left out: {wrong}");
+                warnings.push(Diagnostic::new(Code::IgnoredChannel, message).at_pointer(pointer));
+            }
+        }
+    }
+    warnings
+}
+
+/// The expressions and the gaze of a VRM animation, each with its node and where the file says so.
+pub(super) fn stated_faces(extensions: &Extensions) -> Vec<(Face, Option<usize>, String)> {
     let Some(animation) = &extensions.vrm_animation else {
         return Vec::new();
     };
-    let of_kind = |kind: &str| animation["expressions"][kind].as_object();
-    let names: Vec<&str> = ["preset", "custom"]
-        .into_iter()
-        .filter_map(of_kind)
-        .flat_map(|expressions| expressions.keys().map(String::as_str))
-        .collect();
+    let at = format!("/extensions/{VRM_ANIMATION}");
     let mut found = Vec::new();
-    if !names.is_empty() {
-        let plural = if names.len() == 1 {
-            "the expression"
-        } else {
-            "the expressions"
-        };
-        let verb = if names.len() == 1 { "is" } else { "are" };
-        found.push(("expressions", format!("{plural} {} {verb}", names.join(", "))));
+    for kind in ["preset", "custom"] {
+        let expressions = animation["expressions"][kind].as_object();
+        for (name, value) in expressions.into_iter().flatten() {
+            let is_preset = kind == "preset" || Face::PRESETS.contains(&name.as_str());
+            let face = match is_preset {
+                true => Face::Preset(name.clone()),
+                false => Face::Custom(name.clone()),
+            };
+            found.push((face, node_of(value), format!("{at}/expressions/{kind}/{name}/node")));
+        }
     }
-    if animation["lookAt"].is_object() {
-        found.push(("lookAt", "the point to look at is".to_owned()));
+    let look = &animation["lookAt"];
+    if look.is_object() {
+        let numbers: Option<[f32; 3]> = serde_json::from_value(look["offsetFromHeadBone"].clone()).ok();
+        let offset_from_head = numbers.map(Vec3::from_array).filter(|offset| offset.is_finite());
+        found.push((
+            Face::LookAt { offset_from_head },
+            node_of(look),
+            format!("{at}/lookAt/node"),
+        ));
     }
     found
 }
 
+fn node_of(value: &Value) -> Option<usize> {
+    value["node"].as_u64().and_then(|node| usize::try_from(node).ok())
+}
+
 fn stated_bones(extensions: &Extensions) -> Vec<StatedBone> {
-    let node = |value: &Value| value["node"].as_u64().and_then(|node| usize::try_from(node).ok());
     let named = |extension: &'static str, value: &Value| -> Vec<StatedBone> {
         let bones = value["humanoid"]["humanBones"].as_object();
         let bones = bones.into_iter().flatten().filter_map(|(name, value)| {
             let pointer = format!("/extensions/{extension}/humanoid/humanBones/{name}/node");
-            Some((Bone::from_name(name)?, node(value)?, pointer))
+            Some((Bone::from_name(name)?, node_of(value)?, pointer))
         });
         bones.collect()
     };
@@ -106,7 +152,7 @@ fn stated_bones(extensions: &Extensions) -> Vec<StatedBone> {
             let bones = value["humanoid"]["humanBones"].as_array();
             let bones = bones.into_iter().flatten().enumerate().filter_map(|(index, value)| {
                 let pointer = format!("/extensions/VRM/humanoid/humanBones/{index}/node");
-                Some((bone_of_vrm0(value["bone"].as_str()?)?, node(value)?, pointer))
+                Some((bone_of_vrm0(value["bone"].as_str()?)?, node_of(value)?, pointer))
             });
             bones.collect()
         }

@@ -36,6 +36,7 @@ struct Shown {
     materials: Vec<Value>,
     textures: Vec<Value>,
     images: Vec<Value>,
+    samplers: Vec<Value>,
 }
 
 #[derive(Default, Deserialize)]
@@ -221,6 +222,7 @@ fn read_all(
         materials: &shown.materials,
         textures: &shown.textures,
         images: &shown.images,
+        samplers: &shown.samplers,
     };
     let listed = file.nodes()?;
     for (position, node) in listed.iter().enumerate() {

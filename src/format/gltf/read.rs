@@ -56,8 +56,6 @@ pub(super) struct Placed {
     pub(super) bones: Result<(), Failure>,
     /// The nodes of the scene as they stand in the file.
     in_file: Vec<Node>,
-    /// What of a VRM animation is not read: the part of its extension, and what that is.
-    left_out: Vec<(&'static str, String)>,
 }
 
 /// What the rest pose of a scene is.
@@ -99,12 +97,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
 
 /// Reads a VRM animation, which is nothing without its humanoid.
 pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let Placed {
-        mut scene,
-        bones,
-        left_out,
-        ..
-    } = read_placed(source, options, RestPose::Nodes)?;
+    let Placed { mut scene, bones, .. } = read_placed(source, options, RestPose::Nodes)?;
     bones?;
     if scene
         .nodes
@@ -118,14 +111,6 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
                 .into(),
         );
     }
-    let left_out = left_out.into_iter().map(|(pointer, what)| {
-        Diagnostic::new(
-            Code::IgnoredChannel,
-            format!("{what} left out: only the bones are read"),
-        )
-        .at_pointer(format!("/extensions/{VRM_ANIMATION}/{pointer}"))
-    });
-    scene.warnings.extend(left_out);
     scene.metadata.format = Some(Format::Vrma);
     Ok(scene)
 }
@@ -189,6 +174,8 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     }
     let nodes: Vec<_> = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
     let bones = humanoid::state(&file.root.extensions, &nodes, file.root.nodes.len(), &mut scene);
+    let left_out = humanoid::state_face(&file.root.extensions, &nodes, &mut scene);
+    scene.warnings.extend(left_out);
     let in_file = scene.nodes.clone();
     if rest == RestPose::Bind {
         bind::to_rest(&file, &placed, &mut scene);
@@ -198,7 +185,6 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         nodes,
         bones,
         in_file,
-        left_out: humanoid::not_read(&file.root.extensions),
     })
 }
 

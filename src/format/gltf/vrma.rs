@@ -3,7 +3,8 @@
 //!
 //! [`Exporter`](crate::Exporter) writes the motion of any humanoid. The format is that of the VRM Consortium's
 //! vrm-specification, `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones
-//! that it states. Expressions and the point to look at are left out, with a warning.
+//! that it states. Expressions and the gaze are nodes, which [`Node::face`](crate::scene::Node::face) tells from those
+//! of the body.
 //!
 //! ```
 //! use mocap::{Conversion, Exporter};
@@ -146,11 +147,14 @@ fn document(
     let humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
     let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
     let is_left = |name: &&String| humanoid.nodes.iter().all(|node| node.name != **name);
-    let joints = scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint);
+    let joints = scene
+        .nodes
+        .iter()
+        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
     let left_out = joints.map(|node| &node.name).filter(is_left).cloned().collect();
     let report = GltfReport {
         left_out,
-        joints: humanoid.nodes.len(),
+        joints: humanoid.nodes.iter().filter(|node| node.face.is_none()).count(),
         ..document.report().clone()
     };
     Ok((document, report, off_without_chest(&humanoid)))

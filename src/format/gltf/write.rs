@@ -36,6 +36,7 @@ mod glb;
 mod indices;
 mod kept;
 mod mesh;
+mod morphs;
 mod names;
 pub(super) mod patch;
 mod rest;

@@ -85,7 +85,11 @@ impl Maker<'_> {
     fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<Written> {
         let write = &self.job.write;
         let row = match self.form {
-            Form::Robot(format) => return format.write(target),
+            Form::Robot(format) => {
+                let mut written = format.write(target)?;
+                written.notes.extend(target.lost_faces("a robot"));
+                return Ok(written);
+            }
             Form::Character => {
                 let name = output.file_name().unwrap_or_default().to_string_lossy();
                 let written = target.character_files(&write.gltf(), &name)?;
@@ -104,6 +108,13 @@ impl Maker<'_> {
                 target.scene_converted(&conversion.bone_axis(write.along_bone()))?
             }
         };
+        let lost_faces = match row.states_bones {
+            true => {
+                target.add_faces(&mut scene);
+                None
+            }
+            false => target.lost_faces(row.name),
+        };
         let mut exporter = write.exporter();
         if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
             exporter = exporter.humanoid(bones.clone());
@@ -113,6 +124,7 @@ impl Maker<'_> {
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
         let mut written = exporter.write_as(&scene, write.name_of(output))?;
+        written.notes.extend(lost_faces);
         naming
             .iter()
             .for_each(|naming| names::tell(naming, &scene, &mut written));

@@ -13,10 +13,18 @@ use crate::error::{Code, Diagnostic};
 use crate::format::Source;
 use crate::format::texture::media_type;
 use crate::format::warnings::Warnings;
-use crate::scene::{AlphaMode, Material, Scene, Surface, Texture};
+use crate::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 /// The alpha from which on a surface with holes is there.
 const CUTOFF: f32 = 0.5;
+
+/// FBX has no mirror.
+fn wrap(mode: ufbx::WrapMode) -> Wrap {
+    match mode {
+        ufbx::WrapMode::Clamp => Wrap::Clamp,
+        ufbx::WrapMode::Repeat => Wrap::Repeat,
+    }
+}
 
 /// A material of the scene, and how its meshes find their texture coordinates.
 pub(super) struct Read {
@@ -121,6 +129,7 @@ impl<'a> Materials<'a> {
                 (false, true) => AlphaMode::Blend,
                 (false, false) => AlphaMode::Opaque,
             },
+            wrap: file.map_or([Wrap::Repeat; 2], |file| [file.wrap_u, file.wrap_v].map(wrap)),
         };
         scene.materials.push(Material {
             name: material.element.name.to_string(),

@@ -11,8 +11,9 @@ use super::encode::Element;
 use super::names::Names;
 use super::properties::Properties;
 use super::{FbxReport, FbxTextures};
+use crate::error::{Code, Diagnostic};
 use crate::format::texture::file_stem;
-use crate::scene::{AlphaMode, Material, Scene, Surface};
+use crate::scene::{AlphaMode, Material, Scene, Surface, Wrap};
 
 /// Writes each material and each texture that is used once.
 pub(super) struct Materials<'a> {
@@ -20,7 +21,8 @@ pub(super) struct Materials<'a> {
     names: Names,
     files: Names,
     known: HashMap<usize, Id>,
-    textures: HashMap<usize, Id>,
+    /// By its image, and whether it is clamped along u and along v.
+    textures: HashMap<(usize, [i32; 2]), Id>,
     place: FbxTextures,
     /// The files beside the file that is written: their names, and the indices of the textures.
     beside: Vec<(String, usize)>,
@@ -40,6 +42,20 @@ impl<'a> Materials<'a> {
     }
 
     pub(super) fn report(self, report: &mut FbxReport) {
+        let is_mirrored = |material: &&Material| {
+            let surface = material.surface.filter(|surface| surface.texture.is_some());
+            surface.is_some_and(|surface| surface.wrap.contains(&Wrap::Mirror))
+        };
+        let mirrored = self.scene.materials.iter().filter(is_mirrored).count();
+        if mirrored > 0 {
+            let message = format!(
+                "textures of {mirrored} materials go on as mirror images, which FBX cannot say: they repeat in it"
+            );
+            let warning = Diagnostic::new(Code::IgnoredMesh, message);
+            report
+                .warnings
+                .push(warning.help("clamp them, or bake the mirror image into the texture"));
+        }
         report.textures = self.textures.len();
         report.beside = self.beside;
     }
@@ -62,7 +78,7 @@ impl<'a> Materials<'a> {
         document.add("Material", element);
         let texture = surface.texture.filter(|texture| *texture < self.scene.textures.len());
         if let Some(texture) = texture {
-            let texture = self.texture(texture, document);
+            let texture = self.texture(texture, surface.wrap, document);
             document.connect_property(texture, id, "DiffuseColor");
             if surface.alpha != AlphaMode::Opaque {
                 document.connect_property(texture, id, "TransparentColor");
@@ -73,8 +89,10 @@ impl<'a> Materials<'a> {
     }
 
     /// A texture with its image, by its index in the scene.
-    fn texture(&mut self, index: usize, document: &mut Document<'a>) -> Id {
-        if let Some(known) = self.textures.get(&index) {
+    fn texture(&mut self, index: usize, wrap: [Wrap; 2], document: &mut Document<'a>) -> Id {
+        // 0 is repeat and 1 is clamp; there is no mirror.
+        let wrap = wrap.map(|wrap| i32::from(wrap == Wrap::Clamp));
+        if let Some(known) = self.textures.get(&(index, wrap)) {
             return *known;
         }
         let texture = &self.scene.textures[index];
@@ -105,7 +123,12 @@ impl<'a> Materials<'a> {
         };
         document.add("Video", element);
         let (id, element) = document.object("Texture", [name, "Texture", ""]);
-        let uses = Properties::new().flag("UseMaterial", true).flag("UseMipMap", false);
+        let [u, v] = wrap;
+        let uses = Properties::new()
+            .property("WrapModeU", ["enum", "", ""], [u.into()])
+            .property("WrapModeV", ["enum", "", ""], [v.into()])
+            .flag("UseMaterial", true)
+            .flag("UseMipMap", false);
         let element = element
             .child(Element::of("Type", "TextureVideoClip"))
             .child(Element::of("Version", 202))
@@ -119,7 +142,7 @@ impl<'a> Materials<'a> {
             .child(Element::of("Cropping", 0).with(0).with(0).with(0));
         document.add("Texture", element);
         document.connect(video, id);
-        self.textures.insert(index, id);
+        self.textures.insert((index, wrap), id);
         if self.place == FbxTextures::Beside {
             self.beside.push((file, index));
         }

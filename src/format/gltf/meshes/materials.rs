@@ -11,7 +11,7 @@ use super::super::invalid::{invalid, missing};
 use super::Buffers;
 use crate::format::Failure;
 use crate::format::texture::media_type;
-use crate::scene::{AlphaMode, Material, Surface, Texture};
+use crate::scene::{AlphaMode, Material, Surface, Texture, Wrap};
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
@@ -72,7 +72,24 @@ impl Default for TextureTransform {
 #[serde(default)]
 struct TextureJson {
     source: Option<usize>,
+    sampler: Option<usize>,
     extensions: TextureExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct SamplerJson {
+    wrap_s: u32,
+    wrap_t: u32,
+}
+
+/// A number of OpenGL as the glTF specification has it; what is none of its three is its default.
+fn wrap(number: u32) -> Wrap {
+    match number {
+        33_071 => Wrap::Clamp,
+        33_648 => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -110,6 +127,7 @@ pub(super) struct Lists<'a> {
     pub(super) materials: &'a [Value],
     pub(super) textures: &'a [Value],
     pub(super) images: &'a [Value],
+    pub(super) samplers: &'a [Value],
 }
 
 /// Reads materials, and each image once.
@@ -143,11 +161,12 @@ impl Images {
                 Some("BLEND") => AlphaMode::Blend,
                 _ => AlphaMode::Opaque,
             },
+            wrap: [Wrap::Repeat; 2],
         };
         let (mut coords, mut to_texture, mut fault) = (0, Mat3::IDENTITY, None);
         if let Some(info) = pbr.base_color_texture {
             match self.texture(lists, info.index, buffers) {
-                Ok(texture) => surface.texture = Some(texture),
+                Ok((texture, wrap)) => (surface.texture, surface.wrap) = (Some(texture), wrap),
                 Err(error) => fault = Some(error),
             }
             let transform = info.extensions.transform.unwrap_or_default();
@@ -174,13 +193,22 @@ impl Images {
         Ok((read, fault))
     }
 
-    /// The index of a texture's image in `textures`.
-    fn texture(&mut self, lists: &Lists<'_>, index: usize, buffers: &mut Buffers<'_>) -> Result<usize, Failure> {
+    /// The index of a texture's image in `textures`, and how it goes on beyond its edges.
+    fn texture(
+        &mut self,
+        lists: &Lists<'_>,
+        index: usize,
+        buffers: &mut Buffers<'_>,
+    ) -> Result<(usize, [Wrap; 2]), Failure> {
         let json: TextureJson = item(lists.textures, "textures", "texture", index)?;
+        let sampler = json.sampler.and_then(|sampler| lists.samplers.get(sampler));
+        let sampler = sampler.and_then(|sampler| SamplerJson::deserialize(sampler).ok());
+        let sampler = sampler.unwrap_or_default();
+        let wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
         let image = json.source.or(json.extensions.webp.map(|webp| webp.source));
         let image = image.ok_or_else(|| invalid(format!("/textures/{index}"), "the texture has no image"))?;
         if let Some(&known) = self.known.get(&image) {
-            return Ok(known);
+            return Ok((known, wrap));
         }
         let json: ImageJson = item(lists.images, "images", "image", image)?;
         let pointer = format!("/images/{image}");
@@ -196,7 +224,7 @@ impl Images {
             bytes: bytes.into_owned(),
         });
         self.known.insert(image, self.textures.len() - 1);
-        Ok(self.textures.len() - 1)
+        Ok((self.textures.len() - 1, wrap))
     }
 }
 

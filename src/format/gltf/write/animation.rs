@@ -380,7 +380,8 @@ impl<'a> Writer<'a> {
     ) {
         self.report.constant_tracks += 1;
         // A position that was rounded is still that of the rest pose.
-        if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 {
+        let is_bone = self.scene.nodes[node].face.is_none();
+        if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 && is_bone {
             return;
         }
         let sets_rest = self.sets_rest(property, value, *rest);

@@ -7,7 +7,7 @@ use gltf::json::material::{
     self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
 };
 use gltf::json::mesh::Primitive;
-use gltf::json::texture::Info;
+use gltf::json::texture::{Info, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use serde_json::json;
@@ -24,7 +24,7 @@ use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::quaternion::unit;
 use crate::pose::Pose;
-use crate::scene::{self, AlphaMode, AppliedStep, NodeId, NodeKind, Scene};
+use crate::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
 
 /// The state of the writer.
 struct Builder<'a> {
@@ -97,12 +97,21 @@ impl Builder<'_> {
         if self.root.meshes.is_empty() {
             return;
         }
-        let mut written = vec![None; self.scene.textures.len()];
+        let (mut images, mut written) = (vec![None; self.scene.textures.len()], Vec::new());
         for material in &self.scene.materials {
             let surface = material.surface;
             let texture = surface.and_then(|surface| surface.texture);
-            let texture = texture.filter(|texture| *texture < written.len());
-            let texture = texture.map(|texture| *written[texture].get_or_insert_with(|| self.texture(texture)));
+            let texture = texture.filter(|texture| *texture < images.len());
+            let wrap = surface.map(|surface| surface.wrap).unwrap_or_default();
+            let texture = texture.map(|texture| {
+                let known = written.iter().find(|(key, _)| *key == (texture, wrap));
+                known.map(|(_, index)| *index).unwrap_or_else(|| {
+                    let image = *images[texture].get_or_insert_with(|| self.image(texture));
+                    let index = self.texture(image, wrap);
+                    written.push(((texture, wrap), index));
+                    index
+                })
+            });
             let color = surface.map_or(BASE_COLOR, |surface| surface.base_color.to_array());
             let (alpha_mode, alpha_cutoff) = match surface.map(|surface| surface.alpha).unwrap_or_default() {
                 AlphaMode::Opaque => (material::AlphaMode::Opaque, None),
@@ -132,7 +141,7 @@ impl Builder<'_> {
         }
     }
 
-    fn texture(&mut self, index: usize) -> Index<Texture> {
+    fn image(&mut self, index: usize) -> Index<Image> {
         let texture = &self.scene.textures[index];
         let image = Image {
             buffer_view: Some(self.buffer.push_image(&texture.bytes)),
@@ -142,10 +151,28 @@ impl Builder<'_> {
             extensions: None,
             extras: None,
         };
-        let source = self.root.push(image);
+        self.root.push(image)
+    }
+
+    fn texture(&mut self, source: Index<Image>, wrap: [Wrap; 2]) -> Index<Texture> {
+        let mode = |wrap: Wrap| {
+            Checked::Valid(match wrap {
+                Wrap::Repeat => WrappingMode::Repeat,
+                Wrap::Mirror => WrappingMode::MirroredRepeat,
+                Wrap::Clamp => WrappingMode::ClampToEdge,
+            })
+        };
+        let [wrap_s, wrap_t] = wrap.map(mode);
+        let sampler = Sampler {
+            wrap_s,
+            wrap_t,
+            ..Sampler::default()
+        };
+        // A texture without a sampler repeats.
+        let sampler = (wrap != [Wrap::Repeat; 2]).then(|| self.root.push(sampler));
         self.root.push(Texture {
             name: None,
-            sampler: None,
+            sampler,
             source,
             extensions: None,
             extras: None,
@@ -199,7 +226,9 @@ impl Builder<'_> {
         let mut children = vec![Vec::new(); scene.nodes.len()];
         let mut roots = Vec::new();
         for (index, node) in scene.nodes.iter().enumerate() {
-            match node.parent {
+            // A weight in a VRM animation is no part of the body.
+            let is_apart = self.content == Content::VrmAnimation && node.face.is_some();
+            match node.parent.filter(|_| !is_apart) {
                 Some(parent) => children[parent.index()].push(Index::new(index as u32)),
                 None => roots.push(Index::new(index as u32)),
             }
@@ -232,7 +261,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// States which node is which bone.
+    /// States which node is which bone, and what nodes are on the face.
     fn humanoid(&mut self) {
         let nodes = self.scene.nodes.iter().enumerate();
         let bone = |(index, node): (usize, &scene::Node)| {
@@ -240,7 +269,20 @@ impl Builder<'_> {
             Some((bone.as_str().to_owned(), json!({ "node": index })))
         };
         let bones: serde_json::Map<_, _> = nodes.filter_map(bone).collect();
-        let extension = json!({ "specVersion": "1.0", "humanoid": { "humanBones": bones } });
+        let mut extension = json!({ "specVersion": "1.0", "humanoid": { "humanBones": bones } });
+        for (index, node) in self.scene.nodes.iter().enumerate() {
+            match &node.face {
+                Some(Face::Preset(name)) => extension["expressions"]["preset"][name] = json!({ "node": index }),
+                Some(Face::Custom(name)) => extension["expressions"]["custom"][name] = json!({ "node": index }),
+                Some(Face::LookAt { offset_from_head }) => {
+                    extension["lookAt"] = json!({ "node": index });
+                    if let Some(offset) = offset_from_head {
+                        extension["lookAt"]["offsetFromHeadBone"] = json!(offset.to_array());
+                    }
+                }
+                None => {}
+            }
+        }
         let others = [(VRM_ANIMATION.to_owned(), extension)].into_iter().collect();
         self.root.extensions = Some(gltf::json::extensions::Root { others });
         self.root.extensions_used.push(VRM_ANIMATION.to_owned());

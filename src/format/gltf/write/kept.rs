@@ -10,7 +10,7 @@ use super::super::json::{self, MAGIC};
 use super::container::{bin_name, data_uri, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
-use super::patch::{self, Replaced, Skeleton};
+use super::patch::{self, Clip, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{WriteOptions, Written, WrittenFile};
@@ -69,7 +69,12 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     let provenances: Vec<Provenance> = (0..scene.animations.len())
         .map(|index| Provenance::of_kept(scene, index))
         .collect();
-    let clips: Vec<_> = std::iter::zip(&scene.animations, provenances.iter().map(Some)).collect();
+    let clip = |(animation, provenance)| Clip {
+        animation,
+        provenance: Some(provenance),
+        morphs: &[],
+    };
+    let clips: Vec<_> = std::iter::zip(&scene.animations, &provenances).map(clip).collect();
     let skeleton = Skeleton {
         scene: &in_file,
         nodes: &file.indices,

@@ -6,6 +6,7 @@ use serde_json::json;
 use serde_json::value::RawValue;
 
 use super::super::Provenance;
+use super::super::face::MorphTrack;
 use super::super::json::{self, MAGIC};
 use super::animation::{self, Nodes};
 use super::buffer::{self as writer, Base, buffer as buffer_of};
@@ -15,7 +16,7 @@ pub(in super::super) use super::freed::Replaced;
 use super::freed::{Freed, NO_ACCESSOR, NO_VIEW};
 use super::glb::Glb;
 use super::rest::Rest;
-use super::{BufferPlace, GltfOptions, GltfReport, text};
+use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::WrittenFile;
 use crate::pose::Trs;
@@ -78,12 +79,19 @@ pub(in super::super) struct Skeleton<'a> {
     pub(in super::super) nodes: &'a [Option<usize>],
 }
 
+/// An animation that is added.
+pub(in super::super) struct Clip<'a> {
+    pub(in super::super) animation: &'a Animation,
+    pub(in super::super) provenance: Option<&'a Provenance>,
+    pub(in super::super) morphs: &'a [MorphTrack],
+}
+
 /// The file with animations of a skeleton; each with its provenance, where that is known. What only those need that
 /// are replaced is gone.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
     skeleton: &Skeleton<'_>,
-    animations: &[(&Animation, Option<&Provenance>)],
+    clips: &[Clip<'_>],
     replaced: Replaced,
     options: &GltfOptions,
     name: &str,
@@ -116,8 +124,8 @@ pub(in super::super) fn with_animations(
         },
     };
     let mut added = Added::new(skeleton, base);
-    for (animation, provenance) in animations {
-        added.animation(animation, *provenance, options)?;
+    for clip in clips {
+        added.clip(clip, options)?;
     }
     let Added {
         animations: written,
@@ -247,12 +255,12 @@ impl<'a> Added<'a> {
 
     /// # Errors
     /// Where it moves no node of the file, or a value is not finite, or the error bound cannot be kept.
-    fn animation(
-        &mut self,
-        animation: &Animation,
-        provenance: Option<&Provenance>,
-        options: &GltfOptions,
-    ) -> Result<()> {
+    fn clip(&mut self, clip: &Clip<'_>, options: &GltfOptions) -> Result<()> {
+        let Clip {
+            animation,
+            provenance,
+            morphs: tracks,
+        } = *clip;
         let Skeleton { scene, nodes } = *self.skeleton;
         let (buffer, report) = (&mut self.buffer, &mut self.report);
         let nodes_of_file = Nodes::PassedThrough;
@@ -270,6 +278,9 @@ impl<'a> Added<'a> {
         if written.channels.is_empty() {
             let message = format!("the animation \"{}\" moves no node of the file", animation.name);
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
+        }
+        for track in tracks {
+            morphs::write(&mut written, track, animation.ticks_per_second, buffer, report);
         }
         written.name = Some(animation.name.clone());
         written.extras = provenance.map(|provenance| json!({ "mocap": provenance }));

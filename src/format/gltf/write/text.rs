@@ -52,7 +52,7 @@ pub(super) struct Channel {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Target {
     pub(super) node: Index<Node>,
-    /// `translation`, `rotation` or `scale`.
+    /// `translation`, `rotation`, `scale` or `weights`.
     pub(super) path: &'static str,
 }
 
