@@ -11,8 +11,8 @@
 //!
 //! Joints are paired by their names, those of one name or without one by what stands above them; clips by their names,
 //! or in their order where the format has no names. Each clip keeps its own frame rate. A cubic curve is looked at
-//! between its keys too; BVH, FBX and markers, which are read as a pose for each frame, at their frames alone. Rotations
-//! that move no joint show in points 3 cm away.
+//! between its keys too; BVH, FBX and markers, which are read as a pose for each frame, at their frames alone.
+//! Rotations that move no joint show in points 3 cm away.
 //!
 //! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the positions of those that
 //! stand on bones alone, and how each of them has rotated since the first frame. A joint that is left out and moves has

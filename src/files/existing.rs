@@ -26,8 +26,9 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 /// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv`
 /// that is no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
 /// [`Provenance`](crate::gltf::Provenance). If an input is of these formats, that must also name an input as the source
-/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
-/// of them must name two inputs, its motion and the character.
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
+/// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
+/// character.
 ///
 /// ```
 /// use mocap::files::ReplacePolicy;

@@ -226,7 +226,7 @@ impl Meetings {
                             (arm.1, arm.2) = (
                                 arm.1 + by * meeting.weights[frame] as f32,
                                 arm.2 + meeting.weights[frame] as f32,
-                            )
+                            );
                         }
                         None => arms.push((palm, by * meeting.weights[frame] as f32, meeting.weights[frame] as f32)),
                     }

@@ -50,7 +50,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> (Mended, Option<String>) {
         Some(Told::Is { rate, flights, fall }) => {
             work.frames.rate = rate;
             let and = if done.tells.is_empty() { "" } else { ", " };
-            done.tells += &format!("{and}{flights} jumps fall by {:.2} of gravity", fall);
+            done.tells += &format!("{and}{flights} jumps fall by {fall:.2} of gravity");
         }
         Some(Told::Perhaps(words)) => doubt = Some(words),
         None => {}
