@@ -3,6 +3,7 @@
 mod onto;
 mod skeletons;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -55,8 +56,9 @@ pub struct Maker<'a> {
     /// The target without a motion, where there is one.
     target: Option<Retargeting>,
     threads: Option<usize>,
-    /// The skeletons of several motions that were looked at.
+    /// The skeletons of several motions that were looked at, and which of them each motion has.
     skeletons: Arc<[Skeleton]>,
+    of_motions: Arc<BTreeMap<PathBuf, usize>>,
 }
 
 /// What a job has made of motions, before it is written.
@@ -108,6 +110,7 @@ impl<'a> Maker<'a> {
             target,
             threads: None,
             skeletons: Arc::default(),
+            of_motions: Arc::default(),
         };
         let with = job.source.with.iter();
         let others = with.map(|file| maker.import_second(file, hear));
@@ -130,10 +133,17 @@ impl<'a> Maker<'a> {
         if self.target.is_none() && !self.writes_t_pose() {
             return self;
         }
-        let scenes = motions.iter().map(|motion| self.import(motion, &mut |_| {}));
-        let found = skeletons::skeletons(&self, scenes);
+        let read = |motion: &PathBuf| (motion.clone(), self.import(motion, &mut |_| {}));
+        let (found, of_motions) = skeletons::skeletons(&self, motions.iter().map(read));
         self.skeletons = found.into();
+        self.of_motions = of_motions.into();
         self
+    }
+
+    /// The unit, the up axis, the map and the T-pose that a motion shares with others, as text: an output that was made
+    /// with another text is out of date. `None` of a motion that [`look_at`](Self::look_at) has not seen with others.
+    pub fn shared_figure(&self, motion: &Path) -> Option<String> {
+        self.skeletons.get(*self.of_motions.get(motion)?)?.says()
     }
 
     /// Whether the format of the output has the T-pose as its rest pose.

@@ -317,11 +317,9 @@ fn check_names_the_file_to_blame() {
     assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
 }
 
-/// Rokoko's rest pose is no figure, so that one lying body alone says nothing of the up axis; the clip that stands
-/// does.
-#[test]
-fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
-    let corpus = Corpus::new(0);
+/// A clip of a body that lies, and one of the same skeleton that stands, as BVH. Rokoko's rest pose is no figure, so that
+/// the one that lies says nothing of the up axis; the one that stands does.
+fn lying_and_standing() -> [(&'static str, String); 2] {
     let mut standing = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
     standing.trim(0.0, 40.0);
     let mut lying = standing.clone();
@@ -333,14 +331,85 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     for rotation in &mut root.rotation_keys.values {
         *rotation = turn * *rotation;
     }
-    for (name, scene) in [("1 lying.bvh", &lying), ("2 standing.bvh", &standing)] {
-        corpus.add(
-            name,
-            &BvhOptions::default()
-                .write(scene)
-                .map(|text| String::from_utf8(text).unwrap())
-                .unwrap(),
+    [("1 lying.bvh", lying), ("2 standing.bvh", standing)].map(|(name, scene)| {
+        let text = BvhOptions::default().write(&scene).unwrap();
+        (name, String::from_utf8(text).unwrap())
+    })
+}
+
+const CHARACTER: &str = "fixtures/skeletons/human_default.gltf";
+
+/// Several clips for one output say the up axis to each other too.
+#[test]
+fn clips_of_one_output_have_one_up_axis() {
+    let corpus = Corpus::new(0);
+    let [lying, standing] = lying_and_standing().map(|(name, text)| {
+        corpus.add(name, &text);
+        corpus.inputs().join(name).display().to_string()
+    });
+    let both = corpus.output("both.gltf");
+    let output = both.to_str().unwrap();
+    let ended = run(&["retarget", &standing, &lying, "--character", CHARACTER, "-o", output]);
+    let words = String::from_utf8_lossy(&ended.stderr);
+    assert!(
+        ended.status.success() && words.contains("other motions of its skeleton stand along it"),
+        "{words}"
+    );
+    let lying = foot_to_head(&both);
+    assert!(lying.z > 1.0, "{lying}");
+}
+
+/// What a folder gains may tell the up axis of what was made before: such outputs are made anew, others are not.
+#[test]
+fn a_folder_that_grows_makes_outputs_anew_that_learn_from_it() {
+    let corpus = Corpus::new(0);
+    let inputs = corpus.inputs().display().to_string();
+    let convert = |output: &str| vec!["convert".to_owned(), inputs.clone(), "-o".into(), output.into()];
+    let retarget = |output: &str| {
+        let to = format!("{output}/");
+        vec![
+            "retarget".to_owned(),
+            inputs.clone(),
+            "--character".into(),
+            CHARACTER.into(),
+            "-o".into(),
+            to,
+        ]
+    };
+    type Command<'a> = &'a dyn Fn(&str) -> Vec<String>;
+    let commands: [(&str, Command<'_>, &str); 2] = [("converted", &convert, "glb"), ("body", &retarget, "gltf")];
+    let runs = || {
+        commands.map(|(name, command, extension)| {
+            let output = corpus.output(name);
+            let mut words = command(output.to_str().unwrap());
+            words.push("--resume".to_owned());
+            let ended = run(&Vec::from_iter(words.iter().map(String::as_str)));
+            let lying = foot_to_head(&output.join(format!("1 lying.{extension}")));
+            (String::from_utf8_lossy(&ended.stderr).into_owned(), lying)
+        })
+    };
+    let [lying, standing] = lying_and_standing();
+    corpus.add(lying.0, &lying.1);
+    for (words, lying) in runs() {
+        assert!(lying.y > 1.0, "alone it stands: {lying} {words}");
+    }
+    corpus.add(standing.0, &standing.1);
+    for (words, lying) in runs() {
+        assert!(
+            words.contains("2 of 2 files converted") && lying.z > 1.0,
+            "{lying} {words}"
         );
+    }
+    for (words, _) in runs() {
+        assert!(words.contains("0 of 2 files converted, 2 done before"), "{words}");
+    }
+}
+
+#[test]
+fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
+    let corpus = Corpus::new(0);
+    for (name, text) in lying_and_standing() {
+        corpus.add(name, &text);
     }
     let alone = corpus.output("alone.glb");
     let input = corpus.inputs().join("1 lying.bvh");

@@ -1,16 +1,19 @@
 //! Motions on another body.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use super::skeletons::up_of_others;
 use super::{Made, Maker, no_input};
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::Humanoid;
+use crate::figure::{Axis, Confidence, Figure, Guess, Humanoid};
 use crate::format::Written;
 use crate::job::form::Form;
 use crate::job::names;
 use crate::job::said::{Hear, Said};
 use crate::retargeting::{Retargeting, SourceMotion};
+use crate::scene::Scene;
 
 impl Maker<'_> {
     /// Motions on another body.
@@ -29,7 +32,11 @@ impl Maker<'_> {
         let mut left_out = Vec::new();
         for motion in motions {
             let source = maker.import(motion, hear);
-            let source = source.and_then(|scene| maker.prepare(scene, motion, hear));
+            let source = source.and_then(|scene| {
+                maker
+                    .with_up_of_others(&scene, motion, hear)
+                    .prepare(scene, motion, hear)
+            });
             let added = source.and_then(|source| maker.add(source, motion, &mut target, hear));
             if let Err(error) = added {
                 let error = error.with_path(motion);
@@ -42,6 +49,24 @@ impl Maker<'_> {
         }
         let made = self.made_onto(target, output)?;
         Ok(Made { left_out, ..made })
+    }
+
+    /// The maker for a motion that leaves its up axis in doubt, where others of its skeleton leave none.
+    fn with_up_of_others(&self, scene: &Scene, motion: &Path, hear: Hear<'_>) -> Cow<'_, Self> {
+        let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
+        let told = up_of_others(&self.skeletons, scene).filter(|_| is_open);
+        let Some(up) = told else { return Cow::Borrowed(self) };
+        let guess = Figure::mapped(scene, &self.bones).map(|figure| figure.up);
+        let is_in_doubt = |guess: Guess<Axis>| guess.confidence != Confidence::Sure && guess.value != Axis::from(up);
+        if !guess.is_ok_and(is_in_doubt) {
+            return Cow::Borrowed(self);
+        }
+        hear(Said::Note(&format!(
+            "{}: up is {}, because other motions of its skeleton stand along it",
+            motion.display(),
+            up.as_str()
+        )));
+        Cow::Owned(self.clone().up(up))
     }
 
     pub(super) fn made_onto(&self, mut target: Retargeting, output: &Path) -> Result<Made> {

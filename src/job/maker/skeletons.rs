@@ -1,9 +1,13 @@
 //! What motions of one skeleton show together: its unit, which joint is which bone, and its T-pose.
 
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::PathBuf;
+
 use super::Maker;
 use crate::error::Result;
-use crate::figure::{Axis, Figure};
-use crate::scene::{Animation, Channel, Keys, Node, Scene};
+use crate::figure::{Axis, Confidence, Figure};
+use crate::scene::{Animation, Channel, Keys, Node, Scene, UpAxis};
 
 /// Motions of one skeleton of which frames are kept, at most.
 const MOTIONS: usize = 16;
@@ -18,6 +22,8 @@ pub(super) struct Skeleton {
     scene: Scene,
     /// Up in the world of the motions: files of one skeleton may be written along different axes.
     up: Axis,
+    /// Whether one of them leaves no doubt of it.
+    up_is_sure: bool,
     /// How many motions have it, and of how many of them one is kept.
     motions: usize,
     stride: usize,
@@ -32,26 +38,38 @@ pub(super) struct Shared<'a> {
     pub(super) shown: &'a [Animation],
 }
 
-/// The skeletons of motions that are in memory one after the other. What cannot be read is told when it is made.
-pub(super) fn skeletons(maker: &Maker<'_>, scenes: impl Iterator<Item = Result<Scene>>) -> Vec<Skeleton> {
+/// The skeletons of motions that are in memory one after the other, and which of them each motion has. What cannot be
+/// read is told when it is made.
+pub(super) fn skeletons(
+    maker: &Maker<'_>,
+    motions: impl Iterator<Item = (PathBuf, Result<Scene>)>,
+) -> (Vec<Skeleton>, BTreeMap<PathBuf, usize>) {
     let mut all: Vec<Skeleton> = Vec::new();
-    for mut scene in scenes.flatten() {
+    let mut of_motions = BTreeMap::new();
+    for (motion, scene) in motions {
+        let Ok(mut scene) = scene else { continue };
         maker.job.source.space.state(&mut scene);
         let Ok(figure) = Figure::mapped(&scene, &maker.bones) else {
             continue;
         };
         let up = figure.up.value;
+        let up_is_sure = figure.up.confidence == Confidence::Sure;
         scene.meshes.clear();
-        match all
-            .iter_mut()
-            .find(|skeleton| skeleton.up == up && skeleton.is_of(&scene))
-        {
-            Some(skeleton) => skeleton.add(scene.animations),
+        let known = all
+            .iter()
+            .position(|skeleton| skeleton.up == up && skeleton.is_of(&scene));
+        of_motions.insert(motion, known.unwrap_or(all.len()));
+        match known.map(|known| &mut all[known]) {
+            Some(skeleton) => {
+                skeleton.up_is_sure |= up_is_sure;
+                skeleton.add(scene.animations);
+            }
             None => {
                 let animations = std::mem::take(&mut scene.animations);
                 let mut skeleton = Skeleton {
                     scene,
                     up,
+                    up_is_sure,
                     motions: 0,
                     stride: 1,
                     figure,
@@ -61,13 +79,21 @@ pub(super) fn skeletons(maker: &Maker<'_>, scenes: impl Iterator<Item = Result<S
             }
         }
     }
-    all.retain(|skeleton| skeleton.motions > 1);
-    for skeleton in &mut all {
+    for skeleton in all.iter_mut().filter(|skeleton| skeleton.motions > 1) {
         if let Ok(figure) = Figure::mapped(&skeleton.scene, &maker.bones) {
             skeleton.figure = figure;
         }
     }
-    all
+    (all, of_motions)
+}
+
+/// The up axis of other motions of the skeleton of a scene, where they leave no doubt and agree.
+pub(super) fn up_of_others(all: &[Skeleton], scene: &Scene) -> Option<UpAxis> {
+    let mut sure = all
+        .iter()
+        .filter(|skeleton| skeleton.up_is_sure && skeleton.is_of(scene));
+    let first = sure.next()?;
+    first.up.up().filter(|_| sure.next().is_none())
 }
 
 impl Skeleton {
@@ -98,9 +124,29 @@ impl Skeleton {
         self.motions += 1;
     }
 
+    /// All that its motions say of one of them, as text; `None` of a motion that has it alone.
+    pub(super) fn says(&self) -> Option<String> {
+        let t_pose = self.figure.t_pose(&self.scene).filter(|_| self.motions > 1)?;
+        let mut text = format!("{} {}", self.figure.survey.metres_per_unit, self.up.as_str());
+        for (bone, found) in &t_pose.bones {
+            let [x, y, z, w] = found.rotation.to_array().map(|part| (1e3 * part).round() + 0.0);
+            let sign = if w < 0.0 { -1.0 } else { 1.0 };
+            let joint = found.joint.index();
+            let _ = write!(
+                text,
+                "\n{} {joint} {} {} {}",
+                bone.as_str(),
+                sign * x,
+                sign * y,
+                sign * z
+            );
+        }
+        Some(text)
+    }
+
     /// What the motions say of a scene of this skeleton; `None` of another.
     pub(super) fn shared(&self, scene: &Scene) -> Option<Shared<'_>> {
-        if !self.is_of(scene) {
+        if !self.is_of(scene) || self.scene.animations.len() < 2 {
             return None;
         }
         let mut figure = Figure::with_bones(scene, self.figure.humanoid.clone());

@@ -44,6 +44,16 @@ pub(crate) trait Work: Sync {
         true
     }
 
+    /// What a file shares with others, on which its output depends, as a hash.
+    fn shared_figure(&self, _: &Path) -> Option<String> {
+        None
+    }
+
+    /// Whether a file that a former run has made must wait for what the others say, which may be new.
+    fn waits(&self, _: &Record) -> bool {
+        false
+    }
+
     /// Takes what all other files have said, before those are made that wait for it.
     fn learn(&mut self, _: &[&Record]) {}
 
@@ -305,6 +315,11 @@ impl Run<'_> {
             policy: &self.policy,
             written: of_former.and_then(|former| former.output_sha256.as_deref()),
         };
+        record.shared_figure = work.shared_figure(file);
+        let is_known = |former: &Record| is_alike(former, record) && output.path.exists();
+        if self.many.resume && of_former.is_some_and(|former| is_known(former) && work.waits(former)) {
+            return Ok(None);
+        }
         let is_done = |former: &Record| is_alike(former, record) && work.is_complete(former);
         if self.many.resume && of_former.is_some_and(is_done) && output.path.exists() {
             return Ok(Some(Outcome::Skipped));
@@ -329,6 +344,7 @@ fn is_alike(former: &Record, record: &Record) -> bool {
     former.error.is_none()
         && former.sha256 == record.sha256
         && former.options == record.options
+        && former.shared_figure == record.shared_figure
         && former.version == record.version
 }
 

@@ -43,6 +43,9 @@ pub(crate) struct Record {
     /// A hash of the joints' names, parents and OFFSETs, by which clips of one skeleton are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) skeleton: Option<String>,
+    /// A hash of the unit, the up axis, the map and the T-pose that it shares with others of its skeleton.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) shared_figure: Option<String>,
     /// The unit and the up axis, where they were guessed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) guesses: Vec<Assumption>,
@@ -74,6 +77,7 @@ impl Record {
             error: None,
             max_error: None,
             skeleton: None,
+            shared_figure: None,
             guesses: Vec::new(),
             robot: None,
             retarget: None,

@@ -184,10 +184,24 @@ impl Work for OfJob<'_> {
     }
 
     fn is_complete(&self, former: &Record) -> bool {
-        match &self.job.onto {
-            Some(onto) => reports_of(former, onto).is_some(),
-            None => self.job.steps.is_empty() || former.edit.is_some(),
-        }
+        let told = former
+            .skeleton
+            .as_ref()
+            .and_then(|skeleton| self.axes.as_ref()?.get(skeleton));
+        let is_up_as_told = told.is_none_or(|up| doubtful_up(former).is_none_or(|guess| guess.choice == up.as_str()));
+        is_up_as_told
+            && match &self.job.onto {
+                Some(onto) => reports_of(former, onto).is_some(),
+                None => self.job.steps.is_empty() || former.edit.is_some(),
+            }
+    }
+
+    fn shared_figure(&self, file: &Path) -> Option<String> {
+        Some(sha256_of(self.looked().shared_figure(file)?.as_bytes()))
+    }
+
+    fn waits(&self, former: &Record) -> bool {
+        self.axes.is_none() && doubtful_up(former).is_some()
     }
 
     fn learn(&mut self, others: &[&Record]) {
@@ -225,6 +239,10 @@ impl Work for OfJob<'_> {
 }
 
 impl OfJob<'_> {
+    fn looked(&self) -> &Maker<'static> {
+        self.looked.get_or_init(|| self.maker.clone().look_at(&self.files))
+    }
+
     /// What is made of a motion; `None` where it waits for what others say of its up axis.
     fn motion(
         &self,
@@ -238,7 +256,7 @@ impl OfJob<'_> {
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
         let told = of_others.filter(|_| is_open).map(|up| (up, told_by_others(up)));
-        let mut maker = self.looked.get_or_init(|| self.maker.clone().look_at(&self.files));
+        let mut maker = self.looked();
         let with_up;
         if let Some((up, told)) = &told {
             scene.metadata.assumptions.push(told.clone());
@@ -248,8 +266,7 @@ impl OfJob<'_> {
         let source = maker.prepare(scene, file, hear)?;
         let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
         let mut guesses = Vec::from_iter(source.assumptions.iter().filter(is_space).cloned());
-        let is_unsure = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
-        if self.axes.is_none() && guesses.iter().any(is_unsure) {
+        if self.axes.is_none() && guesses.iter().any(is_doubtful_up) {
             return Ok(None);
         }
         // On another body the assumptions are those of the conversion, for which the axis is stated.
@@ -329,6 +346,15 @@ fn reports_of(record: &Record, onto: &Onto) -> Option<Vec<Report>> {
 
 fn raw(value: &(impl serde::Serialize + ?Sized)) -> Option<Box<serde_json::value::RawValue>> {
     serde_json::value::to_raw_value(value).ok()
+}
+
+fn is_doubtful_up(guess: &Assumption) -> bool {
+    guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure)
+}
+
+/// The up axis of an output, where its motion alone leaves it in doubt.
+fn doubtful_up(record: &Record) -> Option<&Assumption> {
+    record.guesses.iter().rfind(|guess| is_doubtful_up(guess))
 }
 
 /// The up axis of a clip that lies or hangs, by other clips.
