@@ -6,6 +6,7 @@ use glam::{DQuat, EulerRot};
 
 use super::segments::{Part, Segment, Segments};
 use crate::error::Result;
+use crate::figure::Figure;
 use crate::scene::{Scene, Side};
 
 /// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
@@ -197,7 +198,15 @@ impl JointAngles {
     /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where no humanoid is found;
     /// [`Code::NoMotion`](crate::Code::NoMotion) where there is no motion.
     pub fn of(scene: &Scene) -> Result<Self> {
-        let segments = Segments::of(scene)?;
+        Self::of_figure(scene, &Figure::new(scene))
+    }
+
+    /// As [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
+        let segments = Segments::of(scene, figure)?;
         let mut columns = pelvis(&segments);
         for joint in &Joint::OF_TRUNK {
             columns.extend(angles(&segments, joint, None));

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::segments::{Segment, Segments};
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Figure;
 use crate::scene::{Scene, Side};
 
 /// The time over which the direction of the pelvis is averaged, in seconds: about a stride, in which it turns to both
@@ -111,6 +112,8 @@ pub struct Gait {
     pub strides: Vec<Stride>,
     /// Steps in a minute.
     pub cadence: Option<f64>,
+    /// Whether the feet strike in turn, in most of the strides; if not, this may be no walk.
+    pub alternates: bool,
     /// Whether the body stays where it is, as on a treadmill: then there are no lengths and no speeds.
     pub in_place: bool,
     /// The left foot.
@@ -126,7 +129,15 @@ impl Gait {
     /// [`Code::NotHumanoid`] where no humanoid with feet is found; [`Code::NoMotion`] where there is no motion or no
     /// foot makes a stride.
     pub fn of(scene: &Scene) -> Result<Self> {
-        let segments = Segments::of(scene)?;
+        Self::of_figure(scene, &Figure::new(scene))
+    }
+
+    /// As [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
+        let segments = Segments::of(scene, figure)?;
         let feet = [Side::Left, Side::Right].map(|side| Foot::of(&segments, side));
         let [Some(left), Some(right)] = feet else {
             let message = "the body has not two feet, by whose positions steps are found";
@@ -147,9 +158,11 @@ impl Gait {
             }
         }
         let of_side = |foot: &Foot<'_>| SideOfGait::of(foot, strides.iter().filter(|stride| stride.side == foot.side));
+        let in_turn = strides.iter().filter(|stride| stride.other_strike.is_some()).count();
         let steps: Vec<f64> = strides.iter().filter_map(Stride::step_time).collect();
         Ok(Self {
             cadence: MeanAndDeviation::of(steps).map(|time| 60.0 / time.mean),
+            alternates: 2 * in_turn > strides.len(),
             in_place,
             left: of_side(&left),
             right: of_side(&right),

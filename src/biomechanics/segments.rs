@@ -89,18 +89,18 @@ pub(super) struct Segments {
 }
 
 impl Segments {
-    /// Those of the first animation of a scene, in any unit and with any axis up.
+    /// Those of the first animation of a scene, in any unit and with any axis up, in which the figure was found.
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] and [`Code::NoMotion`].
-    pub(super) fn of(scene: &Scene) -> Result<Self> {
+    pub(super) fn of(scene: &Scene, figure: &Figure) -> Result<Self> {
         let mut scene = scene.clone();
         scene.animations.truncate(1);
-        Conversion::new().apply(&mut scene)?;
+        let (figure, _) = Conversion::new().apply_to(&mut scene, figure)?;
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion whose angles could be computed").into());
         };
-        let body = Body::of_figure(&scene, Figure::new(&scene), "motion")?;
+        let body = Body::of_figure(&scene, figure, "motion")?;
         let mut watched = Watched::default();
         let tracks: Vec<(Part, Track)> = parts()
             .filter_map(|part| Some((part, whole(&body, bone(&body, part)?, &mut watched)?)))

@@ -1,5 +1,5 @@
 //! Which way arms turn where there are several: a shoulder of three hinges reaches one direction in more than one way,
-//! and a frame after another keeps the way of the first, also into a corner of the limits.
+//! and each frame keeps the way of the frame before, also into a corner of the limits.
 //!
 //! Where an arm is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
 //! beginnings are tried, both ways. Of these tracks the best is taken in each frame, with a cost for each change of
@@ -148,7 +148,7 @@ impl Arm {
     }
 }
 
-/// Follows an arm while the rest of the robot stays as it is in a motion.
+/// Follows an arm; the other joints of the robot keep the angles of a motion.
 struct Follow<'a> {
     arm: &'a mut Arm,
     kinematics: &'a Kinematics,

@@ -401,7 +401,7 @@ impl Following {
     }
 }
 
-/// Where the base of a robot without legs stands: as it is drawn, with its lowest shape on the floor.
+/// Where the base of a robot without legs stands: as in its file, with its lowest shape on the floor.
 fn stand(robot: &Robot) -> Placement {
     let places = robot.zero_pose();
     let links = robot.links.iter().zip(&places);

@@ -22,7 +22,7 @@ pub enum Face {
     /// An expression that VRM 1.0 names, such as `happy`: X of the node's translation is its weight, from 0 to 1, in
     /// any unit of length.
     Preset(String),
-    /// The same for an expression that VRM does not name.
+    /// An expression of the author's own; its weight is stated as that of a preset.
     Custom(String),
     /// The gaze: the node's rotation is that of the eyes' direction, which is +Z at rest.
     LookAt {

@@ -46,7 +46,7 @@ impl FromStr for SelectAmount {
     }
 }
 
-/// As text, as it is written.
+/// As the text that a user types.
 impl Serialize for SelectAmount {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

@@ -317,8 +317,8 @@ fn check_names_the_file_to_blame() {
     assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
 }
 
-/// A clip of a body that lies, and one of the same skeleton that stands, as BVH. Rokoko's rest pose is no figure, so that
-/// the one that lies says nothing of the up axis; the one that stands does.
+/// A clip of a body that lies, and one of the same skeleton that stands, as BVH. Rokoko's rest pose is no figure, so
+/// that the clip that lies says nothing of the up axis; the other one does.
 fn lying_and_standing() -> [(&'static str, String); 2] {
     let mut standing = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
     standing.trim(0.0, 40.0);

@@ -221,7 +221,7 @@ fn keeps_above_the_floor(robot: &Robot, motion: &RobotMotion) {
             .map(|point| point.z)
             .fold(f32::INFINITY, f32::min);
         assert!(lowest > -0.01, "{side} {lowest}");
-        // And it is no robot that floats.
+        // The robot does not float: in a fourth of the frames the foot is within 2 cm of the floor.
         let least = heights
             .iter()
             .map(|frame| frame.iter().map(|point| point.z).fold(f32::INFINITY, f32::min));

@@ -32,7 +32,7 @@ const LEVEL: f64 = 0.7;
 const STANDING: f64 = 0.4;
 /// Motions of the ground that last longer are a walk or a drift, in seconds.
 const SLOWEST: f64 = 3.0;
-/// What wavers less along the axis, as standard deviation in metres, is none.
+/// A smaller standard deviation of the depth, in metres, is not taken for wavering.
 const LEAST_WAVER: f64 = 0.012;
 /// Once it is taken out, the slower foot is slower than this, in m/s, in this fraction of the frames.
 const STILL: f64 = 0.2;

@@ -65,7 +65,7 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    /// The shortest pattern of the frames that are held; `None` where there is none.
+    /// The shortest pattern in which frames are held; `None` where they follow no pattern.
     pub(super) fn of(held: &[bool]) -> Option<Self> {
         let moving = held.iter().position(|held| !held)?..=held.iter().rposition(|held| !held)?;
         let held = &held[moving];
@@ -88,7 +88,7 @@ impl Pattern {
         (some && agrees as f64 >= HOLDS * held.len() as f64).then_some(Self { is_held })
     }
 
-    /// The part of the frames that are none of their own.
+    /// The fraction of the frames that repeat no other frame.
     pub(super) fn share_of_own(&self) -> f64 {
         self.is_held.iter().filter(|held| !**held).count() as f64 / self.is_held.len() as f64
     }
@@ -206,7 +206,7 @@ impl Measured {
         rates
     }
 
-    /// The rate at which these places are a flight; `None` where they are none.
+    /// The rate at which these positions fall as gravity has it; `None` where they do not at any rate.
     fn rate_of(&self, places: &[DVec3]) -> Option<f32> {
         let frames = places.len() as f64;
         let heights: Vec<f64> = places.iter().map(|place| place.z).collect();

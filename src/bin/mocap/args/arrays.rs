@@ -54,6 +54,10 @@ pub(crate) struct AnglesArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
+    pub(crate) source: SourceSpace,
+    #[command(flatten)]
+    pub(crate) map: SourceMap,
+    #[command(flatten)]
     pub(crate) read: Reading,
 }
 
@@ -64,6 +68,10 @@ pub(crate) struct GaitArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) source: SourceSpace,
+    #[command(flatten)]
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: Reading,
 }

@@ -7,7 +7,7 @@ use mocap::biomechanics::{Gait, JointAngles, MeanAndDeviation, SideOfGait};
 use mocap::figure::Side;
 use serde::Serialize;
 
-use super::{import_motion, print_json};
+use super::{import_motion, mapped_figure, print_json};
 use crate::args::{AnglesArgs, GaitArgs};
 use crate::{Failure, report, streams};
 
@@ -17,8 +17,10 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         return Err(super::unknown_extension(&args.output, ".mot or .csv"));
     }
     streams::check_output(&[&args.input], &args.output, args.force)?;
-    let scene = import_motion(&args.read, &args.input)?;
-    let angles = JointAngles::of(&scene).map_err(|error| error.with_path(&args.input))?;
+    let mut scene = import_motion(&args.read, &args.input)?;
+    args.source.state(&mut scene);
+    let figure = mapped_figure(&scene, &args.map)?;
+    let angles = JointAngles::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.input))?;
     let text = match format.as_str() {
         "mot" => angles.to_mot(),
         _ => angles.to_csv(),
@@ -42,8 +44,10 @@ struct Report<'a> {
 }
 
 pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
-    let scene = import_motion(&args.read, &args.file)?;
-    let gait = Gait::of(&scene).map_err(|error| error.with_path(&args.file))?;
+    let mut scene = import_motion(&args.read, &args.file)?;
+    args.source.state(&mut scene);
+    let figure = mapped_figure(&scene, &args.map)?;
+    let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;
     if args.json {
         let file = args.file.display().to_string();
         return Ok(print_json(&Report { file, gait: &gait })?);
@@ -75,6 +79,9 @@ fn print(file: &Path, gait: &Gait) -> io::Result<()> {
     )?;
     if let Some(cadence) = gait.cadence {
         writeln!(out, "cadence: {cadence:.1} steps/min")?;
+    }
+    if !gait.alternates {
+        writeln!(out, "the feet do not strike in turn: this may be no walk")?;
     }
     if gait.in_place {
         writeln!(

@@ -19,7 +19,7 @@ use crate::solve::skeletons;
 /// Joints of the body of SMPL's family, whose T-pose has no rotations.
 const JOINTS: usize = 22;
 
-/// Angles without which a motion of a body is none.
+/// Angles that every motion of a body must have.
 const NEEDED: [&str; 4] = ["hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l"];
 
 /// Names of other models for a column of ours.

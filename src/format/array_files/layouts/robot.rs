@@ -199,7 +199,7 @@ fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[
 }
 
 fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
-    /// Rotations whose lengths are farther from 1 are none, or in another order.
+    /// A quaternion of another length is no rotation, or its columns are in another order.
     const LENGTH: std::ops::Range<f64> = 0.9..1.1;
     let [x, y, z, i, j, k, w] = *row;
     let (translation, rotation) = (DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w));

@@ -83,7 +83,7 @@ struct SamplerJson {
     wrap_t: u32,
 }
 
-/// A number of OpenGL as the glTF specification has it; what is none of its three is its default.
+/// The number of OpenGL that glTF states; any but its three is read as the default, to repeat.
 fn wrap(number: u32) -> Wrap {
     match number {
         33_071 => Wrap::Clamp,

@@ -92,7 +92,7 @@ def survey(
         read_options: How to read.
 
     Raises:
-        MocapError: For an expression, a threshold or a record that is none. A file that cannot be read is a row with an
+        MocapError: For an invalid expression, threshold or record. A file that cannot be read is a row with an
             ``error``.
         ValueError: Where neither ``paths`` nor ``records`` has anything.
     """
