@@ -266,6 +266,11 @@ impl Animation {
     pub fn frame_count(&self) -> usize {
         (self.duration.round() as usize).saturating_add(1)
     }
+
+    /// The whole ticks within the motion: from 0 to the last that is not after its end.
+    pub(crate) fn whole_ticks(&self) -> impl Iterator<Item = f64> + use<> {
+        (0..=self.duration as usize).map(|tick| tick as f64)
+    }
 }
 
 /// All keys of one node.

@@ -288,7 +288,7 @@ impl RawJoint<'_> {
 
 /// The whole ticks of an animation and those of all its keys, each once.
 fn frame_ticks(animation: &Animation) -> Vec<f64> {
-    let mut ticks: Vec<f64> = (0..animation.frame_count()).map(|frame| frame as f64).collect();
+    let mut ticks: Vec<f64> = animation.whole_ticks().collect();
     let of_keys = animation.channels.iter().flat_map(|channel| {
         let of_channel = [&channel.position_keys.ticks, &channel.rotation_keys.ticks];
         of_channel.into_iter().flatten().flatten()

@@ -4,7 +4,7 @@ use crate::scene::{Animation, Keys};
 
 /// The whole ticks of an animation, and its end.
 pub(crate) fn ticks(animation: &Animation) -> Vec<f64> {
-    let mut ticks: Vec<f64> = (0..=animation.duration as usize).map(|tick| tick as f64).collect();
+    let mut ticks: Vec<f64> = animation.whole_ticks().collect();
     if ticks.last().is_some_and(|last| *last < animation.duration) {
         ticks.push(animation.duration);
     }

@@ -143,6 +143,8 @@ const char *mocap_error_text(void);
  - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
  - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
    that are known by their names or shapes; lengths in metres. Nothing of a file is run.
+ - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
+ - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
  - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
 
  3ds Max `.bip` is refused, with advice on what to export instead.

@@ -163,7 +163,8 @@ class Scene:
         Raises:
             MocapError: Where no humanoid is found, or no foot makes a stride.
         """
-        return json.loads(self._native.gait())
+        gait: dict[str, Any] = json.loads(self._native.gait())
+        return gait
 
     def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
