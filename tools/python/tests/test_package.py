@@ -102,7 +102,7 @@ def test_the_wheel_reads_fbx() -> None:
 def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path: Path) -> None:
     message = "^there is no option 'fsp'; the options are "
     read_options = (
-        "format, root_offset, all_rows, retime, strict, hash, clip, skeleton, joints, markers, static, body$"
+        "format, root_offset, all_rows, retime, strict, hash, clip, skeleton, joints, lengths, markers, static, body$"
     )
     with pytest.raises(TypeError, match=message + read_options):
         mocap.read(walk, strict=True, fsp=30)
