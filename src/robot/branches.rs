@@ -1,5 +1,5 @@
-//! Which way arms turn where there are several: a shoulder of three hinges reaches one direction in more than one way,
-//! and each frame keeps the way of the frame before, also into a corner of the limits.
+//! Branches of an arm's solution: the three hinges of a shoulder can point the arm in one direction by several sets of
+//! angles, and each frame begins at the angles of the frame before, even where these lead into a corner of the limits.
 //!
 //! Where an arm is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
 //! beginnings are tried, both ways. Of these tracks the best is taken in each frame, with a cost for each change of
