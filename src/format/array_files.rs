@@ -146,6 +146,13 @@ fn first_name(_: &[u8]) -> Option<&str> {
     None
 }
 
+fn check_not_empty(source: &Source<'_>) -> Result<()> {
+    match source.bytes.is_empty() {
+        true => Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into()),
+        false => Ok(()),
+    }
+}
+
 /// The scene of the arrays that `list` finds in the file of a row.
 fn read_by(
     source: &Source<'_>,
@@ -154,9 +161,7 @@ fn read_by(
     list: impl FnOnce(&[u8], &Limits, &mut dyn FnMut(&Entries<'_>) -> Result<Scene, Failure>) -> Result<Scene, Failure>,
 ) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    if source.bytes.is_empty() {
-        return Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into());
-    }
+    check_not_empty(source)?;
     let read = list(source.bytes, &options.limits, &mut |entries| {
         layouts::scene(entries, format, options, &mut warnings)
     });
@@ -173,9 +178,7 @@ fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 
 fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    if source.bytes.is_empty() {
-        return Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into());
-    }
+    check_not_empty(source)?;
     let columns = mot::Columns::read(source.bytes, &options.limits);
     let motion = columns.and_then(|columns| layouts::opensim::motion(&columns, options, &mut warnings));
     let scene = motion.map(|motion| motion.into_scene(Format::Mot, &mut warnings));
@@ -184,9 +187,7 @@ fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 
 fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    if source.bytes.is_empty() {
-        return Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into());
-    }
+    check_not_empty(source)?;
     let read = csv::entries(source.bytes, &mut warnings)
         .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings));
     warnings.attach_to(read)
