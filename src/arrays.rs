@@ -100,10 +100,10 @@ impl Arrays {
             ("velocity", self.velocities.as_deref().unwrap_or_default(), 3),
         ];
         for (what, values, width) in columns {
-            let Some(place) = values.iter().position(|value| !value.is_finite()) else {
+            let Some(wrong) = values.iter().position(|value| !value.is_finite()) else {
                 continue;
             };
-            let row = place / width;
+            let row = wrong / width;
             let (frame, joint) = (row / self.header.joints.len(), row % self.header.joints.len());
             let message = format!("the {what} in frame {frame} is not finite");
             return Err(Diagnostic::new(Code::Unrepresentable, message)

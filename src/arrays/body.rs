@@ -124,7 +124,10 @@ impl BodyArrays {
             frame_rate: animation.ticks_per_second,
             poses: Vec::with_capacity(frames * ALL_JOINTS * 3),
             root: Vec::with_capacity(frames * 3),
-            rest_joints: rest.iter().flat_map(|place| place.as_dvec3().to_array()).collect(),
+            rest_joints: rest
+                .iter()
+                .flat_map(|root_position| root_position.as_dvec3().to_array())
+                .collect(),
             joints,
         };
         for frame in 0..frames {
@@ -171,7 +174,7 @@ impl BodyArrays {
         DVec3::from_slice(&self.rest_joints[3 * joint..][..3])
     }
 
-    fn place(&self, frame: usize) -> DVec3 {
+    fn root_position(&self, frame: usize) -> DVec3 {
         DVec3::from_slice(&self.root[3 * frame..][..3])
     }
 
@@ -188,7 +191,7 @@ impl BodyArrays {
         for frame in 0..self.frames {
             let root = to_z_up * DQuat::from_scaled_axis(self.vector(frame, 0));
             poses[3 * frame * ALL_JOINTS..][..3].copy_from_slice(&scaled_axis(root).to_array());
-            trans.extend((to_z_up * self.place(frame) - self.rest(0)).to_array());
+            trans.extend((to_z_up * self.root_position(frame) - self.rest(0)).to_array());
         }
         let frames = self.frames;
         npz::of_doubles(
@@ -206,7 +209,7 @@ impl BodyArrays {
     fn smplx(&self) -> Vec<u8> {
         let frames = self.frames;
         let transl: Vec<f64> = (0..frames)
-            .flat_map(|frame| (self.place(frame) - self.rest(0)).to_array())
+            .flat_map(|frame| (self.root_position(frame) - self.rest(0)).to_array())
             .collect();
         let parts = [
             ("global_orient", 0, 1),
@@ -234,26 +237,26 @@ impl BodyArrays {
 
     /// Rotations to the world and positions of the joints of the body in a frame.
     fn posed(&self, frame: usize) -> ([DQuat; BODY_JOINTS], [DVec3; BODY_JOINTS]) {
-        let (mut world, mut places) = ([DQuat::IDENTITY; BODY_JOINTS], [self.place(frame); BODY_JOINTS]);
+        let (mut world, mut positions) = ([DQuat::IDENTITY; BODY_JOINTS], [self.root_position(frame); BODY_JOINTS]);
         for joint in 0..BODY_JOINTS {
             let own = DQuat::from_scaled_axis(self.vector(frame, joint));
             match self.joints[joint].parent {
                 None => world[joint] = own,
                 Some(parent) => {
                     world[joint] = world[parent] * own;
-                    places[joint] = places[parent] + world[parent] * (self.rest(joint) - self.rest(parent));
+                    positions[joint] = positions[parent] + world[parent] * (self.rest(joint) - self.rest(parent));
                 }
             }
         }
-        (world, places)
+        (world, positions)
     }
 
     fn kimodo(&self) -> Vec<u8> {
         let matrix = |rotation: DQuat| DMat3::from_quat(rotation).transpose().to_cols_array();
         let (mut joints, mut global, mut local) = (Vec::new(), Vec::new(), Vec::new());
         for frame in 0..self.frames {
-            let (world, places) = self.posed(frame);
-            joints.extend(places.iter().flat_map(glam::DVec3::to_array));
+            let (world, positions) = self.posed(frame);
+            joints.extend(positions.iter().flat_map(glam::DVec3::to_array));
             global.extend(world.iter().flat_map(|rotation| matrix(*rotation)));
             local.extend((0..BODY_JOINTS).flat_map(|joint| matrix(DQuat::from_scaled_axis(self.vector(frame, joint)))));
         }
@@ -289,7 +292,7 @@ impl BodyArrays {
 /// Where the joints are at rest: those of the body, and those that it lacks where the joint above is. The pelvis is
 /// where SMPL's template has it.
 fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<usize>) -> Vec<Vec3> {
-    let mut places: Vec<Vec3> = Vec::with_capacity(joints.len());
+    let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let neck = joints
         .iter()
         .find(|joint| joint.bone == Some(Bone::Neck))
@@ -297,7 +300,7 @@ fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<us
     let neck = neck.map(|node| rest.node_to_world[node].w_axis.truncate());
     for joint in joints {
         let own = node(joint).map(|node| rest.node_to_world[node].w_axis.truncate());
-        let above = joint.parent.map_or(Vec3::ZERO, |parent| places[parent]);
+        let above = joint.parent.map_or(Vec3::ZERO, |parent| positions[parent]);
         // A spine with fewer joints: half of what is left up to the neck.
         let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
         let lacking = || {
@@ -307,10 +310,10 @@ fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<us
                 above
             }
         };
-        places.push(own.unwrap_or_else(lacking));
+        positions.push(own.unwrap_or_else(lacking));
     }
-    let shift = SMPL_ROOT - places.first().copied().unwrap_or_default();
-    places.iter().map(|place| *place + shift).collect()
+    let shift = SMPL_ROOT - positions.first().copied().unwrap_or_default();
+    positions.iter().map(|root_position| *root_position + shift).collect()
 }
 
 /// The vector along the axis of the shorter rotation.

@@ -63,11 +63,11 @@ impl<'a> Chain<'a> {
             }
         }
         // Nodes that are left out are not among the links.
-        let mut places = vec![None; scene.nodes.len()];
+        let mut link_of = vec![None; scene.nodes.len()];
         let mut links = Vec::with_capacity(scene.nodes.len());
         for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| is_wanted[*index]) {
-            places[index] = Some(links.len());
-            let parent = node.parent.and_then(|parent| places[parent.index()]);
+            link_of[index] = Some(links.len());
+            let parent = node.parent.and_then(|parent| link_of[parent.index()]);
             let needs_axes = has_children[index] || (wanted.axes && is_asked_for[index]);
             links.push(Link::new(
                 NodeId::new(index),
@@ -85,7 +85,7 @@ impl<'a> Chain<'a> {
     }
 
     /// The index of a wanted node in the chain, for the methods below.
-    pub(super) fn place(&self, node: NodeId) -> usize {
+    pub(super) fn index(&self, node: NodeId) -> usize {
         self.links.partition_point(|link| link.node < node)
     }
 
@@ -98,9 +98,9 @@ impl<'a> Chain<'a> {
         let links = &self.links;
         forward_kinematics(
             &mut self.to_world,
-            |place| links[place].parent,
-            |place, parent, to_world| {
-                let link = &links[place];
+            |index| links[index].parent,
+            |index, parent, to_world| {
+                let link = &links[index];
                 let Some(parent) = parent.or(self.turn.as_ref()) else {
                     to_world.clone_from(&link.to_parent);
                     return;
@@ -114,25 +114,25 @@ impl<'a> Chain<'a> {
     }
 
     /// Node to world.
-    pub(super) fn to_world(&self, place: usize) -> &Transforms {
-        &self.to_world[place]
+    pub(super) fn to_world(&self, index: usize) -> &Transforms {
+        &self.to_world[index]
     }
 
     /// Node to the parent in the scene.
-    pub(super) fn to_parent(&self, place: usize) -> &Transforms {
-        &self.links[place].to_parent
+    pub(super) fn to_parent(&self, index: usize) -> &Transforms {
+        &self.links[index].to_parent
     }
 
     /// The rotation of the node to the parent in the scene.
     #[inline]
-    pub(super) fn rotation(&self, place: usize, frame: usize) -> Quat {
-        self.links[place].rotation.get(frame)
+    pub(super) fn rotation(&self, index: usize, frame: usize) -> Quat {
+        self.links[index].rotation.get(frame)
     }
 
     /// Node to an ancestor, through the nodes between them.
-    pub(super) fn to_ancestor(&self, place: usize, ancestor: usize, frame: usize) -> Mat4 {
-        let mut matrix = self.to_parent(place).matrix(frame);
-        let mut above = self.links[place].parent;
+    pub(super) fn to_ancestor(&self, index: usize, ancestor: usize, frame: usize) -> Mat4 {
+        let mut matrix = self.to_parent(index).matrix(frame);
+        let mut above = self.links[index].parent;
         while let Some(between) = above.filter(|&above| above != ancestor) {
             matrix = self.to_parent(between).matrix(frame) * matrix;
             above = self.links[between].parent;

@@ -103,10 +103,10 @@ fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: 
     let humanoid = humanoid.filter(|humanoid| humanoid.found && thresholds.feet.is_none());
     if let Some(humanoid) = humanoid {
         let groups = points_of_feet(scene, humanoid).map(|points| {
-            let place = |node| joints.nodes.iter().position(|listed| *listed == node);
+            let column_of = |node| joints.nodes.iter().position(|listed| *listed == node);
             points
                 .into_iter()
-                .filter_map(|(_, node)| place(node))
+                .filter_map(|(_, node)| column_of(node))
                 .collect::<Vec<_>>()
         });
         if groups.iter().all(Vec::is_empty) {

@@ -40,7 +40,7 @@ pub(super) struct Rows<'a> {
 }
 
 /// The index of a joint of the output in the chain.
-struct Place {
+struct JointLinks {
     node: usize,
     root: usize,
     parent: Option<usize>,
@@ -101,22 +101,22 @@ impl Source<'_> {
             turn: self.frame.turn,
         };
         let mut chain = Chain::new(self.scene, self.animation, binding, &wanted);
-        let places: Vec<Place> = joints.map(|joint| self.place(&chain, joint)).collect();
-        let frames = rows.positions.len() / (3 * places.len());
+        let of_joints: Vec<JointLinks> = joints.map(|joint| self.links(&chain, joint)).collect();
+        let frames = rows.positions.len() / (3 * of_joints.len());
         for start in (0..frames).step_by(LANES) {
             chain.sample(&std::array::from_fn(|frame| self.timeline.tick(first + start + frame)));
             let (block, later) = self.split(rows, LANES.min(frames - start));
-            self.fill_block(&chain, &places, block);
+            self.fill_block(&chain, &of_joints, block);
             rows = later;
         }
     }
 
-    fn place(&self, chain: &Chain<'_>, joint: usize) -> Place {
+    fn links(&self, chain: &Chain<'_>, joint: usize) -> JointLinks {
         let parent = self.joints.joints[joint].parent;
-        Place {
-            node: chain.place(self.joints.nodes[joint]),
-            root: chain.place(self.joints.roots[joint]),
-            parent: parent.map(|parent| chain.place(self.joints.nodes[parent])),
+        JointLinks {
+            node: chain.index(self.joints.nodes[joint]),
+            root: chain.index(self.joints.roots[joint]),
+            parent: parent.map(|parent| chain.index(self.joints.nodes[parent])),
             is_next_to_parent: self.is_next_to_parent(joint),
         }
     }
@@ -127,19 +127,19 @@ impl Source<'_> {
         above == listed && (listed.is_some() || self.frame.turn.is_none())
     }
 
-    fn fill_block(&self, chain: &Chain<'_>, places: &[Place], rows: Rows<'_>) {
+    fn fill_block(&self, chain: &Chain<'_>, of_joints: &[JointLinks], rows: Rows<'_>) {
         let scale = self.frame.scale;
-        for (index, place) in places.iter().enumerate() {
-            let frames = rows.positions.chunks_exact_mut(3 * places.len()).enumerate();
+        for (index, links) in of_joints.iter().enumerate() {
+            let frames = rows.positions.chunks_exact_mut(3 * of_joints.len()).enumerate();
             for (frame, row) in frames {
-                let position = self.position(chain, place, frame) * scale;
+                let position = self.position(chain, links, frame) * scale;
                 row[3 * index..][..3].copy_from_slice(&position.to_array());
             }
             let width = self.options.rotation.width();
             let order = self.joints.joints[index].rotation_order;
-            let frames = rows.rotations.chunks_exact_mut(width * places.len()).enumerate();
+            let frames = rows.rotations.chunks_exact_mut(width * of_joints.len()).enumerate();
             for (frame, row) in frames {
-                let rotation = self.rotation(chain, place, frame);
+                let rotation = self.rotation(chain, links, frame);
                 self.options
                     .rotation
                     .write(rotation, order, &mut row[width * index..][..width]);
@@ -148,29 +148,29 @@ impl Source<'_> {
         for (foot, joint) in self.feet.iter().enumerate() {
             let frames = rows.feet.chunks_exact_mut(3 * self.feet.len()).enumerate();
             for (frame, row) in frames {
-                let position = chain.to_world(places[*joint].node).origin(frame) * scale;
+                let position = chain.to_world(of_joints[*joint].node).origin(frame) * scale;
                 row[3 * foot..][..3].copy_from_slice(&position.to_array());
             }
         }
     }
 
     #[inline]
-    fn position(&self, chain: &Chain<'_>, place: &Place, frame: usize) -> Vec3 {
-        let in_world = || chain.to_world(place.node).origin(frame);
-        match (self.options.space, place.parent) {
+    fn position(&self, chain: &Chain<'_>, links: &JointLinks, frame: usize) -> Vec3 {
+        let in_world = || chain.to_world(links.node).origin(frame);
+        match (self.options.space, links.parent) {
             (Space::World, _) | (Space::Local, None) => in_world(),
-            (Space::Root, _) => in_world() - chain.to_world(place.root).origin(frame),
-            (Space::Local, Some(_)) if place.is_next_to_parent => chain.to_parent(place.node).origin(frame),
-            (Space::Local, Some(parent)) => chain.to_ancestor(place.node, parent, frame).w_axis.truncate(),
+            (Space::Root, _) => in_world() - chain.to_world(links.root).origin(frame),
+            (Space::Local, Some(_)) if links.is_next_to_parent => chain.to_parent(links.node).origin(frame),
+            (Space::Local, Some(parent)) => chain.to_ancestor(links.node, parent, frame).w_axis.truncate(),
         }
     }
 
     #[inline]
-    fn rotation(&self, chain: &Chain<'_>, place: &Place, frame: usize) -> Quat {
-        let matrix = match (self.options.rotation_space, place.parent) {
-            (RotationSpace::Local, _) if place.is_next_to_parent => return chain.rotation(place.node, frame),
-            (RotationSpace::Local, Some(parent)) => chain.to_ancestor(place.node, parent, frame),
-            _ => chain.to_world(place.node).matrix(frame),
+    fn rotation(&self, chain: &Chain<'_>, links: &JointLinks, frame: usize) -> Quat {
+        let matrix = match (self.options.rotation_space, links.parent) {
+            (RotationSpace::Local, _) if links.is_next_to_parent => return chain.rotation(links.node, frame),
+            (RotationSpace::Local, Some(parent)) => chain.to_ancestor(links.node, parent, frame),
+            _ => chain.to_world(links.node).matrix(frame),
         };
         Trs::from_matrix(matrix).rotation
     }

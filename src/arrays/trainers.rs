@@ -74,15 +74,15 @@ fn flat(vectors: &[DVec3]) -> Vec<f64> {
 }
 
 /// Rotations as w, x, y and z.
-fn wxyz<'a>(places: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
-    let rotations = places.into_iter().map(|place| place.rotation);
+fn wxyz<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    let rotations = links.into_iter().map(|transform| transform.rotation);
     rotations.flat_map(|turn| [turn.w, turn.x, turn.y, turn.z]).collect()
 }
 
-fn positions<'a>(places: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
-    places
+fn positions<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    links
         .into_iter()
-        .flat_map(|place| place.translation.to_array())
+        .flat_map(|transform| transform.translation.to_array())
         .collect()
 }
 
@@ -96,8 +96,8 @@ impl RobotMotion {
             Named::rate(self.fps, &[1]),
             Named::floats("joint_pos", &[frames, joints], self.dof_pos.clone()),
             Named::floats("joint_vel", &[frames, joints], self.dof_velocities()),
-            Named::floats("body_pos_w", &[frames, count, 3], positions(&links.places)),
-            Named::floats("body_quat_w", &[frames, count, 4], wxyz(&links.places)),
+            Named::floats("body_pos_w", &[frames, count, 3], positions(&links.transforms)),
+            Named::floats("body_quat_w", &[frames, count, 4], wxyz(&links.transforms)),
             Named::floats("body_lin_vel_w", &[frames, count, 3], flat(&links.velocities)),
             Named::floats("body_ang_vel_w", &[frames, count, 3], flat(&links.angular_velocities)),
             Named::texts("joint_names", &self.dof_names),
@@ -122,8 +122,8 @@ impl RobotMotion {
             Named::texts("body_names", &links.names),
             Named::floats("dof_positions", &[frames, joints], links.ordered(&self.dof_pos)),
             Named::floats("dof_velocities", &[frames, joints], velocities),
-            Named::floats("body_positions", &[frames, count, 3], positions(&links.places)),
-            Named::floats("body_rotations", &[frames, count, 4], wxyz(&links.places)),
+            Named::floats("body_positions", &[frames, count, 3], positions(&links.transforms)),
+            Named::floats("body_rotations", &[frames, count, 4], wxyz(&links.transforms)),
             Named::floats("body_linear_velocities", &[frames, count, 3], flat(&links.velocities)),
             Named::floats(
                 "body_angular_velocities",

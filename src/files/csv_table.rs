@@ -154,9 +154,9 @@ impl PointColumns {
         }
         // There may be as many columns as bytes.
         let of_axis = |axis: char| {
-            let places = names.iter().enumerate().rev();
-            let places = places.filter_map(|(place, name)| Some((point_of(name, axis)?, place)));
-            places.collect::<HashMap<&str, usize>>()
+            let columns = names.iter().enumerate().rev();
+            let columns = columns.filter_map(|(index, name)| Some((point_of(name, axis)?, index)));
+            columns.collect::<HashMap<&str, usize>>()
         };
         let (of_y, of_z) = (of_axis('y'), of_axis('z'));
         let of_x = names

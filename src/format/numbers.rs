@@ -32,8 +32,8 @@ fn check_keys(animation: &Animation) -> Result<()> {
         let scales = first_without(&channel.scaling_keys, is_sound);
         for (what, found) in [("position", positions), ("scale", scales)] {
             if let Some((tick, number)) = found {
-                let place = format!("the {what} at tick {tick}");
-                return Err(out_of_range(&place, number, &channel.node_name));
+                let what_and_when = format!("the {what} at tick {tick}");
+                return Err(out_of_range(&what_and_when, number, &channel.node_name));
             }
         }
     }
@@ -51,8 +51,8 @@ fn first_without(keys: &Keys<Vec3>, holds: impl Fn(f64) -> bool) -> Option<(f64,
     Some((keys.tick(key), number))
 }
 
-fn out_of_range(place: &str, number: f32, joint: &str) -> Error {
-    let message = format!("{place} has a number that is too large or too small to compute with");
+fn out_of_range(what_and_when: &str, number: f32, joint: &str) -> Error {
+    let message = format!("{what_and_when} has a number that is too large or too small to compute with");
     Diagnostic::new(Code::NumberRange, message)
         .in_joint(joint)
         .expected_found(

@@ -188,7 +188,7 @@ impl Reader<'_> {
     }
 
     fn shape(&self, element: &Element<'_, '_>, collides: bool) -> Result<Option<RobotShape>, Failure> {
-        let place = origin(element)?;
+        let origin = origin(element)?;
         let Some(geometry) = element.child("geometry") else {
             return Ok(None);
         };
@@ -230,7 +230,7 @@ impl Reader<'_> {
             }
             _ => return Ok(None),
         };
-        Ok(Some(RobotShape { place, kind, collides }))
+        Ok(Some(RobotShape { origin, kind, collides }))
     }
 }
 
@@ -258,7 +258,7 @@ fn read_inertial(element: &Element<'_, '_>) -> Result<Option<Inertial>, Failure>
     }
     Ok(Some(Inertial {
         mass: mass.number("value")?.unwrap_or_default(),
-        place: origin(element)?,
+        origin: origin(element)?,
         inertia,
     }))
 }

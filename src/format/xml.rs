@@ -62,8 +62,8 @@ pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Resul
             Box::new(Diagnostic::new(Code::LimitExceeded, message))
         }
         error => {
-            let place = error.pos();
-            let offset = offset_of(text, place.row as usize, place.col as usize);
+            let fault_at = error.pos();
+            let offset = offset_of(text, fault_at.row as usize, fault_at.col as usize);
             // The message ends with the location, which the diagnostic has.
             let message = error.to_string();
             let message = message

@@ -93,8 +93,8 @@ impl Window {
             for (frame, taper) in self.taper.iter().enumerate() {
                 for (point, weight) in space.weights.iter().enumerate() {
                     let at = |clouds: &Clouds, start: usize| {
-                        let place = point * clouds.frames + start + frame;
-                        [0, 1, 2].map(|axis| f64::from(clouds.values[axis][place]))
+                        let index = point * clouds.frames + start + frame;
+                        [0, 1, 2].map(|axis| f64::from(clouds.values[axis][index]))
                     };
                     let ([u, v, h], [x, y, z]) = (at(a, first), at(b, second));
                     sum(taper * weight, DVec2::new(u, v), DVec2::new(x, y), h - z);

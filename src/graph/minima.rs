@@ -122,8 +122,8 @@ fn band(
         let tile = left..(left + TILE).min(columns.end);
         let distances = window.distances(space, (a, start..end), (b, tile.clone()));
         for (row, values) in distances.chunks_exact(tile.len()).enumerate() {
-            let place = row * width + left - columns.start;
-            band[place..place + values.len()].copy_from_slice(values);
+            let cell = row * width + left - columns.start;
+            band[cell..cell + values.len()].copy_from_slice(values);
         }
     }
     band

@@ -85,10 +85,10 @@ impl<'a> Network<'a> {
 
     /// The motion over the ground that brings the clip to which a transition leads onto the one that it leaves.
     pub(super) fn alignment(&self, exit: &GraphTransition) -> Alignment {
-        let place = self
+        let hit = self
             .exits
             .binary_search_by_key(&(exit.from, exit.to), |exit| (exit.from, exit.to));
-        match place {
+        match hit {
             Ok(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
             Err(_) => self.align(exit),
         }

@@ -37,12 +37,12 @@ impl Network<'_> {
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let mut moments = Vec::new();
-        for (place, (clip, seconds)) in clips.iter().enumerate() {
+        for (index, (clip, seconds)) in clips.iter().enumerate() {
             let part = self.part_of(*clip)?;
             let frame = match seconds {
                 Some(seconds) => self.frame_at(*clip, part, *seconds)?,
-                None if place == 0 => part[0],
-                None if place + 1 == clips.len() => part[1],
+                None if index == 0 => part[0],
+                None if index + 1 == clips.len() => part[1],
                 None => part[0].midpoint(part[1]),
             };
             moments.push([*clip, frame]);

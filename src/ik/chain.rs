@@ -84,16 +84,16 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
     let (Some(&start), last) = (points.first(), points.len() - 1) else {
         return;
     };
-    let way = goal - start;
-    if way.length() >= reach {
-        let way = way.normalize_or_zero();
+    let to_goal = goal - start;
+    if to_goal.length() >= reach {
+        let to_goal = to_goal.normalize_or_zero();
         for (index, length) in lengths.iter().enumerate() {
-            points[index + 1] = points[index] + way * length;
+            points[index + 1] = points[index] + to_goal * length;
         }
         return;
     }
     // Points in one line with the goal would stay in it: the last bones leave it by a tenth.
-    let aside = way.try_normalize().unwrap_or(DVec3::X).any_orthonormal_vector();
+    let aside = to_goal.try_normalize().unwrap_or(DVec3::X).any_orthonormal_vector();
     let axis = (points[last] - start).try_normalize().unwrap_or(aside);
     let is_straight = points
         .iter()
@@ -290,12 +290,15 @@ mod tests {
     use crate::scene::{Node, Scene};
 
     fn unit() -> impl Strategy<Value = Vec3> {
-        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |way| Vec3::from(way).try_normalize())
+        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |toward| Vec3::from(toward).try_normalize())
     }
 
     /// A chain of 3 to 8 bones of 5 to 50 cm.
     fn bones() -> impl Strategy<Value = Vec<Vec3>> {
-        prop::collection::vec((unit(), 0.05f32..0.5).prop_map(|(way, length)| way * length), 3..8)
+        prop::collection::vec(
+            (unit(), 0.05f32..0.5).prop_map(|(toward, length)| toward * length),
+            3..8,
+        )
     }
 
     fn rotation() -> impl Strategy<Value = Quat> {
@@ -349,14 +352,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn beyond_reach_the_chain_is_straight_towards_the_goal(bones in bones(), way in unit(), beyond in 1.001f32..1e4) {
+        fn beyond_reach_the_chain_is_straight_towards_the_goal(bones in bones(), toward in unit(), beyond in 1.001f32..1e4) {
             let (mut pose, nodes) = pose_of(&bones);
             let reach: f32 = bones.iter().map(|bone| bone.length()).sum();
-            pose.bend_chain(&nodes, &Goal::at(way * (reach * beyond)), &ChainOptions::default());
+            pose.bend_chain(&nodes, &Goal::at(toward * (reach * beyond)), &ChainOptions::default());
             let mut length = 0.0;
             for (bone, node) in bones.iter().zip(&nodes[1..]) {
                 length += bone.length();
-                prop_assert!(pose.position(*node).distance(way * length) < 1e-5);
+                prop_assert!(pose.position(*node).distance(toward * length) < 1e-5);
             }
         }
 

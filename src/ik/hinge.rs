@@ -44,10 +44,10 @@ pub(crate) fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2])
     if !(a.min(b) > nothing && goal.is_finite()) {
         return None;
     }
-    let way = goal.as_dvec3() - start;
-    let new = direction(way, nothing).or_else(|| direction(end - start, nothing))?;
+    let to_goal = goal.as_dvec3() - start;
+    let new = direction(to_goal, nothing).or_else(|| direction(end - start, nothing))?;
     let normal = direction(normals[1].as_dvec3().reject_from_normalized(new), 0.0)?;
-    let Triangle { reach, along, aside } = Triangle::new(a, b, way.length());
+    let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
     let upper_way = new * along + new.cross(normal) * aside;
     let lower_way = new * reach - upper_way;
     let turn = |from: DVec3, to: DVec3| {
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     fn unit() -> impl Strategy<Value = Vec3> {
-        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |way| Vec3::from(way).try_normalize())
+        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |toward| Vec3::from(toward).try_normalize())
     }
 
     proptest! {
@@ -89,13 +89,13 @@ mod tests {
         /// Also a limb that is straight, of which only the hinge says how it bends.
         #[test]
         fn a_goal_within_reach_is_reached(
-            way in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), share in 0f32..=1.0,
+            toward in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), share in 0f32..=1.0,
         ) {
-            let hinge = way.cross(other);
+            let hinge = toward.cross(other);
             prop_assume!(hinge.length() > 0.05);
             let (hinge, (a, b)) = (hinge.normalize(), lengths);
-            let middle = way * a;
-            let joints = [Vec3::ZERO, middle, middle + Quat::from_axis_angle(hinge, bend) * way * b];
+            let middle = toward * a;
+            let joints = [Vec3::ZERO, middle, middle + Quat::from_axis_angle(hinge, bend) * toward * b];
             let goal = goal * ((a - b).abs() + share * (a + b - (a - b).abs()));
             let old = plane_normal(joints, hinge);
             prop_assert!(old.dot(hinge) > 0.999);

@@ -66,15 +66,17 @@ impl TwoBone {
             .or_else(|| direction(first, 0.0))
             .or_else(|| direction(second, 0.0))
             .unwrap_or(DVec3::X);
-        let way = goal - start;
-        let new = direction(way, nothing).unwrap_or(old);
+        let to_goal = goal - start;
+        let new = direction(to_goal, nothing).unwrap_or(old);
         // The middle joint comes `along` the direction to the goal, and `aside` of it.
-        let Triangle { reach, along, aside } = Triangle::new(a, b, way.length());
+        let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
 
         let mut turn = arc(old, new, old.any_orthonormal_vector());
         let bend_now = direction(first.reject_from_normalized(old), nothing).map(|bend| turn * bend);
-        let to_pole = pole.map(|pole| pole.as_dvec3() - start).filter(|way| way.is_finite());
-        let to_pole = to_pole.and_then(|way| direction(way.reject_from_normalized(new), nothing));
+        let to_pole = pole
+            .map(|pole| pole.as_dvec3() - start)
+            .filter(|offset| offset.is_finite());
+        let to_pole = to_pole.and_then(|offset| direction(offset.reject_from_normalized(new), nothing));
         if let (Some(from), Some(to)) = (bend_now, to_pole) {
             turn = arc(from, to, new) * turn;
         }
@@ -123,8 +125,8 @@ impl Triangle {
     }
 }
 
-pub(super) fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
-    (way.length() > nothing).then(|| way.try_normalize()).flatten()
+pub(super) fn direction(vector: DVec3, nothing: f64) -> Option<DVec3> {
+    (vector.length() > nothing).then(|| vector.try_normalize()).flatten()
 }
 
 impl Pose {
@@ -202,9 +204,9 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(10_000))]
 
         #[test]
-        fn a_goal_within_reach_is_reached(joints in limb(), way in unit(), share in 0f32..=1.0, pole in prop::option::of(vector(20.0))) {
+        fn a_goal_within_reach_is_reached(joints in limb(), toward in unit(), share in 0f32..=1.0, pole in prop::option::of(vector(20.0))) {
             let (a, b) = lengths(joints);
-            let goal = joints[0] + way * ((a - b).abs() + share * (a + b - (a - b).abs()));
+            let goal = joints[0] + toward * ((a - b).abs() + share * (a + b - (a - b).abs()));
             let found = TwoBone::solve(joints, goal, pole);
             let [middle, end] = apply(joints, &found);
             // A hundredth of a millimetre: positions up to 24 m have 2e-6 of rounding.
@@ -214,12 +216,12 @@ mod tests {
         }
 
         #[test]
-        fn beyond_reach_the_limb_is_straight_towards_the_goal(joints in limb(), way in unit(), beyond in 1.001f32..1e6) {
+        fn beyond_reach_the_limb_is_straight_towards_the_goal(joints in limb(), toward in unit(), beyond in 1.001f32..1e6) {
             let (a, b) = lengths(joints);
-            let found = TwoBone::solve(joints, joints[0] + way * ((a + b) * beyond), None);
+            let found = TwoBone::solve(joints, joints[0] + toward * ((a + b) * beyond), None);
             let [middle, end] = apply(joints, &found);
-            prop_assert!(middle.distance(joints[0] + way * a) < 1e-4, "{middle}");
-            prop_assert!(end.distance(joints[0] + way * (a + b)) < 1e-4, "{end}");
+            prop_assert!(middle.distance(joints[0] + toward * a) < 1e-4, "{middle}");
+            prop_assert!(end.distance(joints[0] + toward * (a + b)) < 1e-4, "{end}");
         }
 
     }
@@ -228,13 +230,13 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(1_000))]
 
         #[test]
-        fn the_middle_bends_towards_the_pole(joints in limb(), way in unit(), share in 0.05f32..0.95, pole in vector(20.0)) {
+        fn the_middle_bends_towards_the_pole(joints in limb(), toward in unit(), share in 0.05f32..0.95, pole in vector(20.0)) {
             let (a, b) = lengths(joints);
-            let goal = joints[0] + way * ((a - b).abs() + share * (a + b - (a - b).abs()));
-            let wanted = (pole - joints[0]).reject_from_normalized(way);
+            let goal = joints[0] + toward * ((a - b).abs() + share * (a + b - (a - b).abs()));
+            let wanted = (pole - joints[0]).reject_from_normalized(toward);
             prop_assume!(wanted.length() > 0.1);
             let [middle, _] = apply(joints, &TwoBone::solve(joints, goal, Some(pole)));
-            let bend = (middle - joints[0]).reject_from_normalized(way);
+            let bend = (middle - joints[0]).reject_from_normalized(toward);
             prop_assert!(bend.angle_between(wanted) < 1e-2, "{bend} {wanted}");
         }
 
@@ -248,12 +250,12 @@ mod tests {
 
         /// A small step of the goal is a small step of the limb, unless it is stretched or folded fully.
         #[test]
-        fn it_is_continuous(joints in limb(), way in unit(), share in 0.02f32..0.98, step in unit()) {
+        fn it_is_continuous(joints in limb(), toward in unit(), share in 0.02f32..0.98, step in unit()) {
             let (a, b) = lengths(joints);
-            prop_assume!((joints[2] - joints[0]).normalize().dot(way) > -0.99 && joints[0].distance(joints[2]) > 0.05);
+            prop_assume!((joints[2] - joints[0]).normalize().dot(toward) > -0.99 && joints[0].distance(joints[2]) > 0.05);
             let distance = (a - b).abs() + share * (a + b - (a - b).abs());
             prop_assume!(distance > 0.05);
-            let goal = joints[0] + way * distance;
+            let goal = joints[0] + toward * distance;
             let [here, _] = apply(joints, &TwoBone::solve(joints, goal, None));
             let [there, _] = apply(joints, &TwoBone::solve(joints, goal + step * 1e-4, None));
             prop_assert!(here.distance(there) < 0.05, "{here} {there}");

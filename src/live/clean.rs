@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use rosc::OscMessage;
 
 use super::play::{bundles, pose_message};
-use super::vmc::{Place, Said, flat, said};
+use super::vmc::{BonePose, Said, flat, said};
 use crate::edit::LiveClean;
 use crate::error::Result;
 use crate::pose::Trs;
@@ -45,7 +45,7 @@ pub struct VmcCleaner {
     delay: f64,
     live: Option<LiveClean>,
     /// The bones that came, as they were last.
-    bones: BTreeMap<Bone, Place>,
+    bones: BTreeMap<Bone, BonePose>,
     /// The frame that comes in.
     current: Frame,
     /// Those that are not given back.
@@ -95,9 +95,9 @@ impl VmcCleaner {
             self.current.arrival = seconds;
             match said {
                 Said::Time(time) => self.current.clock = Some(time),
-                Said::Bone(bone, place) => {
+                Said::Bone(bone, bone_pose) => {
                     // Another number of joints is another motion.
-                    if self.bones.insert(bone, place).is_none() {
+                    if self.bones.insert(bone, bone_pose).is_none() {
                         given.extend(self.finish_waiting());
                     }
                     self.current.bones.push(bone);
@@ -133,9 +133,9 @@ impl VmcCleaner {
         {
             given = self.finish_waiting();
         }
-        let joint = |place: &Place| Trs {
-            translation: place.position,
-            rotation: place.rotation,
+        let joint = |bone_pose: &BonePose| Trs {
+            translation: bone_pose.position,
+            rotation: bone_pose.rotation,
             ..Trs::IDENTITY
         };
         // A bone that did not come stays where it was.
@@ -196,7 +196,7 @@ impl VmcCleaner {
             Said::Bone(bone, _) => cleaned.get(&bone).map_or(message, |joint| {
                 pose_message(
                     bone,
-                    Place {
+                    BonePose {
                         position: joint.translation,
                         rotation: joint.rotation,
                     },

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
-use super::vmc::{BONE, Place, ROOT, STATE, TIME, mirrored, unity_name};
+use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 use crate::error::Result;
 use crate::scene::{Channel, HumanoidBone as Bone, Scene};
 
@@ -62,9 +62,9 @@ impl VmcMotion {
             message(TIME, vec![OscType::Float(clock as f32)]),
             message(
                 ROOT,
-                place(
+                arguments_of(
                     "root",
-                    Place {
+                    BonePose {
                         position: Vec3::ZERO,
                         rotation: Quat::IDENTITY,
                     },
@@ -78,7 +78,7 @@ impl VmcMotion {
             let drives = |channel: &&Channel| channel.node.is_some_and(|node| node.index() == index);
             let channel = animation.and_then(|animation| animation.channels.iter().find(drives));
             let (_, rotation, position) = node.transform.to_scale_rotation_translation();
-            let pose = Place {
+            let pose = BonePose {
                 position: channel
                     .and_then(|channel| channel.position_keys.sample(tick))
                     .unwrap_or(position),
@@ -93,16 +93,16 @@ impl VmcMotion {
 }
 
 /// The message of a bone.
-pub(super) fn pose_message(bone: Bone, pose: Place) -> OscMessage {
+pub(super) fn pose_message(bone: Bone, pose: BonePose) -> OscMessage {
     OscMessage {
         addr: BONE.to_owned(),
-        args: place(&unity_name(bone), pose),
+        args: arguments_of(&unity_name(bone), pose),
     }
 }
 
 /// A name, a position and a rotation, in Unity's axes.
-fn place(name: &str, pose: Place) -> Vec<OscType> {
-    let Place { position, rotation } = mirrored(pose);
+fn arguments_of(name: &str, pose: BonePose) -> Vec<OscType> {
+    let BonePose { position, rotation } = mirrored(pose);
     let numbers = position.to_array().into_iter().chain(rotation.to_array());
     let name = OscType::String(name.to_owned());
     std::iter::once(name).chain(numbers.map(OscType::Float)).collect()

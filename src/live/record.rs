@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::vmc::{Place, Said, messages};
+use super::vmc::{BonePose, Said, messages};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{Animation, Channel, Format, HumanoidBone as Bone, Keys, Node, NodeId, Scene, UpAxis};
 
@@ -40,7 +40,7 @@ pub struct VmcRecorder {
     counts: VmcCounts,
     /// The seconds of the sender and those of arrival, of every frame.
     frames: Vec<(Option<f64>, f64)>,
-    root: Option<Place>,
+    root: Option<BonePose>,
     bones: BTreeMap<Bone, Track>,
     keys: usize,
 }
@@ -85,8 +85,8 @@ impl VmcRecorder {
         for said in messages {
             match said {
                 Said::Time(time) => self.time(time, seconds),
-                Said::Root(place) => self.root = Some(place),
-                Said::Bone(bone, place) => self.bone(bone, place, seconds),
+                Said::Root(bone_pose) => self.root = Some(bone_pose),
+                Said::Bone(bone, bone_pose) => self.bone(bone, bone_pose, seconds),
                 Said::Blend => self.counts.blend_shapes += 1,
                 Said::Other => self.counts.others += 1,
                 Said::Malformed => self.counts.malformed += 1,
@@ -105,12 +105,12 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
-    fn bone(&mut self, bone: Bone, mut place: Place, seconds: f64) {
+    fn bone(&mut self, bone: Bone, mut bone_pose: BonePose, seconds: f64) {
         if self.is_full() {
             return;
         }
         let track = self.bones.entry(bone).or_insert_with(|| Track {
-            offset: place.position,
+            offset: bone_pose.position,
             ..Track::default()
         });
         let last = self.frames.len().checked_sub(1);
@@ -121,12 +121,12 @@ impl VmcRecorder {
         track.frames.push((self.frames.len() - 1) as u32);
         if bone == Bone::Hips {
             if let Some(root) = self.root {
-                place.position = root.position + root.rotation * place.position;
-                place.rotation = root.rotation * place.rotation;
+                bone_pose.position = root.position + root.rotation * bone_pose.position;
+                bone_pose.rotation = root.rotation * bone_pose.rotation;
             }
-            track.positions.push(place.position);
+            track.positions.push(bone_pose.position);
         }
-        track.rotations.push(place.rotation);
+        track.rotations.push(bone_pose.rotation);
         self.keys += 1;
     }
 
@@ -200,18 +200,18 @@ impl VmcRecorder {
     fn nodes(&self) -> Vec<Node> {
         let has = |bone: &Bone| self.bones.contains_key(bone);
         let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(has);
-        let mut places: BTreeMap<Bone, (NodeId, Vec3)> = BTreeMap::new();
+        let mut at_rest: BTreeMap<Bone, (NodeId, Vec3)> = BTreeMap::new();
         let mut nodes: Vec<Node> = Vec::new();
         let mut open = vec![Bone::Hips];
         while let Some(bone) = open.pop() {
-            let above = parent(bone).and_then(|parent| places.get(&parent).copied());
+            let above = parent(bone).and_then(|parent| at_rest.get(&parent).copied());
             let offset = if above.is_some() {
                 self.bones[&bone].offset
             } else {
                 Vec3::ZERO
             };
-            let place = above.map_or(Vec3::ZERO, |(_, place)| place) + offset;
-            places.insert(bone, (NodeId::new(nodes.len()), place));
+            let bone_pose = above.map_or(Vec3::ZERO, |(_, bone_pose)| bone_pose) + offset;
+            at_rest.insert(bone, (NodeId::new(nodes.len()), bone_pose));
             nodes.push(Node {
                 name: bone.as_str().to_owned(),
                 parent: above.map(|(node, _)| node),
@@ -223,7 +223,7 @@ impl VmcRecorder {
             open.extend(children.filter(|child| has(child) && parent(*child) == Some(bone)));
         }
         // In the T-pose the lowest bone, of the foot, is on the ground.
-        let lowest = places.values().map(|(_, place)| place.y).fold(0.0, f32::min);
+        let lowest = at_rest.values().map(|(_, bone_pose)| bone_pose.y).fold(0.0, f32::min);
         nodes[0].transform = Mat4::from_translation(-lowest * Vec3::Y);
         nodes
     }

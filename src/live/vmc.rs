@@ -19,7 +19,7 @@ const BLEND: &str = "/VMC/Ext/Blend/Val";
 
 /// A position and a rotation, in the axes of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct BonePose {
     pub(super) position: Vec3,
     pub(super) rotation: Quat,
 }
@@ -29,8 +29,8 @@ pub(super) struct Place {
 pub(super) enum Said {
     /// The sender's clock, in seconds.
     Time(f64),
-    Root(Place),
-    Bone(Bone, Place),
+    Root(BonePose),
+    Bone(Bone, BonePose),
     /// A blend shape.
     Blend,
     /// Something that no motion of a body is: cameras, lights, trackers.
@@ -70,11 +70,11 @@ pub(super) fn said(message: &OscMessage) -> Said {
     let arguments = message.args.as_slice();
     let read = match message.addr.as_str() {
         TIME => number(arguments.first()).filter(|time| *time >= 0.0).map(Said::Time),
-        ROOT => place(arguments).map(Said::Root),
+        ROOT => pose(arguments).map(Said::Root),
         // A bone that no humanoid has is another thing, not a fault.
         BONE => match arguments.first() {
             Some(OscType::String(name)) => match bone(name) {
-                Some(bone) => place(arguments).map(|place| Said::Bone(bone, place)),
+                Some(bone) => pose(arguments).map(|pose| Said::Bone(bone, pose)),
                 None => Some(Said::Other),
             },
             _ => None,
@@ -99,7 +99,7 @@ fn number(argument: Option<&OscType>) -> Option<f64> {
 const FARTHEST: f64 = 1e6;
 
 /// The seven numbers behind a name.
-fn place(arguments: &[OscType]) -> Option<Place> {
+fn pose(arguments: &[OscType]) -> Option<BonePose> {
     let mut numbers = [0.0_f32; 7];
     for (index, into) in numbers.iter_mut().enumerate() {
         *into = number(arguments.get(index + 1)).filter(|number| number.abs() < FARTHEST)? as f32;
@@ -109,7 +109,7 @@ fn place(arguments: &[OscType]) -> Option<Place> {
     // Rotations of senders are of length 1, up to rounding.
     const SHORTEST: f32 = 0.5;
     (rotation.length() > SHORTEST).then(|| {
-        mirrored(Place {
+        mirrored(BonePose {
             position: Vec3::new(x, y, z),
             rotation: rotation.normalize(),
         })
@@ -117,9 +117,9 @@ fn place(arguments: &[OscType]) -> Option<Place> {
 }
 
 /// From Unity's axes to those of a scene, and back.
-pub(super) fn mirrored(place: Place) -> Place {
-    let (Vec3 { x, y, z }, [qx, qy, qz, w]) = (place.position, place.rotation.to_array());
-    Place {
+pub(super) fn mirrored(pose: BonePose) -> BonePose {
+    let (Vec3 { x, y, z }, [qx, qy, qz, w]) = (pose.position, pose.rotation.to_array());
+    BonePose {
         position: Vec3::new(-x, y, z),
         rotation: Quat::from_xyzw(qx, -qy, -qz, w),
     }
@@ -174,7 +174,7 @@ mod tests {
     fn a_turn_in_unity_is_the_other_way_round_here() {
         // In Unity a positive turn about +Y brings +Z to +X, which is the figure's right; here right is -X.
         let half = std::f32::consts::FRAC_PI_4;
-        let unity = Place {
+        let unity = BonePose {
             position: Vec3::new(1.0, 2.0, 3.0),
             rotation: Quat::from_xyzw(0.0, half.sin(), 0.0, half.cos()),
         };
@@ -185,7 +185,7 @@ mod tests {
         let mirror = glam::Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
         let rotation = Quat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize();
         let expected = mirror * glam::Mat3::from_quat(rotation) * mirror;
-        let found = mirrored(Place { rotation, ..unity }).rotation;
+        let found = mirrored(BonePose { rotation, ..unity }).rotation;
         assert!(glam::Mat3::from_quat(found).abs_diff_eq(expected, 1e-6));
     }
 }

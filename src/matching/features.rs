@@ -106,14 +106,14 @@ impl Track {
             velocity(&self.feet[1]),
             velocity(&self.hips),
         ];
-        for (place, vector) in vectors.into_iter().enumerate() {
-            features[3 * place..3 * place + 3].copy_from_slice(&vector.to_array());
+        for (slot, vector) in vectors.into_iter().enumerate() {
+            features[3 * slot..3 * slot + 3].copy_from_slice(&vector.to_array());
         }
-        for (place, ahead) in AHEAD.into_iter().enumerate() {
+        for (slot, ahead) in AHEAD.into_iter().enumerate() {
             let then = &self.roots[(frame + ahead).min(last)];
             let position = scale * root.local(then.position - root.position);
             let forward = root.local(then.forward);
-            set_ahead(&mut features, place, position, forward);
+            set_ahead(&mut features, slot, position, forward);
         }
         features
     }

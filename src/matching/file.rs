@@ -166,7 +166,7 @@ impl<R: Read> Source<R> {
         let mut features = Vec::new();
         for _ in 0..frames {
             let row: [u8; 4 * FEATURES] = self.array()?;
-            let number = |place: usize| f32::from_le_bytes(std::array::from_fn(|byte| row[4 * place + byte]));
+            let number = |column: usize| f32::from_le_bytes(std::array::from_fn(|byte| row[4 * column + byte]));
             let row: [f32; FEATURES] = std::array::from_fn(number);
             if !row.iter().all(|value| is_plausible(*value)) {
                 return Err(invalid("a feature of a frame is not a number, or beyond a million"));

@@ -79,7 +79,7 @@ impl FeatureTree {
             *row = match is_left_out() {
                 // Farther from any query than any limit.
                 true => [f32::INFINITY; FEATURES],
-                false => std::array::from_fn(|place| (row[place] - mean[place]) / scale[place]),
+                false => std::array::from_fn(|column| (row[column] - mean[column]) / scale[column]),
             };
         }
         let boxes = SIZES.map(|size| rows.chunks(size).map(bounds).collect());
@@ -93,7 +93,7 @@ impl FeatureTree {
 
     /// Features as they are compared.
     pub fn normalized(&self, features: &[f32; FEATURES]) -> [f32; FEATURES] {
-        std::array::from_fn(|place| (features[place] - self.mean[place]) / self.scale[place])
+        std::array::from_fn(|column| (features[column] - self.mean[column]) / self.scale[column])
     }
 
     /// The squared distance of two normalized rows.
@@ -175,9 +175,9 @@ const FIRST: usize = 11;
 #[inline(always)]
 fn squared_distance(a: &Row, b: &Row) -> f32 {
     let mut sums = [0.0; LANES];
-    for place in (FIRST..FEATURES).chain(0..FIRST) {
-        let difference = a[place] - b[place];
-        sums[place % LANES] += difference * difference;
+    for column in (FIRST..FEATURES).chain(0..FIRST) {
+        let difference = a[column] - b[column];
+        sums[column % LANES] += difference * difference;
     }
     sum(sums)
 }
@@ -186,23 +186,23 @@ fn squared_distance(a: &Row, b: &Row) -> f32 {
 #[inline(always)]
 fn to_box(query: &Row, [least, most]: &[Row; 2], limit: f32) -> f32 {
     let mut sums = [0.0; LANES];
-    let outside = |place: usize| {
-        let value = query[place];
-        let (below, above) = (least[place] - value, value - most[place]);
+    let outside = |column: usize| {
+        let value = query[column];
+        let (below, above) = (least[column] - value, value - most[column]);
         let outside = if below > above { below } else { above };
         if outside > 0.0 { outside } else { 0.0 }
     };
-    for place in FIRST..FEATURES {
-        let outside = outside(place);
-        sums[place % LANES] += outside * outside;
+    for column in FIRST..FEATURES {
+        let outside = outside(column);
+        sums[column % LANES] += outside * outside;
     }
     let part = sum(sums);
     if part >= limit {
         return part;
     }
-    for place in 0..FIRST {
-        let outside = outside(place);
-        sums[place % LANES] += outside * outside;
+    for column in 0..FIRST {
+        let outside = outside(column);
+        sums[column % LANES] += outside * outside;
     }
     sum(sums)
 }
@@ -216,9 +216,9 @@ fn sum([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
 fn bounds(rows: &[Row]) -> [Row; 2] {
     let mut bounds = [[f32::INFINITY; FEATURES], [f32::NEG_INFINITY; FEATURES]];
     for row in rows.iter().filter(|row| row[0].is_finite()) {
-        for place in 0..FEATURES {
-            bounds[0][place] = bounds[0][place].min(row[place]);
-            bounds[1][place] = bounds[1][place].max(row[place]);
+        for column in 0..FEATURES {
+            bounds[0][column] = bounds[0][column].min(row[column]);
+            bounds[1][column] = bounds[1][column].max(row[column]);
         }
     }
     bounds

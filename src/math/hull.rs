@@ -9,12 +9,12 @@ pub(crate) fn convex_hull(points: &mut [DVec2]) -> Vec<DVec2> {
     let mut hull: Vec<DVec2> = Vec::with_capacity(2 * points.len());
     for half in [false, true] {
         let begin = hull.len();
-        let way: Box<dyn Iterator<Item = &DVec2>> = if half {
+        let order: Box<dyn Iterator<Item = &DVec2>> = if half {
             Box::new(points.iter().rev())
         } else {
             Box::new(points.iter())
         };
-        for &point in way {
+        for &point in order {
             while let &[.., a, b] = &hull[begin..]
                 && (b - a).perp_dot(point - b) <= 0.0
             {

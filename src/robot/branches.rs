@@ -2,8 +2,9 @@
 //! angles, and each frame begins at the angles of the frame before, even where these lead into a corner of the limits.
 //!
 //! Where an arm is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
-//! beginnings are tried, both ways. Of these tracks the best is taken in each frame, with a cost for each change of
-//! joints, so that one becomes another where they agree: the shortest way by dynamic programming (R. Bellman, 1957).
+//! beginnings are tried, forwards and backwards. Of these tracks the best is taken in each frame, with a cost for each
+//! change of joints, so that one becomes another where they agree: the shortest path by dynamic programming
+//! (R. Bellman, 1957).
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
@@ -75,7 +76,7 @@ impl Branches {
         }
     }
 
-    /// Takes for each arm the best way that is found.
+    /// Takes for each arm the best path that is found.
     pub(super) fn choose(
         &mut self,
         kinematics: &Kinematics,

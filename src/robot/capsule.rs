@@ -54,10 +54,10 @@ impl Hull {
 pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Capsule> {
     for collides in [true, false] {
         let mut capsules = Vec::new();
-        for (place, link) in parts {
+        for (transform, link) in parts {
             let shapes = robot.links[*link].shapes.iter();
             for shape in shapes.filter(|shape| shape.collides == collides) {
-                add_capsules(shape, place, &mut capsules);
+                add_capsules(shape, transform, &mut capsules);
             }
         }
         if !capsules.is_empty() {
@@ -65,10 +65,10 @@ pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Ca
         }
     }
     let mut capsules = Vec::new();
-    for (place, link) in parts {
+    for (transform, link) in parts {
         let inertial = robot.links[*link].inertial;
         if let Some((within, half_size)) = inertial.and_then(|inertial| inertial.plausible_box()) {
-            add_box(half_size, &place.then(&within), &mut capsules);
+            add_box(half_size, &transform.then(&within), &mut capsules);
         }
     }
     capsules
@@ -76,8 +76,8 @@ pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Ca
 
 /// Capsules from the joint of a body to those of its children, for a body without shapes.
 pub(super) fn add_bones(kinematics: &Kinematics, zero: &RobotPose, body: usize, capsules: &mut Vec<Capsule>) {
-    let place = zero.bodies[body];
-    let joint = |body: usize| place.to_inner(kinematics.axis(zero, body).1);
+    let transform = zero.bodies[body];
+    let joint = |body: usize| transform.to_inner(kinematics.axis(zero, body).1);
     for (child, _) in kinematics
         .bodies
         .iter()
@@ -92,13 +92,13 @@ pub(super) fn add_bones(kinematics: &Kinematics, zero: &RobotPose, body: usize, 
     }
 }
 
-fn add_capsules(shape: &RobotShape, place: &Placement, capsules: &mut Vec<Capsule>) {
-    let place = place.then(&shape.place);
+fn add_capsules(shape: &RobotShape, transform: &Placement, capsules: &mut Vec<Capsule>) {
+    let transform = transform.then(&shape.origin);
     let mut add = |half_length: f64, radius: f64| {
         if radius >= THIN {
             let end = DVec3::Z * half_length;
             capsules.push(Capsule {
-                ends: [place.point(end), place.point(-end)],
+                ends: [transform.point(end), transform.point(-end)],
                 radius,
             });
         }
@@ -110,14 +110,14 @@ fn add_capsules(shape: &RobotShape, place: &Placement, capsules: &mut Vec<Capsul
         // As a box with the same area.
         ShapeKind::Cylinder { radius, half_length } => {
             let half_side = 0.5 * std::f64::consts::PI.sqrt() * radius;
-            add_box(DVec3::new(half_side, half_side, *half_length), &place, capsules);
+            add_box(DVec3::new(half_side, half_side, *half_length), &transform, capsules);
         }
-        ShapeKind::Box { half_size } | ShapeKind::Ellipsoid { half_size } => add_box(*half_size, &place, capsules),
+        ShapeKind::Box { half_size } | ShapeKind::Ellipsoid { half_size } => add_box(*half_size, &transform, capsules),
         ShapeKind::Mesh { bounds, .. } => {
             if let Some([low, high]) = bounds {
                 let middle = Placement {
-                    rotation: place.rotation,
-                    translation: place.point(0.5 * (*low + *high)),
+                    rotation: transform.rotation,
+                    translation: transform.point(0.5 * (*low + *high)),
                 };
                 add_box(0.5 * (*high - *low), &middle, capsules);
             }
@@ -126,7 +126,7 @@ fn add_capsules(shape: &RobotShape, place: &Placement, capsules: &mut Vec<Capsul
 }
 
 /// Capsules within a box: as long as its longest side and as thick as its shortest, side by side.
-fn add_box(half_size: DVec3, place: &Placement, capsules: &mut Vec<Capsule>) {
+fn add_box(half_size: DVec3, transform: &Placement, capsules: &mut Vec<Capsule>) {
     let mut sides = [
         (half_size.x, DVec3::X),
         (half_size.y, DVec3::Y),
@@ -146,7 +146,7 @@ fn add_box(half_size: DVec3, place: &Placement, capsules: &mut Vec<Capsule>) {
             _ => across * aside * (2.0 * index as f64 / gaps as f64 - 1.0),
         };
         capsules.push(Capsule {
-            ends: [place.point(middle + end), place.point(middle - end)],
+            ends: [transform.point(middle + end), transform.point(middle - end)],
             radius,
         });
     }

@@ -63,11 +63,11 @@ impl Collisions {
         let mut names = vec![String::new(); count];
         let mut parts: Vec<Vec<(Placement, usize)>> = vec![Vec::new(); count];
         for (index, link) in robot.links.iter().enumerate() {
-            let (body, place) = kinematics.body_of(index);
+            let (body, transform) = kinematics.body_of(index);
             if link.joint.moves() || link.parent.is_none() {
                 names[body].clone_from(&link.name);
             }
-            parts[body].push((place, index));
+            parts[body].push((transform, index));
         }
         let mut zero = kinematics.rest();
         zero.positions.fill(0.0);
@@ -137,25 +137,25 @@ impl Collisions {
     /// Where bodies penetrate each other by more than `least`: of each pair the capsules that do so deepest.
     pub(super) fn touching(&self, pose: &RobotPose, least: f64) -> impl Iterator<Item = Touch> {
         let placed = self.hulls.iter().zip(&pose.bodies);
-        let centres: Vec<DVec3> = placed.map(|(hull, place)| place.point(hull.centre)).collect();
+        let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
         let pairs = self.pairs.iter();
         pairs.filter_map(move |&[one, other]| {
             let (a, b) = (&self.hulls[one], &self.hulls[other]);
             if centres[one].distance_squared(centres[other]) > (a.radius + b.radius).powi(2) {
                 return None;
             }
-            let (place, other_place) = (&pose.bodies[one], &pose.bodies[other]);
+            let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
             let mut deepest: Option<Touch> = None;
             for capsule in &a.capsules {
-                let ends = capsule.ends.map(|end| place.point(end));
+                let ends = capsule.ends.map(|end| transform.point(end));
                 for second in &b.capsules {
-                    let points = nearest(ends, second.ends.map(|end| other_place.point(end)));
-                    let way = points[0] - points[1];
-                    let depth = capsule.radius + second.radius - way.length();
+                    let points = nearest(ends, second.ends.map(|end| other_transform.point(end)));
+                    let between = points[0] - points[1];
+                    let depth = capsule.radius + second.radius - between.length();
                     if depth > deepest.as_ref().map_or(least, |touch| touch.depth) {
                         deepest = Some(Touch {
                             points: [(one, points[0]), (other, points[1])],
-                            along: way.normalize_or(DVec3::Z),
+                            along: between.normalize_or(DVec3::Z),
                             depth,
                         });
                     }
@@ -168,14 +168,14 @@ impl Collisions {
     /// How deep two bodies penetrate each other; below 0 how far they are apart at least.
     fn depth(&self, [one, other]: [usize; 2], pose: &RobotPose) -> f64 {
         let (a, b) = (&self.hulls[one], &self.hulls[other]);
-        let (place, other_place) = (&pose.bodies[one], &pose.bodies[other]);
-        let near = a.radius + b.radius - place.point(a.centre).distance(other_place.point(b.centre));
+        let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
+        let near = a.radius + b.radius - transform.point(a.centre).distance(other_transform.point(b.centre));
         if near < 0.0 {
             return near;
         }
         let mut deepest = f64::NEG_INFINITY;
         for capsule in &a.capsules {
-            let ends = capsule.ends.map(|end| other_place.to_inner(place.point(end)));
+            let ends = capsule.ends.map(|end| other_transform.to_inner(transform.point(end)));
             for other in &b.capsules {
                 deepest = deepest.max(capsule.radius + other.radius - distance(ends, other.ends));
             }

@@ -58,14 +58,14 @@ impl Dynamics {
         let mut masses = vec![Mass::NONE; kinematics.bodies.len()];
         let mut armatures = vec![0.0; kinematics.bodies.len()];
         for (index, link) in robot.links.iter().enumerate() {
-            let (body, place) = kinematics.body_of(index);
+            let (body, transform) = kinematics.body_of(index);
             if link.joint.moves() || index == 0 {
                 armatures[body] = link.joint.armature;
             }
             let Some(inertial) = link.inertial.filter(|inertial| inertial.mass > 0.0) else {
                 continue;
             };
-            let there = place.then(&inertial.place);
+            let there = transform.then(&inertial.origin);
             let axes = DMat3::from_quat(there.rotation);
             let added = Mass {
                 mass: inertial.mass,
@@ -89,7 +89,9 @@ impl Dynamics {
     /// The centre of mass of the whole in a pose.
     pub(super) fn centre(&self, pose: &RobotPose) -> DVec3 {
         let bodies = self.masses.iter().zip(&pose.bodies);
-        let sum: DVec3 = bodies.map(|(body, place)| body.mass * place.point(body.centre)).sum();
+        let sum: DVec3 = bodies
+            .map(|(body, transform)| body.mass * transform.point(body.centre))
+            .sum();
         sum / self.mass()
     }
 
@@ -118,8 +120,8 @@ impl Dynamics {
                 _ => carrier.turns([anchor - from, here - anchor], rates.0 * axis, rates.1 * axis),
             };
         }
-        for ((moving, mass), place) in moving.iter_mut().zip(&self.masses).zip(&pose.bodies) {
-            moving.act(mass, DMat3::from_quat(place.rotation));
+        for ((moving, mass), transform) in moving.iter_mut().zip(&self.masses).zip(&pose.bodies) {
+            moving.act(mass, DMat3::from_quat(transform.rotation));
         }
         let mut joints = vec![0.0; kinematics.bodies.len() - 1];
         for (index, body) in kinematics.bodies.iter().enumerate().skip(1).rev() {
@@ -255,7 +257,7 @@ mod tests {
     fn a_rod_takes_what_is_computed_by_hand() {
         let rod = Inertial {
             mass: 2.0,
-            place: Placement {
+            origin: Placement {
                 translation: DVec3::new(0.5, 0.0, 0.0),
                 ..Placement::IDENTITY
             },

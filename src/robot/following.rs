@@ -87,7 +87,7 @@ pub(super) struct Stand {
     twin: DVec3,
     height: f64,
     /// Where the balls of the sole were in the frame before.
-    places: Vec<DVec3>,
+    points: Vec<DVec3>,
 }
 
 /// The goals of the solver, and what each of them follows.
@@ -109,8 +109,8 @@ impl Following {
         let mut goals = Goals::default();
         let (mut turns, mut reaches) = (Vec::new(), Vec::new());
         for bone in &twin.bones {
-            let (body, place) = kinematics.body_of(bone.link);
-            let body_to_frame = (bone.link_to_frame * place.rotation.inverse()).normalize();
+            let (body, transform) = kinematics.body_of(bone.link);
+            let body_to_frame = (bone.link_to_frame * transform.rotation.inverse()).normalize();
             let weights = weights(twin, bone, robot);
             goals.turns.push(Turn {
                 body,
@@ -135,17 +135,17 @@ impl Following {
             };
             goals.reaches.push(Reach {
                 body,
-                point: place.point(bone.start),
+                point: transform.point(bone.start),
                 weight: DVec3::splat(weight),
                 target: DVec3::ZERO,
             });
             let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
             reaches.push(Reached {
                 node: bone.node,
-                point: place.point(bone.start),
+                point: transform.point(bone.start),
                 foot: side.map(|side| {
                     let balls = twin.soles[side as usize].iter().map(|ball| SoleBall {
-                        centre: place.point(ball.centre),
+                        centre: transform.point(ball.centre),
                         ..*ball
                     });
                     (turns.len() - 1, balls.collect(), side)
@@ -268,7 +268,7 @@ impl Following {
             return;
         };
         let hips = Quat::from_mat4(&twin.node_to_world[self.turns[turn].node.index()]).as_dquat();
-        let [from, to] = [DVec3::Z, hips * DVec3::Z].map(|way| self.figure_to_world * way);
+        let [from, to] = [DVec3::Z, hips * DVec3::Z].map(|up| self.figure_to_world * up);
         if to.truncate().length() > LYING {
             self.heading = DQuat::from_rotation_z(from.truncate().angle_to(to.truncate()));
         }
@@ -289,18 +289,18 @@ impl Following {
             return;
         };
         let (rotation, twin) = (self.goals.turns[turn].target, self.goals.reaches[ankle].target);
-        let way = |ball: usize| rotation * (sole[ball].centre - self.reaches[ankle].point);
-        let height = |ball: usize| twin.z + way(ball).z - sole[ball].radius;
+        let offset = |ball: usize| rotation * (sole[ball].centre - self.reaches[ankle].point);
+        let height = |ball: usize| twin.z + offset(ball).z - sole[ball].radius;
         let height = (0..sole.len()).map(height).fold(f64::INFINITY, f64::min);
-        let was = |ball: usize| stand.places[ball].z - sole[ball].radius;
-        let lowest = (0..stand.places.len()).min_by(|a, b| was(*a).total_cmp(&was(*b)));
+        let was = |ball: usize| stand.points[ball].z - sole[ball].radius;
+        let lowest = (0..stand.points.len()).min_by(|a, b| was(*a).total_cmp(&was(*b)));
         stand.above *= returned;
         stand.shift *= returned;
         stand.ball = match (stand.ball, lowest.filter(|_| is_held)) {
             (Some((ball, anchor)), Some(lowest)) if was(ball) <= was(lowest) + LOWER => Some((ball, anchor)),
             (_, Some(lowest)) => {
                 stand.above = was(lowest) - stand.height;
-                Some((lowest, stand.places[lowest].truncate()))
+                Some((lowest, stand.points[lowest].truncate()))
             }
             (_, None) => None,
         };
@@ -309,13 +309,13 @@ impl Following {
             ..self.goals.reaches[self.reaches.len() + side].clone()
         };
         if let Some((ball, anchor)) = &mut stand.ball {
-            let there = (twin + way(*ball)).truncate();
+            let there = (twin + offset(*ball)).truncate();
             *anchor = there + (*anchor - there).clamp_length_max(FARTHEST_HELD);
             held.point = sole[*ball].centre;
             held.target = anchor.extend(height + stand.above + sole[*ball].radius);
             held.weight = DVec3::splat(FOOT_PLACE);
         }
-        // A foot that stands is turned as it should be; one in the air gives way to the leg.
+        // A foot that stands is turned as it should be; one in the air follows the leg.
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
         (stand.twin, stand.height) = (twin, height);
@@ -393,8 +393,8 @@ impl Following {
             return;
         };
         let foot = &pose.bodies[self.goals.turns[turn].body];
-        stand.places.clear();
-        stand.places.extend(sole.iter().map(|ball| foot.point(ball.centre)));
+        stand.points.clear();
+        stand.points.extend(sole.iter().map(|ball| foot.point(ball.centre)));
         if stand.ball.is_some() {
             stand.shift = foot.point(self.reaches[ankle].point) - stand.twin;
         }
@@ -403,15 +403,15 @@ impl Following {
 
 /// Where the base of a robot without legs stands: as in its file, with its lowest shape on the floor.
 fn stand(robot: &Robot) -> Placement {
-    let places = robot.zero_pose();
-    let links = robot.links.iter().zip(&places);
-    let bottoms = links.flat_map(|(link, place)| {
+    let points = robot.zero_pose();
+    let links = robot.links.iter().zip(&points);
+    let bottoms = links.flat_map(|(link, transform)| {
         let balls = link.shapes.iter().flat_map(RobotShape::balls);
-        balls.map(|(centre, radius)| place.point(centre).z - radius)
+        balls.map(|(centre, radius)| transform.point(centre).z - radius)
     });
     let lowest = bottoms.fold(f64::INFINITY, f64::min);
     Placement {
-        rotation: places[0].rotation,
+        rotation: points[0].rotation,
         translation: DVec3::Z * if lowest.is_finite() { -lowest } else { 0.0 },
     }
 }
@@ -429,12 +429,12 @@ fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
         Bone::LeftHand => DVec3::splat(HAND),
         Bone::Head => DVec3::splat(HEAD),
         Bone::LeftFoot => {
-            let places = robot.zero_pose();
+            let points = robot.zero_pose();
             let drives = |direction: DVec3| {
                 let axes = bone
                     .joints
                     .iter()
-                    .map(|joint| places[*joint].rotation * robot.links[*joint].joint.axis);
+                    .map(|joint| points[*joint].rotation * robot.links[*joint].joint.axis);
                 let mut along = axes.map(|axis| (twin.figure_to_world.inverse() * axis).dot(direction).abs());
                 along.any(|along| along > 0.7)
             };

@@ -53,7 +53,7 @@ impl Kinematics {
         let mut of_link: Vec<(usize, Placement)> = Vec::with_capacity(robot.links.len());
         for link in &robot.links {
             let joint = &link.joint;
-            let Some((parent, place)) = link.parent.map(|parent| of_link[parent]) else {
+            let Some((parent, transform)) = link.parent.map(|parent| of_link[parent]) else {
                 of_link.push((0, Placement::IDENTITY));
                 bodies.push(Body {
                     parent: 0,
@@ -66,7 +66,7 @@ impl Kinematics {
                 });
                 continue;
             };
-            let origin = place.then(&joint.origin);
+            let origin = transform.then(&joint.origin);
             if !joint.moves() {
                 of_link.push((parent, origin));
                 continue;
@@ -154,14 +154,14 @@ impl Kinematics {
 
     /// A link in the world.
     pub(super) fn link(&self, pose: &RobotPose, link: usize) -> Placement {
-        let (body, place) = self.of_link[link];
-        pose.bodies[body].then(&place)
+        let (body, transform) = self.of_link[link];
+        pose.bodies[body].then(&transform)
     }
 
     /// The axis of a body's joint in the world, and a point on it.
     pub(super) fn axis(&self, pose: &RobotPose, body: usize) -> (DVec3, DVec3) {
-        let place = &pose.bodies[body];
+        let transform = &pose.bodies[body];
         let joint = &self.bodies[body];
-        (place.rotation * joint.axis, place.point(joint.anchor))
+        (transform.rotation * joint.axis, transform.point(joint.anchor))
     }
 }

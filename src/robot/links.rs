@@ -24,7 +24,7 @@ pub(crate) enum LinkOrder {
 pub(crate) struct LinkMotion {
     pub(crate) names: Vec<String>,
     /// Of each frame and each link, in the world.
-    pub(crate) places: Vec<Placement>,
+    pub(crate) transforms: Vec<Placement>,
     /// Metres and radians a second, in the axes of the world.
     pub(crate) velocities: Vec<DVec3>,
     pub(crate) angular_velocities: Vec<DVec3>,
@@ -40,19 +40,19 @@ impl LinkMotion {
         let link_of = |body: usize| body.checked_sub(1).map_or(0, |position| moving[position]);
         let is_between = |body: &usize| robot.links[link_of(*body)].name.contains('/');
         let named: Vec<usize> = bodies.iter().copied().filter(|body| !is_between(body)).collect();
-        let mut places = Vec::with_capacity(motion.frames() * named.len());
+        let mut transforms = Vec::with_capacity(motion.frames() * named.len());
         let mut pose = kinematics.rest();
         for frame in 0..motion.frames() {
             motion.set(frame, &kinematics, &mut pose);
-            places.extend(named.iter().map(|body| pose.bodies[*body]));
+            transforms.extend(named.iter().map(|body| pose.bodies[*body]));
         }
         let count = named.len();
         let of_links = |change: &dyn Fn(&Placement, &Placement) -> DVec3| {
-            let mut values = Vec::with_capacity(places.len());
+            let mut values = Vec::with_capacity(transforms.len());
             for frame in 0..motion.frames() {
                 let (before, after, seconds) = around(frame, motion);
                 for link in 0..count {
-                    let (from, to) = (&places[before * count + link], &places[after * count + link]);
+                    let (from, to) = (&transforms[before * count + link], &transforms[after * count + link]);
                     values.push(change(from, to) / seconds);
                 }
             }
@@ -66,14 +66,14 @@ impl LinkMotion {
                 .map(|body| robot.links[link_of(*body)].name.clone())
                 .collect(),
             joints: bodies.iter().filter_map(|body| body.checked_sub(1)).collect(),
-            places,
+            transforms,
         }
     }
 
     /// The positions of links in the frame of the base.
     pub(crate) fn within_base(&self) -> Vec<f64> {
-        let frames = self.places.chunks(self.names.len().max(1));
-        let within = frames.flat_map(|frame| frame.iter().map(|place| frame[0].to_inner(place.translation)));
+        let frames = self.transforms.chunks(self.names.len().max(1));
+        let within = frames.flat_map(|frame| frame.iter().map(|transform| frame[0].to_inner(transform.translation)));
         within.flat_map(|point| point.to_array()).collect()
     }
 

@@ -68,14 +68,14 @@ impl Measured<'_> {
                 let Some(link) = feet[side] else { continue };
                 let foot = self.kinematics.link(&pose, link);
                 let soles = &self.twin.soles[side];
-                let places: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
+                let by_node: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
                 if frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side] {
-                    let steps = places.iter().zip(&*before);
-                    let steps = steps.map(|(place, before)| (*place - *before).truncate().length());
+                    let steps = by_node.iter().zip(&*before);
+                    let steps = steps.map(|(transform, before)| (*transform - *before).truncate().length());
                     sum += steps.fold(f64::INFINITY, f64::min) * self.motion.fps;
                     count += 1;
                 }
-                *before = places;
+                *before = by_node;
             }
         }
         (count > 0)
@@ -88,7 +88,7 @@ impl Measured<'_> {
         let nodes = &self.twin.scene.nodes;
         let frames = self.motion.frames();
         let to_figure = self.twin.figure_to_world.inverse();
-        let mut places: Vec<Option<(Vec<Vec3>, Vec<Quat>)>> = vec![None; nodes.len()];
+        let mut by_node: Vec<Option<(Vec<Vec3>, Vec<Quat>)>> = vec![None; nodes.len()];
         let mut pose = self.kinematics.rest();
         let mut world = vec![Placement::IDENTITY; nodes.len()];
         let mut driven = vec![false; nodes.len()];
@@ -108,23 +108,23 @@ impl Measured<'_> {
                 ..
             } in &self.twin.bones
             {
-                let place = self.kinematics.link(&pose, *link);
+                let transform = self.kinematics.link(&pose, *link);
                 world[node.index()] = Placement {
-                    rotation: (to_figure * place.rotation * link_to_frame.inverse()).normalize(),
-                    translation: to_figure * place.point(*start),
+                    rotation: (to_figure * transform.rotation * link_to_frame.inverse()).normalize(),
+                    translation: to_figure * transform.point(*start),
                 };
             }
             for (node, link, point) in &self.twin.tips {
-                let place = self.kinematics.link(&pose, *link);
+                let transform = self.kinematics.link(&pose, *link);
                 let parent = nodes[node.index()].parent.map_or(0, NodeId::index);
                 world[node.index()] = Placement {
                     rotation: world[parent].rotation,
-                    translation: to_figure * place.point(*point),
+                    translation: to_figure * transform.point(*point),
                 };
             }
             for (index, node) in nodes.iter().enumerate().filter(|(index, _)| driven[*index]) {
                 let parent = node.parent.map_or(Placement::IDENTITY, |parent| world[parent.index()]);
-                let (positions, rotations) = places[index].get_or_insert_with(Default::default);
+                let (positions, rotations) = by_node[index].get_or_insert_with(Default::default);
                 positions.push(parent.to_inner(world[index].translation).as_vec3());
                 rotations.push(
                     (parent.rotation.inverse() * world[index].rotation)
@@ -133,7 +133,7 @@ impl Measured<'_> {
                 );
             }
         }
-        let channels = places.into_iter().enumerate().filter_map(|(index, tracks)| {
+        let channels = by_node.into_iter().enumerate().filter_map(|(index, tracks)| {
             let (positions, rotations) = tracks?;
             Some(Channel {
                 node_name: nodes[index].name.clone(),

@@ -47,14 +47,16 @@ impl RobotMotion {
 
     /// The positions of the base: x, y and z for each frame.
     pub fn root_pos(&self) -> Vec<f64> {
-        let places = self.root.iter();
-        places.flat_map(|place| place.translation.to_array()).collect()
+        let transforms = self.root.iter();
+        transforms
+            .flat_map(|transform| transform.translation.to_array())
+            .collect()
     }
 
     /// The rotations of the base: x, y, z and w for each frame.
     pub fn root_rot(&self) -> Vec<f64> {
-        let places = self.root.iter();
-        places.flat_map(|place| place.rotation.to_array()).collect()
+        let transforms = self.root.iter();
+        transforms.flat_map(|transform| transform.rotation.to_array()).collect()
     }
 
     /// MuJoCo's `qpos`: for each frame the position of the base, its rotation as w, x, y and z, and the joints.

@@ -327,8 +327,8 @@ impl RobotRetargeter {
         let Some((turn, reach)) = self.following.hips() else {
             return;
         };
-        let place = pose.bodies[turn.body];
-        let rotation = (turn.target * place.rotation.inverse()).normalize();
+        let transform = pose.bodies[turn.body];
+        let rotation = (turn.target * transform.rotation.inverse()).normalize();
         pose.root = Placement {
             rotation: (rotation * pose.root.rotation).normalize(),
             translation: DVec3::ZERO,
@@ -354,9 +354,9 @@ impl RobotRetargeter {
         }
         for (index, body) in self.kinematics.bodies[1..].iter().enumerate() {
             if let Some(velocity) = body.limits.velocity {
-                let (at, way) = (pose.positions[index], velocity / fps);
-                bounds.lower[index] = bounds.lower[index].max(at - way);
-                bounds.upper[index] = bounds.upper[index].min(at + way);
+                let (at, most) = (pose.positions[index], velocity / fps);
+                bounds.lower[index] = bounds.lower[index].max(at - most);
+                bounds.upper[index] = bounds.upper[index].min(at + most);
             }
         }
         bounds

@@ -45,10 +45,10 @@ const LARGER: f64 = 1.5;
 const FACE: f64 = 0.01;
 
 /// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
-/// inertia of the link. `places` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
+/// inertia of the link. `zero_pose` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
 /// stands there on its sole, or on a larger face that is tilted against the floor.
-pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec3, leg: f64) -> Sole {
-    let foot = &places[link];
+pub(super) fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
+    let foot = &zero_pose[link];
     let is_of_foot = |mut here: usize| loop {
         match robot.links[here].parent {
             _ if here == link => return true,
@@ -61,7 +61,7 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
         let balls: Vec<SoleBall> = parts
             .flat_map(|(index, part)| {
                 let shapes = part.shapes.iter().filter(|shape| shape.collides == collides);
-                shapes.flat_map(move |shape| balls(shape, &places[index]))
+                shapes.flat_map(move |shape| balls(shape, &zero_pose[index]))
             })
             .collect();
         if !balls.is_empty() {
@@ -72,9 +72,9 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
         .inertial
         .and_then(|inertial| inertial.equivalent_box())
         .filter(|(_, half_size)| 2.0 * half_size.max_element() <= LONGEST * leg);
-    if let Some((place, half_size)) = boxed {
+    if let Some((transform, half_size)) = boxed {
         let shape = RobotShape {
-            place,
+            origin: transform,
             kind: ShapeKind::Box { half_size },
             collides: true,
         };
@@ -96,11 +96,11 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
     }
 }
 
-/// The balls of a shape of a link in `place`, in the robot's axes.
-fn balls(shape: &RobotShape, place: &Placement) -> Vec<SoleBall> {
+/// The balls of a shape of a link in `transform`, in the robot's axes.
+fn balls(shape: &RobotShape, transform: &Placement) -> Vec<SoleBall> {
     let balls = shape.balls().into_iter();
     let ball = |(centre, radius)| SoleBall {
-        centre: place.point(centre),
+        centre: transform.point(centre),
         radius,
     };
     balls.map(ball).collect()
@@ -186,7 +186,7 @@ mod tests {
     /// A foot of a box of 24 x 10 x 4 cm, tilted with its toes up by 20 degrees.
     fn foot(tilt: f64) -> Vec<SoleBall> {
         let shape = RobotShape {
-            place: Placement {
+            origin: Placement {
                 rotation: DQuat::from_rotation_y(tilt.to_radians()),
                 translation: DVec3::new(0.1, 0.0, -0.8),
             },

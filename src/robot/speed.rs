@@ -118,9 +118,9 @@ impl Steps {
             }
         }
         let (mut above, mut below) = (values.to_vec(), values.to_vec());
-        let ways = (1..values.len()).map(|index| (index - 1, index, index));
+        let steps = (1..values.len()).map(|index| (index - 1, index, index));
         let back = (1..values.len()).rev().map(|index| (index, index - 1, index));
-        for (from, to, index) in ways.chain(back) {
+        for (from, to, index) in steps.chain(back) {
             above[to] = above[to].min(above[from] + most(index));
             below[to] = below[to].max(below[from] - most(index));
         }

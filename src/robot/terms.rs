@@ -112,11 +112,11 @@ impl Terms {
             self.normal[index * size + index] = DAMPING;
         }
         for turn in &goals.turns {
-            let place = &pose.bodies[turn.body];
-            let axes = DMat3::from_quat(place.rotation * turn.weight_axes);
+            let transform = &pose.bodies[turn.body];
+            let axes = DMat3::from_quat(transform.rotation * turn.weight_axes);
             let weights = axes * DMat3::from_diagonal(turn.weights) * axes.transpose();
-            let error = rotation_vector(turn.target * place.rotation.inverse());
-            self.collect(kinematics, pose, turn.body, place.translation);
+            let error = rotation_vector(turn.target * transform.rotation.inverse());
+            self.collect(kinematics, pose, turn.body, transform.translation);
             self.add(weights, error, |(_, angular, _)| *angular);
         }
         for reach in goals.reaches.iter().filter(|reach| reach.weight != DVec3::ZERO) {
@@ -206,14 +206,14 @@ impl Terms {
     fn add(&mut self, weights: DMat3, error: DVec3, column: impl Fn(&(usize, DVec3, DVec3)) -> DVec3) {
         let size = self.size();
         let weighted = weights * error;
-        for (place, first) in self.columns.iter().enumerate() {
+        for (index, first) in self.columns.iter().enumerate() {
             let own = column(first);
             if own == DVec3::ZERO {
                 continue;
             }
             self.gradient[first.0] += own.dot(weighted);
             let own = weights * own;
-            for second in &self.columns[..=place] {
+            for second in &self.columns[..=index] {
                 let (row, line) = if first.0 > second.0 {
                     (first.0, second.0)
                 } else {

@@ -58,7 +58,7 @@ struct Part {
 struct Builder<'a> {
     robot: &'a Robot,
     found: BTreeMap<Bone, &'a RobotBone>,
-    places: Vec<Placement>,
+    transforms: Vec<Placement>,
     left: DVec3,
     forward: DVec3,
     figure_to_world: DQuat,
@@ -67,13 +67,13 @@ struct Builder<'a> {
 impl Twin {
     pub(super) fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
         let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
-        let place = |bone: Bone| found[&bone].at;
+        let position = |bone: Bone| found[&bone].at;
         let has_legs = found.contains_key(&Bone::LeftUpperLeg);
         let [left, right] = match has_legs {
             true => [Bone::LeftUpperLeg, Bone::RightUpperLeg],
             false => [Bone::LeftUpperArm, Bone::RightUpperArm],
         };
-        let across = place(left) - place(right);
+        let across = position(left) - position(right);
         let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
             let message = "the robot is not a humanoid: both legs or arms begin at one point";
             Diagnostic::new(Code::NotHumanoid, message)
@@ -82,7 +82,7 @@ impl Twin {
         let builder = Builder {
             robot,
             found,
-            places: robot.zero_pose(),
+            transforms: robot.zero_pose(),
             left,
             forward,
             figure_to_world: DQuat::from_mat3(&DMat3::from_cols(left, DVec3::Z, forward)).normalize(),
@@ -117,7 +117,7 @@ impl Builder<'_> {
         let &link = self.found.get(&bone)?.joints.first()?;
         let joint = &self.robot.links[link].joint;
         let middle = 0.5 * (joint.limits.lower + joint.limits.upper);
-        let axis = self.places[link].rotation * joint.axis;
+        let axis = self.transforms[link].rotation * joint.axis;
         (joint.kind == JointKind::Hinge).then_some((axis, if middle.is_finite() { middle } else { 0.0 }))
     }
 
@@ -127,18 +127,19 @@ impl Builder<'_> {
         const BEYOND: f64 = 1.8;
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
-        let way_to = |centre: DVec3| {
-            let way = centre - bone.at;
-            let way = match self.hinge(forearm) {
-                Some((axis, _)) => way.reject_from_normalized(axis),
-                None => way,
+        let from_joint = |centre: DVec3| {
+            let vector = centre - bone.at;
+            let vector = match self.hinge(forearm) {
+                Some((axis, _)) => vector.reject_from_normalized(axis),
+                None => vector,
             };
-            Some(way).filter(|way| way.length() > NOWHERE)
+            Some(vector).filter(|vector| vector.length() > NOWHERE)
         };
         let inertial = self.robot.links[bone.link].inertial;
-        let by_mass = inertial.and_then(|inertial| way_to(self.places[bone.link].point(inertial.place.translation)));
-        let way = by_mass.or_else(|| way_to(self.centre_of_shapes(bone.link)?))?;
-        Some(bone.at + BEYOND * way)
+        let by_mass =
+            inertial.and_then(|inertial| from_joint(self.transforms[bone.link].point(inertial.origin.translation)));
+        let vector = by_mass.or_else(|| from_joint(self.centre_of_shapes(bone.link)?))?;
+        Some(bone.at + BEYOND * vector)
     }
 
     /// The middle of the shapes of a link and of what is fixed to it.
@@ -159,7 +160,7 @@ impl Builder<'_> {
                 continue;
             }
             for (centre, radius) in part.shapes.iter().flat_map(RobotShape::balls) {
-                let at = self.places[index].point(centre);
+                let at = self.transforms[index].point(centre);
                 (low, high) = (low.min(at - radius), high.max(at + radius));
             }
         }
@@ -184,8 +185,8 @@ impl Builder<'_> {
                 continue;
             };
             // Legs stand side by side at rest; they lean forward or back where knees and hips are bent there.
-            let flat = |way: DVec3| way.reject_from_normalized(self.left);
-            let down = |way: DVec3| arc(way, DVec3::NEG_Z, self.left);
+            let flat = |vector: DVec3| vector.reject_from_normalized(self.left);
+            let down = |vector: DVec3| arc(vector, DVec3::NEG_Z, self.left);
             let (thigh, shin) = (flat(knee - hip), flat(ankle - knee));
             if thigh.length() < 1e-3 || shin.length() < 1e-3 {
                 let message = format!(
@@ -205,15 +206,15 @@ impl Builder<'_> {
             add(lower, down(shin), middle);
             let leg = thigh.length() + shin.length();
             let link = self.found[&foot].link;
-            let sole = sole(self.robot, link, &self.places, ankle, leg);
+            let sole = sole(self.robot, link, &self.transforms, ankle, leg);
             add(foot, sole.to_flat, middle - DVec3::Z * shin.length());
             if !sole.is_shown {
                 let name = &self.robot.links[link].name;
                 guessed.push(format!("the sole of {name}, which has no shape"));
             }
             let depth = |ball: &SoleBall| {
-                let way = self.places[link].point(ball.centre) - ankle;
-                ball.radius - (sole.to_flat * way).z
+                let vector = self.transforms[link].point(ball.centre) - ankle;
+                ball.radius - (sole.to_flat * vector).z
             };
             let deepest = sole.balls.iter().map(depth).fold(0.0, f64::max);
             floor = f64::min(floor, top.z - leg - deepest);
@@ -275,22 +276,22 @@ impl Builder<'_> {
         let to_figure = |vector: DVec3| self.figure_to_world.inverse() * vector;
         let outwards = if side == Side::Left { self.left } else { -self.left };
         let end = self.at(hand).or_else(|| self.tip(lower));
-        let way = end.map_or(DVec3::ZERO, |end| end - elbow);
+        let vector = end.map_or(DVec3::ZERO, |end| end - elbow);
         let mut turn = shortest(elbow - shoulder, outwards);
         let hinge = self
             .hinge(lower)
             .filter(|(axis, _)| axis.dot((elbow - shoulder).normalize_or_zero()).abs() < 0.8);
         if let Some((axis, middle)) = hinge
-            && way.length() > 1e-3
+            && vector.length() > 1e-3
         {
             // The position at which the arm is straight, and the direction in which it bends from there.
-            let along = arc(way, elbow - shoulder, axis);
+            let along = arc(vector, elbow - shoulder, axis);
             let straight = along.to_scaled_axis().dot(axis);
             let bends = if middle >= straight { axis } else { -axis };
             // In the T-pose an arm bends forward.
             turn = arc(turn * bends, outwards.cross(self.forward), outwards) * turn;
             let fore = turn * along;
-            let fore = shortest(fore * way, outwards) * fore;
+            let fore = shortest(fore * vector, outwards) * fore;
             parts.insert(
                 lower,
                 Part {
@@ -299,7 +300,7 @@ impl Builder<'_> {
                 },
             );
         } else {
-            let fore = shortest(turn * way, outwards) * turn;
+            let fore = shortest(turn * vector, outwards) * turn;
             parts.insert(
                 lower,
                 Part {
@@ -316,14 +317,14 @@ impl Builder<'_> {
             part.to_t_pose
         });
         let Some(fore) = fore else { return };
-        let at = at + to_figure(outwards) * way.length();
+        let at = at + to_figure(outwards) * vector.length();
         match (self.at(hand), end) {
             (Some(_), _) => {
                 parts.insert(hand, Part { to_t_pose: fore, at });
             }
             (None, Some(end)) => {
                 let link = self.found[&lower].link;
-                tips.push((hand, at, link, self.places[link].to_inner(end)));
+                tips.push((hand, at, link, self.transforms[link].to_inner(end)));
             }
             (None, None) => {}
         }
@@ -375,10 +376,10 @@ impl Builder<'_> {
                 _ => chest.or(hips),
             };
             for bone in chain {
-                if let Some((_, at, link, place)) = tips.iter().find(|tip| tip.0 == bone) {
+                if let Some((_, at, link, position)) = tips.iter().find(|tip| tip.0 == bone) {
                     let node = push(&mut scene, bone.as_str(), parent, *at + lift);
                     nodes.insert(bone, node);
-                    tip_nodes.push((node, *link, *place));
+                    tip_nodes.push((node, *link, *position));
                     continue;
                 }
                 let Some(part) = parts.get(&bone) else { continue };
@@ -387,14 +388,14 @@ impl Builder<'_> {
                 parent = Some(node);
                 let Some(found) = self.found.get(&bone) else { continue };
                 let link = found.link;
-                let link_to_frame = self.figure_to_world.inverse() * part.to_t_pose * self.places[link].rotation;
+                let link_to_frame = self.figure_to_world.inverse() * part.to_t_pose * self.transforms[link].rotation;
                 bones.push(TwinBone {
                     bone,
                     node,
                     link,
                     joints: found.joints.clone(),
                     link_to_frame: link_to_frame.normalize(),
-                    start: self.places[link].to_inner(found.at),
+                    start: self.transforms[link].to_inner(found.at),
                 });
             }
         }
@@ -409,9 +410,9 @@ impl Builder<'_> {
                     _ => return None,
                 };
                 let next = next.on(bone.bone.side()?);
-                let way = parts.get(&next)?.at - parts.get(&bone.bone)?.at;
-                let end = self.places[bone.link].to_inner(self.at(next)?);
-                Some((index, end - bone.link_to_frame.inverse() * way))
+                let vector = parts.get(&next)?.at - parts.get(&bone.bone)?.at;
+                let end = self.transforms[bone.link].to_inner(self.at(next)?);
+                Some((index, end - bone.link_to_frame.inverse() * vector))
             })
             .collect();
         for (index, start) in starts {
@@ -419,7 +420,7 @@ impl Builder<'_> {
         }
         if let Some(hips) = bones.iter_mut().find(|bone| bone.bone == Bone::Hips) {
             let middle = self.figure_to_world * parts[&Bone::Hips].at;
-            hips.start = self.places[hips.link].to_inner(middle);
+            hips.start = self.transforms[hips.link].to_inner(middle);
         }
         let humanoid = Humanoid::stated(nodes, "the robot's bones");
         Twin {

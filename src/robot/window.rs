@@ -118,9 +118,9 @@ impl Windows {
         let (size, frames, count) = (self.terms.size(), motion.frames(), motion.dof_names.len());
         let mut steps = vec![0.0; frames * size];
         for frame in 1..frames {
-            let (way, turn) = root_step(motion, frame);
+            let (translation, turn) = root_step(motion, frame);
             let here = &mut steps[frame * size..(frame + 1) * size];
-            here[..3].copy_from_slice(&way.to_array());
+            here[..3].copy_from_slice(&translation.to_array());
             here[3..ROOT].copy_from_slice(&turn.to_array());
             for (step, &position) in here[ROOT..].iter_mut().zip(&self.terms.positions) {
                 let at = |frame: usize| motion.dof_pos[frame * count + position];
@@ -180,10 +180,10 @@ impl Windows {
     fn add(&mut self, begin: usize, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
         let size = self.terms.size();
         let here = |frame: usize| Some((frame.checked_sub(begin)?) * size + unknown);
-        for (place, &(frame, factor)) in factors.iter().enumerate() {
+        for (offset, &(frame, factor)) in factors.iter().enumerate() {
             let Some(row) = here(frame) else { continue };
             self.band.right[row] -= weight * factor * error;
-            for &(other, second) in &factors[..=place] {
+            for &(other, second) in &factors[..=offset] {
                 if let Some(column) = here(other) {
                     self.band.add(row, column, weight * factor * second);
                 }
@@ -198,18 +198,18 @@ impl Windows {
         let size = self.terms.size();
         let step = |frame: usize| root_step(motion, frame);
         for frame in range.start.max(1)..range.end {
-            let (way, turn) = step(frame);
+            let (translation, turn) = step(frame);
             let before = (frame > 1).then(|| step(frame - 1));
             for axis in 0..3 {
                 let rates = [
-                    (axis, BASE * velocity, along, way[axis]),
+                    (axis, BASE * velocity, along, translation[axis]),
                     (3 + axis, velocity, about, turn[axis]),
                 ];
                 for (unknown, velocity, acceleration, now) in rates {
                     let pair = [(frame - 1, -1.0), (frame, 1.0)];
                     self.add(range.start, unknown, &pair, velocity, now);
-                    if let Some((way, turn)) = before {
-                        let was = if unknown < 3 { way[axis] } else { turn[axis] };
+                    if let Some((translation, turn)) = before {
+                        let was = if unknown < 3 { translation[axis] } else { turn[axis] };
                         let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
                         let wanted = self.wanted[frame * size + unknown];
                         self.add(range.start, unknown, &three, acceleration, now - was - wanted);
@@ -249,8 +249,8 @@ impl Windows {
     fn fix(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
         let (size, count) = (self.terms.size(), motion.dof_names.len());
         for (index, frame) in range.enumerate() {
-            for (place, &position) in self.terms.positions.iter().enumerate() {
-                let unknown = index * size + ROOT + place;
+            for (offset, &position) in self.terms.positions.iter().enumerate() {
+                let unknown = index * size + ROOT + offset;
                 let (at, pull) = (motion.dof_pos[frame * count + position], self.band.right[unknown]);
                 let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
                 if (at <= lower && pull < 0.0) || (at >= upper && pull > 0.0) {
@@ -276,10 +276,10 @@ impl Windows {
             greatest = greatest.max(largest);
             let scale = (LARGEST / largest).min(1.0);
             motion.root[frame] = moved(&motion.root[frame], std::array::from_fn(|index| scale * step[index]));
-            for (place, &position) in self.terms.positions.iter().enumerate() {
+            for (offset, &position) in self.terms.positions.iter().enumerate() {
                 let at = &mut motion.dof_pos[frame * count + position];
                 let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
-                *at = (*at + scale * step[ROOT + place]).max(lower).min(upper);
+                *at = (*at + scale * step[ROOT + offset]).max(lower).min(upper);
             }
         }
         let mut values = Vec::with_capacity(range.len());

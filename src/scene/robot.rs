@@ -146,7 +146,7 @@ pub struct Inertial {
     /// The mass, in kilograms.
     pub mass: f64,
     /// The centre of mass and the axes of the inertia, in the frame of the link.
-    pub place: Placement,
+    pub origin: Placement,
     /// The inertia about the centre, in these axes: xx, yy, zz, xy, xz, yz.
     pub inertia: [f64; 6],
 }
@@ -157,7 +157,7 @@ pub struct Inertial {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotShape {
     /// Its pose in the frame of the link.
-    pub place: Placement,
+    pub origin: Placement,
     /// What it is.
     pub kind: ShapeKind,
     /// Whether it touches other things, or is only seen.
@@ -314,12 +314,12 @@ impl Inertial {
         let (moments, axes) = principal(self.matrix());
         let total = moments.element_sum();
         let squares = (DVec3::splat(total) - 2.0 * moments) * (1.5 / self.mass);
-        let place = Placement {
-            rotation: (self.place.rotation * axes).normalize(),
-            translation: self.place.translation,
+        let origin = Placement {
+            rotation: (self.origin.rotation * axes).normalize(),
+            translation: self.origin.translation,
         };
         let half_size = squares.max(DVec3::ZERO).map(f64::sqrt);
-        (self.mass > 0.0 && half_size.is_finite() && half_size != DVec3::ZERO).then_some((place, half_size))
+        (self.mass > 0.0 && half_size.is_finite() && half_size != DVec3::ZERO).then_some((origin, half_size))
     }
 }
 
@@ -348,7 +348,7 @@ impl RobotShape {
         };
         let placed = balls.into_iter();
         placed
-            .map(|(centre, radius)| (self.place.point(centre), radius))
+            .map(|(centre, radius)| (self.origin.point(centre), radius))
             .collect()
     }
 }
@@ -390,18 +390,18 @@ impl Robot {
     /// All links with every joint at 0, whatever its limits: from the origin of the base, which is turned as its file
     /// has it.
     pub fn zero_pose(&self) -> Vec<Placement> {
-        let mut places: Vec<Placement> = Vec::with_capacity(self.links.len());
+        let mut transforms: Vec<Placement> = Vec::with_capacity(self.links.len());
         for link in &self.links {
-            let place = match link.parent {
-                Some(parent) => places[parent].then(&link.joint.link_to_parent(0.0)),
+            let origin = match link.parent {
+                Some(parent) => transforms[parent].then(&link.joint.link_to_parent(0.0)),
                 None => Placement {
                     translation: DVec3::ZERO,
                     ..link.joint.origin
                 },
             };
-            places.push(place);
+            transforms.push(origin);
         }
-        places
+        transforms
     }
 }
 
@@ -422,7 +422,7 @@ mod tests {
         let inertia = axes * DMat3::from_diagonal(DVec3::from_array(moments)) * axes.transpose();
         let inertial = Inertial {
             mass: 2.0,
-            place: Placement::IDENTITY,
+            origin: Placement::IDENTITY,
             inertia: [
                 inertia.x_axis.x,
                 inertia.y_axis.y,
@@ -432,7 +432,7 @@ mod tests {
                 inertia.y_axis.z,
             ],
         };
-        let (place, half_size) = inertial.equivalent_box().unwrap();
+        let (origin, half_size) = inertial.equivalent_box().unwrap();
         let mut sides = (2.0 * half_size).to_array();
         sides.sort_by(f64::total_cmp);
         assert!(
@@ -444,7 +444,7 @@ mod tests {
             .into_iter()
             .min_by(|a, b| (half_size * *a).length().total_cmp(&(half_size * *b).length()))
             .unwrap();
-        let along = (place.rotation * shortest).dot(turn * DVec3::X).abs();
+        let along = (origin.rotation * shortest).dot(turn * DVec3::X).abs();
         assert!((along - 1.0).abs() < 1e-9, "{along}");
     }
 }

@@ -139,7 +139,7 @@ fn frames_place_what_stands_in_them() {
     near(twist.axis, [0.0, -1.0, 0.0]);
     // The class of a frame is that of what stands in it.
     assert!((twist.limits.upper - 10_f64.to_radians()).abs() < 1e-12);
-    near(robot.links[2].shapes[0].place.translation, [0.0, 0.5, 1.0]);
+    near(robot.links[2].shapes[0].origin.translation, [0.0, 0.5, 1.0]);
     near(robot.links[3].joint.origin.translation, [0.0, -1.5, 0.0]);
 
     let attached = FRAMES.replace("<body name=\"hand\" pos=\"0 0 2\"/>", "<attach model=\"m\"/>");

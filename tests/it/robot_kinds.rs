@@ -449,7 +449,7 @@ fn geoms_have_the_mass_of_a_body() {
     let mass = ball + 2.0;
     assert!((found.mass - mass).abs() < 1e-9);
     let centre = 2.0 * 0.3 / mass;
-    assert!((found.place.translation - DVec3::Z * centre).length() < 1e-9);
+    assert!((found.origin.translation - DVec3::Z * centre).length() < 1e-9);
     let rod = 2.0 * (3.0 * 0.0025 + 0.16) / 12.0;
     let across = 0.4 * ball * 0.01 + ball * centre.powi(2) + rod + 2.0 * (0.3 - centre).powi(2);
     let along = 0.4 * ball * 0.01 + 0.5 * 2.0 * 0.0025;

@@ -120,7 +120,7 @@ fn mjcf_is_read() {
         }
     );
     assert!(!capsule.collides);
-    assert_eq!(capsule.place.translation, DVec3::new(0.0, 0.0, -1.0));
+    assert_eq!(capsule.origin.translation, DVec3::new(0.0, 0.0, -1.0));
 }
 
 /// Both descriptions of a robot place its links alike: to the digits of MJCF, which has fewer.

@@ -190,14 +190,14 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
         Severity::Warning => ("warning", Level::WARNING),
     };
     let path = path.map(|path| path.display().to_string());
-    let mut place = path.map(|path| format!("{}:", visible(&path))).unwrap_or_default();
+    let mut prefix = path.map(|path| format!("{}:", visible(&path))).unwrap_or_default();
     if let Some(location) = &diagnostic.location {
-        place += &format!("{}:{}:", location.line, location.column);
+        prefix += &format!("{}:{}:", location.line, location.column);
     }
-    let name = if place.is_empty() {
+    let name = if prefix.is_empty() {
         severity.to_owned()
     } else {
-        format!("{place} {severity}")
+        format!("{prefix} {severity}")
     };
     let message = match diagnostic.count {
         1 => visible(&diagnostic.message).into_owned(),

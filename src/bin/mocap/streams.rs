@@ -80,8 +80,8 @@ pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: F
 pub(crate) fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     for output in outputs {
-        let place = absolute(output);
-        if let Some((_, first)) = taken.iter().find(|(former, _)| *former == place) {
+        let absolute_path = absolute(output);
+        if let Some((_, first)) = taken.iter().find(|(former, _)| *former == absolute_path) {
             let second = output.display();
             let message = match *first == output {
                 true => format!("two outputs are called {second}; give each its own name"),
@@ -93,11 +93,11 @@ pub(crate) fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -
             return Err(Failure::Usage(message));
         }
         if taken.is_empty() {
-            let mut provenance = place.clone().into_os_string();
+            let mut provenance = absolute_path.clone().into_os_string();
             provenance.push(".json");
             taken.push((provenance.into(), output));
         }
-        taken.push((place, output));
+        taken.push((absolute_path, output));
     }
     Ok(())
 }
@@ -152,7 +152,7 @@ fn would_save(written: &Written, output: &Path, policy: &ReplacePolicy) -> Resul
     }
     for (path, file) in written.check(output, policy)?.iter().zip(&written.files) {
         let replaces = if path.exists() {
-            ", in place of what is there"
+            ", in absolute_path of what is there"
         } else {
             ""
         };

@@ -55,18 +55,18 @@ impl Body {
         };
         let generic = proportions::rest(joints);
         let neck = bones.get(&Bone::Neck);
-        let mut places: Vec<Vec3> = Vec::with_capacity(joints.len());
+        let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
         for (index, joint) in joints.iter().enumerate() {
             let own = joint.bone.and_then(|bone| bones.get(&bone)).copied();
             let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
             let lacking = || match (joint.parent, neck) {
-                (Some(parent), Some(neck)) if is_spine => places[parent].midpoint(*neck),
-                (Some(parent), _) => places[parent] + generic[index] - generic[parent],
+                (Some(parent), Some(neck)) if is_spine => positions[parent].midpoint(*neck),
+                (Some(parent), _) => positions[parent] + generic[index] - generic[parent],
                 (None, _) => generic[index],
             };
-            places.push(own.unwrap_or_else(lacking));
+            positions.push(own.unwrap_or_else(lacking));
         }
-        places
+        positions
     }
 
     /// Whether it is a model, whose joints are seen from the origin of its template.
@@ -128,7 +128,7 @@ impl BodyModel {
         };
         let model = Self { joints, rest, shape };
         let mut all = model.shape.iter().flatten().chain(&model.rest);
-        match all.all(|place| place.is_finite() && place.abs().max_element() < 1e3) {
+        match all.all(|position| position.is_finite() && position.abs().max_element() < 1e3) {
             true => Ok(Some(model)),
             false => {
                 let message = "a joint of the model is not at a finite position within 1000 m";
@@ -138,11 +138,11 @@ impl BodyModel {
     }
 
     fn bones(&self, betas: &[f64]) -> BTreeMap<Bone, Vec3> {
-        let place = |(index, joint): (usize, &Joint)| {
+        let position_of = |(index, joint): (usize, &Joint)| {
             let moved = std::iter::zip(&self.shape, betas).map(|(shape, beta)| *beta * shape[index]);
             Some((joint.bone?, (self.rest[index] + moved.sum::<DVec3>()).as_vec3()))
         };
-        self.joints.iter().enumerate().filter_map(place).collect()
+        self.joints.iter().enumerate().filter_map(position_of).collect()
     }
 }
 
@@ -216,12 +216,12 @@ impl Regressor {
 
     /// The joints of vertices whose coordinates are `numbers`, of which each has `count`, by the one at `index`.
     fn apply(&self, numbers: &[f64], count: usize, index: usize) -> Vec<DVec3> {
-        let mut places = vec![DVec3::ZERO; self.joints];
+        let mut positions = vec![DVec3::ZERO; self.joints];
         for (joint, vertex, weight) in &self.weights {
             let at = |axis: usize| numbers[(3 * vertex + axis) * count + index];
-            places[*joint] += *weight * DVec3::new(at(0), at(1), at(2));
+            positions[*joint] += *weight * DVec3::new(at(0), at(1), at(2));
         }
-        places
+        positions
     }
 }
 

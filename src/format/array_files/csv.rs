@@ -120,9 +120,9 @@ fn own(text: &str) -> Result<Entries<'static>, Failure> {
                     .help("the rows were sorted or some are missing: write it again with mocap fk"),
             ));
         }
-        for (place, cell) in cells[3..expected.len()].iter().enumerate() {
-            let number = number(cell, records.line, expected[3 + place])?;
-            if place < 3 { &mut positions } else { &mut rotations }.push(number);
+        for (at, cell) in cells[3..expected.len()].iter().enumerate() {
+            let number = number(cell, records.line, expected[3 + at])?;
+            if at < 3 { &mut positions } else { &mut rotations }.push(number);
         }
         rows += 1;
     }

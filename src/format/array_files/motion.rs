@@ -86,16 +86,16 @@ impl Motion {
         }
         scene.metadata.assumptions = std::mem::take(&mut self.assumptions);
         let order = self.depth_first();
-        let mut places = vec![None; self.joints.len()];
+        let mut node_of = vec![None; self.joints.len()];
         let mut channels = Vec::with_capacity(order.len());
         for &index in &order {
             let joint = &self.joints[index];
             let id = NodeId::new(scene.nodes.len());
-            places[index] = Some(id);
+            node_of[index] = Some(id);
             let offset = self.rest[index] - joint.parent.map_or(Vec3::ZERO, |parent| self.rest[parent]);
             scene.nodes.push(Node {
                 name: joint.name.clone(),
-                parent: joint.parent.and_then(|parent| places[parent]),
+                parent: joint.parent.and_then(|parent| node_of[parent]),
                 transform: Mat4::from_translation(offset),
                 humanoid_bone: joint.bone,
                 ..Node::default()
@@ -117,8 +117,8 @@ impl Motion {
         };
         let position_keys = match is_root {
             true => {
-                let places = self.root.iter().map(|place| to_y_up(place.as_vec3(), self.up));
-                Keys::every_tick(places.collect())
+                let positions = self.root.iter().map(|position| to_y_up(position.as_vec3(), self.up));
+                Keys::every_tick(positions.collect())
             }
             false => Keys::constant(offset),
         };
@@ -155,15 +155,15 @@ impl Motion {
         order
     }
 
-    /// Puts the last value before it in the place of one that is not finite.
+    /// Puts the last value before it instead of one that is not finite.
     fn repair(&mut self, warnings: &mut Warnings) {
         let mut count = 0;
         let mut last = DVec3::ZERO;
-        for place in &mut self.root {
-            if !place.is_finite() {
-                (*place, count) = (last, count + 1);
+        for position in &mut self.root {
+            if !position.is_finite() {
+                (*position, count) = (last, count + 1);
             }
-            last = *place;
+            last = *position;
         }
         for track in &mut self.rotations {
             let mut last = DQuat::IDENTITY;

@@ -101,9 +101,9 @@ impl<'a> NdArray<'a> {
     /// An array whose elements follow each other, the last axis first or, in Fortran's order, the first axis first.
     ///
     /// # Errors
-    /// [`Code::UnexpectedEnd`] where there are fewer bytes than the shape needs; `place` says whose they are.
+    /// [`Code::UnexpectedEnd`] where there are fewer bytes than the shape needs; `entry` says whose they are.
     pub(super) fn new(
-        place: &str,
+        entry: &str,
         (kind, big_endian): (Kind, bool),
         shape: Vec<usize>,
         is_fortran: bool,
@@ -127,12 +127,12 @@ impl<'a> NdArray<'a> {
             strides,
             bytes,
         };
-        array.check(place)?;
+        array.check(entry)?;
         Ok(array)
     }
 
     /// Refuses an array whose last element is beyond its bytes.
-    pub(super) fn check(&self, place: &str) -> Result<(), Failure> {
+    pub(super) fn check(&self, entry: &str) -> Result<(), Failure> {
         if self.shape.contains(&0) {
             return Ok(());
         }
@@ -149,7 +149,7 @@ impl<'a> NdArray<'a> {
         Err(Box::new(
             Diagnostic::new(
                 Code::UnexpectedEnd,
-                format!("the array {place} has fewer bytes than its shape needs"),
+                format!("the array {entry} has fewer bytes than its shape needs"),
             )
             .expected_found(
                 format!("{needed} bytes for the shape {}", self.shape_text()),

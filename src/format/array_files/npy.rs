@@ -17,13 +17,13 @@ pub(super) enum Npy<'a> {
     Objects(Bytes<'a>),
 }
 
-/// The array of an `.npy`. `place` names it in errors.
-pub(super) fn read<'a>(bytes: &Bytes<'a>, place: &str) -> Result<Npy<'a>, Failure> {
+/// The array of an `.npy`. `entry` names it in errors.
+pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failure> {
     let refused = |expected: &str, found: String| -> Failure {
         Box::new(
             Diagnostic::new(
                 Code::UnexpectedToken,
-                format!("the header of the array {place} is not one of NumPy"),
+                format!("the header of the array {entry} is not one of NumPy"),
             )
             .expected_found(expected, found)
             .help("write it with numpy.save or numpy.savez"),
@@ -58,7 +58,7 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, place: &str) -> Result<Npy<'a>, Failur
     let Some(kind) = Kind::of_numpy(letters) else {
         return Err(refused("numbers, truth values or texts", format!("the type '{descr}'")));
     };
-    NdArray::new(place, (kind, order == ">"), shape, is_fortran, data).map(Npy::Array)
+    NdArray::new(entry, (kind, order == ">"), shape, is_fortran, data).map(Npy::Array)
 }
 
 /// The three values of a header.

@@ -141,7 +141,7 @@ fn rows(builder: Builder, json: &str, options: &ReadOptions, warnings: &mut Warn
                 .map(|name| floats(&batch, name))
                 .collect::<Result<Vec<_>, _>>()
         };
-        let (places, turns) = (numbers(&names[1..4])?, numbers(rotation)?);
+        let (translations, turns) = (numbers(&names[1..4])?, numbers(rotation)?);
         for at in 0..batch.num_rows() {
             if frames.value(at) as usize != row / count {
                 let message = format!("row {row} of the table is of another frame than the one that follows");
@@ -151,7 +151,7 @@ fn rows(builder: Builder, json: &str, options: &ReadOptions, warnings: &mut Warn
                         .help("the rows were sorted or some are missing: write it again with mocap fk"),
                 ));
             }
-            positions.extend(places.iter().map(|column| column[at]));
+            positions.extend(translations.iter().map(|column| column[at]));
             rotations.extend(turns.iter().map(|column| column[at]));
             row += 1;
         }

@@ -135,7 +135,7 @@ impl<'a> Thrift<'a> {
                     while let Some((id, kind)) = self.field(&mut inner)? {
                         match (id, kind) {
                             (1, INT32) => header.values = u64::try_from(self.signed()?).ok()?,
-                            (place, INT32) if place == encoding => header.encoding = self.signed()?,
+                            (id, INT32) if id == encoding => header.encoding = self.signed()?,
                             _ => self.skip(kind, MOST_DEEP)?,
                         }
                     }

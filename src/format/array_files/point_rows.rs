@@ -24,7 +24,7 @@ pub(super) struct PointRows<'c> {
     columns: &'c PointColumns,
     /// The points in the order in which they come.
     names: Vec<String>,
-    places: HashMap<String, usize>,
+    index_of: HashMap<String, usize>,
     /// Frame, point, position.
     cells: Vec<(i64, usize, [f32; 3])>,
     /// The time of each frame, where it is stated.
@@ -41,7 +41,7 @@ impl<'c> PointRows<'c> {
         let mut rows = Self {
             columns,
             names: Vec::new(),
-            places: HashMap::new(),
+            index_of: HashMap::new(),
             cells: Vec::new(),
             times: Vec::new(),
             before: None,
@@ -54,9 +54,9 @@ impl<'c> PointRows<'c> {
                 .iter()
                 .flatten()
                 .chain(time)
-                .for_each(|place| is_used[*place] = true);
-            let is_left = |(place, name): &(usize, &String)| {
-                !is_used[*place] && !name.is_empty() && !name.to_lowercase().starts_with("frame")
+                .for_each(|column| is_used[*column] = true);
+            let is_left = |(column, name): &(usize, &String)| {
+                !is_used[*column] && !name.is_empty() && !name.to_lowercase().starts_with("frame")
             };
             let left = names.iter().enumerate().filter(is_left);
             let left: Vec<&str> = left.map(|(_, name)| name.as_str()).collect();
@@ -87,19 +87,19 @@ impl<'c> PointRows<'c> {
                 if let Some(time) = time {
                     self.times.push(number(*time)?.into());
                 }
-                for (place, xyz) in points.iter().enumerate() {
+                for (column, xyz) in points.iter().enumerate() {
                     let position = position(&number, xyz)?;
-                    self.cells.push((self.frame, place, position));
+                    self.cells.push((self.frame, column, position));
                 }
             }
             PointColumns::Long { frame, time, name, xyz } => {
                 let name = text(*name);
-                let place = match self.places.get(name.as_ref()) {
-                    Some(place) => *place,
+                let column = match self.index_of.get(name.as_ref()) {
+                    Some(column) => *column,
                     None => {
                         self.names.push(name.to_string());
                         self.seen.push(false);
-                        self.places.insert(name.into_owned(), self.names.len() - 1);
+                        self.index_of.insert(name.into_owned(), self.names.len() - 1);
                         self.names.len() - 1
                     }
                 };
@@ -107,7 +107,7 @@ impl<'c> PointRows<'c> {
                 let is_next = match (now, self.before) {
                     (Some(now), Some(before)) => now != before,
                     (_, None) if self.frame < 0 => true,
-                    _ => self.seen[place],
+                    _ => self.seen[column],
                 };
                 self.frame = match frame {
                     Some(column) => {
@@ -127,9 +127,9 @@ impl<'c> PointRows<'c> {
                     self.seen.fill(false);
                     self.times.extend(now.map(f64::from));
                 }
-                self.seen[place] = true;
+                self.seen[column] = true;
                 self.before = now;
-                self.cells.push((self.frame, place, position(&number, xyz)?));
+                self.cells.push((self.frame, column, position(&number, xyz)?));
             }
         }
         Ok(())
@@ -151,8 +151,8 @@ impl<'c> PointRows<'c> {
             )));
         }
         let mut positions = vec![f32::NAN; count * self.names.len() * 3];
-        for (frame, place, position) in &self.cells {
-            let at = ((frame - first) as usize * self.names.len() + place) * 3;
+        for (frame, column, position) in &self.cells {
+            let at = ((frame - first) as usize * self.names.len() + column) * 3;
             positions[at..at + 3].copy_from_slice(position);
         }
         let mut entries = Entries::default();

@@ -28,7 +28,7 @@ const TEMPLATE_ABOVE_PELVIS: f32 = 0.25;
 
 /// Where bones of the left side and of the middle are, in metres: left is +X, up +Y, forward +Z.
 #[rustfmt::skip]
-const PLACES: &[(Bone, [f32; 3])] = &[
+const POSITIONS: &[(Bone, [f32; 3])] = &[
     (Bone::Hips, [0.0, HIP + 0.04, 0.0]),
     (Bone::Spine, [0.0, HIP + 0.13, 0.0]),
     (Bone::Chest, [0.0, HIP + 0.26, 0.0]),
@@ -63,12 +63,12 @@ const PLACES: &[(Bone, [f32; 3])] = &[
 ];
 
 /// Where a bone is in the T-pose.
-fn place(bone: Bone) -> Vec3 {
-    let found = PLACES.iter().find(|(own, _)| *own == bone.on(Side::Left));
-    let place = Vec3::from(found.map_or([0.0; 3], |(_, place)| *place));
+fn position(bone: Bone) -> Vec3 {
+    let found = POSITIONS.iter().find(|(own, _)| *own == bone.on(Side::Left));
+    let position = Vec3::from(found.map_or([0.0; 3], |(_, position)| *position));
     match bone.side() {
-        Some(Side::Right) => place * Vec3::new(-1.0, 1.0, 1.0),
-        _ => place,
+        Some(Side::Right) => position * Vec3::new(-1.0, 1.0, 1.0),
+        _ => position,
     }
 }
 
@@ -93,19 +93,19 @@ fn beyond(above: Bone, name: &str) -> Vec3 {
 
 /// Where these joints are in the T-pose, in metres above the ground.
 pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
-    let mut places: Vec<Vec3> = Vec::with_capacity(joints.len());
+    let mut joint_positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let mut above: Vec<Option<Bone>> = Vec::with_capacity(joints.len());
     for joint in joints {
         let parent_bone = joint.parent.and_then(|parent| above[parent]);
-        let at = joint.parent.map_or(Vec3::ZERO, |parent| places[parent]);
-        places.push(match (joint.bone, parent_bone) {
-            (Some(bone), _) => place(bone),
+        let at = joint.parent.map_or(Vec3::ZERO, |parent| joint_positions[parent]);
+        joint_positions.push(match (joint.bone, parent_bone) {
+            (Some(bone), _) => position(bone),
             (None, Some(parent_bone)) => at + beyond(parent_bone, &joint.name),
             (None, None) => at,
         });
         above.push(joint.bone.or(parent_bone));
     }
-    places
+    joint_positions
 }
 
 /// Where the root of SMPL's template is, from the template's origin: what `trans` is added to.

@@ -62,9 +62,9 @@ pub(super) fn read(
                         "a coordinate in frame {} is not finite, or beyond {FARTHEST:e}",
                         points.frames
                     );
-                    let place = point.as_ptr().addr() - bytes.as_ptr().addr();
+                    let offset = point.as_ptr().addr() - bytes.as_ptr().addr();
                     Diagnostic::new(Code::NonFiniteValue, message)
-                        .expected_found(format!("a coordinate at byte {place}"), format!("{number:e}"))
+                        .expected_found(format!("a coordinate at byte {offset}"), format!("{number:e}"))
                         .help("the marker was taken as not seen in such frames")
                 });
                 continue;

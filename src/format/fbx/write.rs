@@ -353,10 +353,10 @@ impl FbxOptions {
         let nodes = placed
             .iter()
             .enumerate()
-            .filter(|(_, place)| place.id != document::SCENE_ROOT);
-        let nodes = nodes.map(|(index, place)| {
-            let bind = *binds.get(&index).unwrap_or(&place.world);
-            (place.id, bound(index, bind))
+            .filter(|(_, at_rest)| at_rest.id != document::SCENE_ROOT);
+        let nodes = nodes.map(|(index, at_rest)| {
+            let bind = *binds.get(&index).unwrap_or(&at_rest.world);
+            (at_rest.id, bound(index, bind))
         });
         let pose: Vec<_> = nodes.chain(skinned).collect();
         skeleton::bind_pose(&mut document, &pose);

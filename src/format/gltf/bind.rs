@@ -114,8 +114,11 @@ fn hold(scene: &mut Scene, node: NodeId, transform: &Transform) {
     let name = scene.nodes[node.index()].name.clone();
     for animation in &mut scene.animations {
         let channels = &mut animation.channels;
-        let place = channels.partition_point(|channel| channel.node < Some(node));
-        if channels.get(place).is_some_and(|channel| channel.node == Some(node)) {
+        let index_in_list = channels.partition_point(|channel| channel.node < Some(node));
+        if channels
+            .get(index_in_list)
+            .is_some_and(|channel| channel.node == Some(node))
+        {
             continue;
         }
         let channel = Channel {
@@ -125,6 +128,6 @@ fn hold(scene: &mut Scene, node: NodeId, transform: &Transform) {
             rotation_keys: Keys::constant(transform.rotation),
             scaling_keys: Keys::constant(transform.scale),
         };
-        channels.insert(place, channel);
+        channels.insert(index_in_list, channel);
     }
 }

@@ -255,7 +255,7 @@ impl<'a> Attributes<'a, '_> {
     }
 
     /// `pos`, and the rotation by whichever attribute states it.
-    pub(super) fn place(&self) -> Result<Placement, Failure> {
+    pub(super) fn origin(&self) -> Result<Placement, Failure> {
         Ok(Placement {
             rotation: self.rotation()?.unwrap_or(DQuat::IDENTITY),
             translation: self.vector("pos")?.unwrap_or_default(),

@@ -105,7 +105,7 @@ impl<'a> Bodies<'a> {
                     .help("rename one of them"),
             ));
         }
-        let mut place = waiting.body.frame.then(&self.settings.of(*body, None)?.place()?);
+        let mut origin = waiting.body.frame.then(&self.settings.of(*body, None)?.origin()?);
         let mut joints = Vec::new();
         let of_kind =
             |kinds: &'static [&'static str]| inner.iter().filter(|inner| kinds.contains(&inner.element.name()));
@@ -115,7 +115,7 @@ impl<'a> Bodies<'a> {
         }
         // The base is where its root position says, not where the model was drawn; it stands upright as it was drawn.
         if waiting.parent.is_none() {
-            place.translation = DVec3::ZERO;
+            origin.translation = DVec3::ZERO;
         }
         let last = joints.pop().unwrap_or_default();
         let mut parent = waiting.parent;
@@ -123,12 +123,12 @@ impl<'a> Bodies<'a> {
             let link = RobotLink {
                 name: format!("{name}/{}", joint.name),
                 parent,
-                joint: RobotJoint { origin: place, ..joint },
+                joint: RobotJoint { origin, ..joint },
                 line,
                 ..RobotLink::default()
             };
             parent = Some(self.push(body, link)?);
-            place = Placement::IDENTITY;
+            origin = Placement::IDENTITY;
         }
         let mut shapes = Vec::new();
         let mut geoms = Geoms::default();
@@ -138,7 +138,7 @@ impl<'a> Bodies<'a> {
                 continue;
             };
             let shape = RobotShape {
-                place: inner.frame.then(&shape.place),
+                origin: inner.frame.then(&shape.origin),
                 ..shape
             };
             geoms.add(&attributes, &shape, self.settings)?;
@@ -154,7 +154,7 @@ impl<'a> Bodies<'a> {
         let link = RobotLink {
             name,
             parent,
-            joint: RobotJoint { origin: place, ..last },
+            joint: RobotJoint { origin, ..last },
             inertial,
             shapes,
             line,
@@ -279,7 +279,7 @@ impl<'a> Bodies<'a> {
     fn shape(&self, attributes: &Attributes<'_, '_>, warnings: &mut Warnings) -> Result<Option<RobotShape>, Failure> {
         let numbers = attributes.numbers("size", 1, 3)?.unwrap_or_default();
         let mut size = sizes(&numbers);
-        let mut place = attributes.place()?;
+        let mut origin = attributes.origin()?;
         let default = if attributes.get("mesh").is_some() {
             "mesh"
         } else {
@@ -288,10 +288,10 @@ impl<'a> Bodies<'a> {
         let kind = attributes.get("type").unwrap_or(default);
         if let Some(ends) = attributes.numbers("fromto", 6, 6)? {
             let (from, to) = (DVec3::from_slice(&ends), DVec3::from_slice(&ends[3..]));
-            place.translation = 0.5 * (from + to);
+            origin.translation = 0.5 * (from + to);
             // MuJoCo lets Z point from the end to the start.
             if let Some(axis) = (from - to).try_normalize() {
-                place.rotation = DQuat::from_rotation_arc(DVec3::Z, axis);
+                origin.rotation = DQuat::from_rotation_arc(DVec3::Z, axis);
             }
             let half = 0.5 * from.distance(to);
             match kind {
@@ -322,7 +322,7 @@ impl<'a> Bodies<'a> {
         };
         let is_zero = |name: &str| attributes.get(name).map(str::trim) == Some("0");
         Ok(Some(RobotShape {
-            place,
+            origin,
             kind,
             collides: !(is_zero("contype") && is_zero("conaffinity")),
         }))
@@ -356,7 +356,7 @@ fn read_inertial(attributes: &Attributes<'_, '_>) -> Result<Inertial, Failure> {
     let mass = attributes.numbers("mass", 1, 1)?.and_then(|mass| mass.first().copied());
     Ok(Inertial {
         mass: mass.unwrap_or_default(),
-        place: attributes.place()?,
+        origin: attributes.origin()?,
         inertia,
     })
 }

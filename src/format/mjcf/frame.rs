@@ -45,7 +45,7 @@ pub(super) fn within<'a, 'input>(
                 return Err(Box::new(next.element.diagnostic(Code::LimitExceeded, message)));
             }
             "frame" => {
-                let frame = next.frame.then(&settings.of(next.element, None)?.place()?);
+                let frame = next.frame.then(&settings.of(next.element, None)?.origin()?);
                 let child_class = next.element.attribute("childclass").or(next.child_class);
                 open.push(own(next.element, frame, child_class));
             }

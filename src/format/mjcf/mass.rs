@@ -22,7 +22,7 @@ pub(super) struct Geoms {
 
 struct Solid {
     mass: f64,
-    place: Placement,
+    origin: Placement,
     /// About the centre, in the axes of the geom.
     moments: DVec3,
 }
@@ -52,7 +52,7 @@ impl Geoms {
         let mass = mass.unwrap_or(density * volume);
         self.solids.push(Solid {
             mass,
-            place: shape.place,
+            origin: shape.origin,
             moments: mass * moments,
         });
         Ok(())
@@ -64,19 +64,19 @@ impl Geoms {
         if self.has_mesh || !(mass.is_finite() && mass > 0.0) {
             return None;
         }
-        let centres = self.solids.iter().map(|solid| solid.mass * solid.place.translation);
+        let centres = self.solids.iter().map(|solid| solid.mass * solid.origin.translation);
         let centre = centres.sum::<DVec3>() / mass;
         let about_centre = self.solids.iter().map(|solid| {
-            let axes = DMat3::from_quat(solid.place.rotation);
+            let axes = DMat3::from_quat(solid.origin.rotation);
             let own = axes * DMat3::from_diagonal(solid.moments) * axes.transpose();
-            let away = solid.place.translation - centre;
+            let away = solid.origin.translation - centre;
             let outer = DMat3::from_cols(away * away.x, away * away.y, away * away.z);
             own + solid.mass * (DMat3::IDENTITY * away.length_squared() - outer)
         });
         let sum = about_centre.fold(DMat3::ZERO, |sum, matrix| sum + matrix);
         Some(Inertial {
             mass,
-            place: Placement {
+            origin: Placement {
                 rotation: DQuat::IDENTITY,
                 translation: centre,
             },

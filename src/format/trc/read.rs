@@ -103,8 +103,8 @@ impl<'a> Lines<'a> {
         let values = words(self.table.header_line("the values of the header")?);
         let keys_found = words(keys);
         let value = |key: &str| {
-            let place = keys_found.iter().position(|word| word.is(key))?;
-            values.get(place).copied()
+            let column = keys_found.iter().position(|word| word.is(key))?;
+            values.get(column).copied()
         };
         let number = |key: &str| {
             let word = value(key)?;

@@ -38,7 +38,7 @@ export interface ReadOptions {
   /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
   hash?: boolean;
   format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "trc" | "fbx" | "usd" | "mclip" | "npz" | "npy" | "torch" | "pickle" | "csv" | "parquet" | "mot";
-  /** The animation to keep of several: its place from 0, or its name. */
+  /** The animation to keep of several: its index from 0, or its name. */
   clip?: number | string;
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
   skeletonMesh?: "skinned" | "segmented" | "none";
@@ -127,7 +127,7 @@ export interface RetargetOptions {
   limbAngles?: boolean;
 }
 
-/** Something that is wrong with a file, with its place. Lines and columns are counted from 1. */
+/** Something that is wrong with a file, and where it is. Lines and columns are counted from 1. */
 export interface Diagnostic {
   code: string;
   message: string;
@@ -139,7 +139,7 @@ export interface Diagnostic {
   length?: number;
   /** The line, or the part of a long one. */
   text?: string;
-  /** The place in a file of JSON. */
+  /** Where it is in a file of JSON. */
   pointer?: string;
   joint: string | null;
   expected: string | null;
@@ -163,7 +163,7 @@ export interface Assumption {
  */
 export class MocapError extends Error {
   readonly code: string;
-  /** The message without the place. */
+  /** The message without where it is. */
   readonly reason: string;
   readonly file?: string;
   readonly line?: number;
@@ -316,7 +316,7 @@ export class PackedClip {
   /** The last tick; the first is 0. */
   readonly duration: number;
   readonly frameCount: number;
-  /** The largest distance of a joint from its place in the source, in metres. */
+  /** The largest distance of a joint from its position in the source, in metres. */
   readonly maxError: number;
   /** The bytes of the file. */
   readonly bytes: number;

@@ -94,7 +94,7 @@ impl FromArgMatches for Steps {
             matches.indices_of(name).into_iter().flatten().zip(steps)
         });
         let mut given: Vec<_> = given.collect();
-        given.sort_by_key(|(place, _)| *place);
+        given.sort_by_key(|(position, _)| *position);
         Ok(Self(given.into_iter().map(|(_, step)| step.clone()).collect()))
     }
 

@@ -58,9 +58,9 @@ impl FromStr for Listen {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let place = text.strip_prefix("vmc:");
-        let place = place.ok_or("not vmc:PORT or vmc:ADDRESS:PORT, as vmc:39539")?;
-        resolved(place).map(Self)
+        let rest = text.strip_prefix("vmc:");
+        let rest = rest.ok_or("not vmc:PORT or vmc:ADDRESS:PORT, as vmc:39539")?;
+        resolved(rest).map(Self)
     }
 }
 

@@ -376,8 +376,8 @@ fn skeleton_hash(scene: &Scene) -> String {
         let parent = node.parent.map_or(u64::MAX, |parent| parent.index() as u64);
         bytes.extend(parent.to_le_bytes());
         if node.parent.is_some() {
-            let place = node.transform.to_cols_array();
-            bytes.extend(place.iter().flat_map(|value| value.to_le_bytes()));
+            let matrix = node.transform.to_cols_array();
+            bytes.extend(matrix.iter().flat_map(|value| value.to_le_bytes()));
         }
     }
     sha256_of(&bytes)

@@ -111,7 +111,7 @@ fn rest(joints: &[Joint], global: &[Vec<DQuat>], frames: usize, at: &dyn Fn(usiz
         let offsets = (0..frames).step_by(step).map(offset);
         rest.push(rest[parent] + median_vector(offsets).as_vec3());
     }
-    let lowest = rest.iter().map(|place| place.y).fold(0.0, f32::min);
-    rest.iter_mut().for_each(|place| place.y -= lowest);
+    let lowest = rest.iter().map(|position| position.y).fold(0.0, f32::min);
+    rest.iter_mut().for_each(|position| position.y -= lowest);
     rest
 }

@@ -126,11 +126,11 @@ fn of_numbers(
         };
         let at = |frame: usize, joint: usize| DVec3::from_slice(&positions[3 * (frame * count + joint)..][..3]);
         let offset = Vec3::from(joint.offset);
-        let place = |frame: usize| match above {
+        let position_at = |frame: usize| match above {
             None => at(frame, index).as_vec3(),
             Some(parent) => (world[parent][frame].inverse() * (at(frame, index) - at(frame, parent))).as_vec3(),
         };
-        let places: Vec<Vec3> = (0..frames).map(place).collect();
+        let root_path: Vec<Vec3> = (0..frames).map(position_at).collect();
         world.push(in_world);
         let id = ids[index];
         scene.nodes[id.index()] = Node {
@@ -146,7 +146,7 @@ fn of_numbers(
             ..Node::default()
         };
         if !joint.end_site {
-            channels.push(channel(joint, id, above.is_none(), places, local));
+            channels.push(channel(joint, id, above.is_none(), root_path, local));
         }
     }
     channels.sort_by_key(|channel| channel.node.map(NodeId::index));
@@ -177,22 +177,22 @@ fn ids(parents: &[Option<usize>]) -> Vec<NodeId> {
 }
 
 /// A joint whose distance to its parent does not change has its OFFSET alone.
-fn channel(joint: &Joint, id: NodeId, is_root: bool, places: Vec<Vec3>, rotations: Vec<DQuat>) -> Channel {
+fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotations: Vec<DQuat>) -> Channel {
     /// What rounding adds to positions in 32 bits, as a fraction of their size.
     const ROUNDING: f32 = 1e-5;
     let offset = Vec3::from(joint.offset);
-    let largest = places
+    let largest = root_path
         .iter()
-        .map(|place| place.abs().max_element())
+        .map(|position| position.abs().max_element())
         .fold(offset.length(), f32::max);
-    let moves = places
+    let moves = root_path
         .iter()
-        .any(|place| place.distance(offset) > ROUNDING * largest.max(1.0));
+        .any(|position| position.distance(offset) > ROUNDING * largest.max(1.0));
     Channel {
         node_name: joint.name.clone(),
         node: Some(id),
         position_keys: match is_root || moves {
-            true => Keys::every_tick(places),
+            true => Keys::every_tick(root_path),
             false => Keys::constant(offset),
         },
         rotation_keys: Keys::every_tick(

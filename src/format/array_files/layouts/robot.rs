@@ -18,39 +18,39 @@ const USUAL_RATE: f64 = 30.0;
 /// A layout: the names of its arrays.
 struct Layout {
     joints: &'static str,
-    places: &'static str,
+    positions: &'static str,
     rotations: &'static str,
     /// Whether rotations are w, x, y, z.
     w_first: bool,
-    /// Whether places and rotations are of all links, the base first.
+    /// Whether positions and rotations are of all links, the base first.
     of_links: bool,
 }
 
 const LAYOUTS: &[Layout] = &[
     Layout {
         joints: "dof_pos",
-        places: "root_pos",
+        positions: "root_pos",
         rotations: "root_rot",
         w_first: false,
         of_links: false,
     },
     Layout {
         joints: "joint_pos",
-        places: "body_pos_w",
+        positions: "body_pos_w",
         rotations: "body_quat_w",
         w_first: true,
         of_links: true,
     },
     Layout {
         joints: "dof_positions",
-        places: "body_positions",
+        positions: "body_positions",
         rotations: "body_rotations",
         w_first: true,
         of_links: true,
     },
     Layout {
         joints: "joint_angles",
-        places: "base_frame_pos",
+        positions: "base_frame_pos",
         rotations: "base_frame_wxyz",
         w_first: true,
         of_links: false,
@@ -151,11 +151,11 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
             )
         }
     };
-    let places = own.iter().map(|name| {
+    let columns = own.iter().map(|name| {
         let found = names.iter().position(|other| other == name);
         found.ok_or_else(|| no_joint(name, names))
     });
-    let places: Vec<usize> = places.collect::<Result<_, _>>()?;
+    let columns: Vec<usize> = columns.collect::<Result<_, _>>()?;
     if let Some(other) = names.iter().find(|name| !own.contains(name)) {
         return Err(no_joint(other, &own));
     }
@@ -163,7 +163,7 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
     let root = root.collect::<Result<Vec<_>, _>>()?;
     let ordered = joints
         .chunks_exact(count.max(1))
-        .flat_map(|row| places.iter().map(|place| row[*place]));
+        .flat_map(|row| columns.iter().map(|column| row[*column]));
     let ordered: Vec<f64> = ordered.collect();
     if let Some(at) = ordered.iter().position(|position| !position.is_finite()) {
         let (frame, name) = (at / own.len(), &own[at % own.len()]);
@@ -176,7 +176,7 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
 
 /// The base in each frame: x, y, z, then its rotation as x, y, z, w.
 fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[f64; BASE]>, Failure> {
-    let links = match reader.entries.get(layout.places).filter(|_| layout.of_links) {
+    let links = match reader.entries.get(layout.positions).filter(|_| layout.of_links) {
         Some(array) => array.shape.get(1).copied().unwrap_or(1).max(1),
         None => 1,
     };
@@ -184,16 +184,16 @@ fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[
         true => vec![links, last],
         false => vec![last],
     };
-    let (_, places) = reader.numbers(layout.places, Some(frames), &widths(3))?;
+    let (_, positions) = reader.numbers(layout.positions, Some(frames), &widths(3))?;
     let (_, rotations) = reader.numbers(layout.rotations, Some(frames), &widths(4))?;
-    let rows = places.chunks_exact(3 * links).zip(rotations.chunks_exact(4 * links));
+    let rows = positions.chunks_exact(3 * links).zip(rotations.chunks_exact(4 * links));
     Ok(rows
-        .map(|(place, turn)| {
+        .map(|(position, rotation)| {
             let [i, j, k, w] = match layout.w_first {
-                true => [turn[1], turn[2], turn[3], turn[0]],
-                false => [turn[0], turn[1], turn[2], turn[3]],
+                true => [rotation[1], rotation[2], rotation[3], rotation[0]],
+                false => [rotation[0], rotation[1], rotation[2], rotation[3]],
             };
-            [place[0], place[1], place[2], i, j, k, w]
+            [position[0], position[1], position[2], i, j, k, w]
         })
         .collect())
 }

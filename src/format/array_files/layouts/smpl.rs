@@ -47,9 +47,9 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
         joints,
         ..Motion::default()
     };
-    let places = ["trans", "smpl_trans", "transl"];
-    let places = places.into_iter().find(|name| entries.get(name).is_some());
-    set_root(reader, &mut motion, places, frames, "")?;
+    let names = ["trans", "smpl_trans", "transl"];
+    let name = names.into_iter().find(|name| entries.get(name).is_some());
+    set_root(reader, &mut motion, name, frames, "")?;
     // AMASS states its rate, and has +Z up by its definition; others only use its names.
     let is_amass = entries.first(&["mocap_framerate", "mocap_frame_rate"]).is_some();
     if is_amass {
@@ -136,18 +136,21 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
         joints,
         ..Motion::default()
     };
-    let place = ["transl", "trans"]
+    let translation = ["transl", "trans"]
         .map(name)
         .into_iter()
         .find(|name| entries.get(name).is_some());
-    let root = set_root(reader, &mut motion, place.as_deref(), frames, prefix)?;
+    let root = set_root(reader, &mut motion, translation.as_deref(), frames, prefix)?;
     if is_soma {
         // SOMA's translation is where its root is moved from the rest pose, whose feet are on the ground.
         let rest = motion.rest.first().copied().unwrap_or_default();
-        let lowest = motion.rest.iter().map(|place| place.y).fold(rest.y, f32::min);
+        let lowest = motion.rest.iter().map(|joint| joint.y).fold(rest.y, f32::min);
         let ground = if reader.options.body.is_some() { lowest } else { 0.0 };
         let moved = rest - Vec3::Y * ground - root;
-        motion.root.iter_mut().for_each(|place| *place += moved.as_dvec3());
+        motion
+            .root
+            .iter_mut()
+            .for_each(|position| *position += moved.as_dvec3());
     }
     guess_up(&mut motion);
     reader.frame_rate(USUAL_RATE, &mut motion)?;
@@ -169,7 +172,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
         return Ok(None);
     };
     // Where the translation is, and the rotations of the root, the body, the jaw, the eyes and the hands.
-    let (what, joints, place, order): (_, _, _, &[(usize, usize)]) = match width {
+    let (what, joints, root_column, order): (_, _, _, &[(usize, usize)]) = match width {
         69 => ("PHUMA's: translation 3, orientation 3, body 63", 22, 0, &[(3, 22)]),
         322 => (
             "Motion-X's: root 3, body 63, hands 90, jaw 3, expression 50, face 100, translation 3, betas 10",
@@ -199,11 +202,11 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     let mut motion = Motion {
         joints,
         rotations,
-        root: places(&part(place, 3)),
+        root: vectors(&part(root_column, 3)),
         ..Motion::default()
     };
     let root = set_rest(reader, &mut motion, "")?;
-    motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
+    motion.root.iter_mut().for_each(|position| *position += root.as_dvec3());
     let reason = format!("{width} numbers a frame have no names");
     motion.assume(Topic::Layout, what, reason, Confidence::Likely);
     guess_up(&mut motion);
@@ -222,11 +225,11 @@ fn set_root(
     prefix: &str,
 ) -> Result<Vec3, Failure> {
     motion.root = match name {
-        Some(name) => places(&reader.numbers(name, Some(frames), &[3])?.1),
+        Some(name) => vectors(&reader.numbers(name, Some(frames), &[3])?.1),
         None => vec![DVec3::ZERO; frames],
     };
     let root = set_rest(reader, motion, prefix)?;
-    motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
+    motion.root.iter_mut().for_each(|position| *position += root.as_dvec3());
     Ok(root)
 }
 
@@ -247,7 +250,7 @@ fn set_rest(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) -> Resul
     }
     if let Some(rest) = reader.entries.get(REST_JOINTS) {
         let (_, numbers) = reader.numbers_of(REST_JOINTS, rest, Some(count), &[3])?;
-        motion.rest = places(&numbers).into_iter().map(DVec3::as_vec3).collect();
+        motion.rest = vectors(&numbers).into_iter().map(DVec3::as_vec3).collect();
         return Ok(first(&motion.rest));
     }
     motion.rest = proportions::rest(&motion.joints);
@@ -320,12 +323,12 @@ fn tracks(numbers: &[f64], joints: usize) -> Vec<Vec<DQuat>> {
     tracks
 }
 
-fn places(numbers: &[f64]) -> Vec<DVec3> {
+fn vectors(numbers: &[f64]) -> Vec<DVec3> {
     numbers
         .as_chunks::<3>()
         .0
         .iter()
-        .map(|place| DVec3::from_array(*place))
+        .map(|xyz| DVec3::from_array(*xyz))
         .collect()
 }
 

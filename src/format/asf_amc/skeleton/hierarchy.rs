@@ -82,11 +82,11 @@ impl Reader<'_, '_> {
                 let diagnostic = limit_exceeded(format!("at most {limit} {what}"), format!("more than {limit}"));
                 return Err(Box::new(diagnostic.in_joint(&bone.name)));
             }
-            let place = Some(ordered.len());
+            let own = Some(ordered.len());
             is_reached[index] = true;
             ordered.push(Bone { parent, ..bone.clone() });
             let children = self.children[index].iter().rev();
-            open.extend(children.map(|&child| (child, place, depth + 1)));
+            open.extend(children.map(|&child| (child, own, depth + 1)));
         }
         let is_loose = |&index: &usize| !is_reached[index];
         let loose: Vec<usize> = (0..self.bones.len()).filter(is_loose).collect();

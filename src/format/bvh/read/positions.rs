@@ -45,12 +45,12 @@ impl Positions<'_> {
 
 /// How far the lowest joint is below a root at rest, along its OFFSET.
 pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
-    let way = hierarchy.joints[root].offset.normalize_or_zero();
+    let upwards = hierarchy.joints[root].offset.normalize_or_zero();
     let mut heights = vec![None; hierarchy.joints.len()];
     heights[root] = Some(0.0_f32);
     for (index, joint) in hierarchy.joints.iter().enumerate() {
         if let Some(above) = joint.parent.and_then(|parent| heights[parent]) {
-            heights[index] = Some(above + joint.offset.dot(way));
+            heights[index] = Some(above + joint.offset.dot(upwards));
         }
     }
     -heights.into_iter().flatten().fold(0.0, f32::min)
@@ -82,8 +82,8 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     let offset = root.masked(root.offset);
     let is_near = |value: Vec3| value.abs().max_element() <= NEAR_ZERO * length;
     let first = root.samples().next().unwrap_or_default();
-    let median = Vec3::from([0, 1, 2].map(|axis| root.median(|place| place[axis])));
-    let along = root.median(|place| place.dot(offset)) / (length * length);
+    let median = Vec3::from([0, 1, 2].map(|axis| root.median(|sample| sample[axis])));
+    let along = root.median(|sample| sample.dot(offset)) / (length * length);
     // The soles are a little below the last joint.
     let stands = (0.8..=1.1).contains(&(feet / length)) && offset.abs().max_element() >= 0.9 * length;
     let frame = if is_near(first) { "first" } else { "median" };
@@ -177,11 +177,11 @@ pub(super) fn are_in_world<'a>(
         let bones: Vec<f32> = std::iter::zip(here.samples(), parent.samples())
             .map(|(here, parent)| here.distance(parent))
             .collect();
-        let places: Vec<f32> = here.samples().map(Vec3::length).collect();
+        let norms: Vec<f32> = here.samples().map(Vec3::length).collect();
         let offset = here.offset_length();
         let is_as_offset = bones.iter().all(|length| (length - offset).abs() <= OFF * offset);
         all += 1;
-        constant += usize::from(is_constant(&bones) && (is_as_offset || !is_constant(&places)));
+        constant += usize::from(is_constant(&bones) && (is_as_offset || !is_constant(&norms)));
     }
     constant > 0 && constant * 10 >= all * 9
 }

@@ -351,19 +351,19 @@ impl<'h> Tracks<'h> {
             let Some(track) = tracks[index].map(|track| &mut self.joints[track]) else {
                 continue;
             };
-            let (place, rotation) = joint
+            let (translation, rotation) = joint
                 .parent
                 .map_or((Vec3::ZERO, Quat::IDENTITY), |parent| world[parent]);
             let has_place = track.columns.position.iter().all(Option::is_some);
             let here = if has_place {
                 let here = track.position_keys[frame];
                 if joint.parent.is_some() {
-                    track.position_keys[frame] = rotation.inverse() * (here - place);
+                    track.position_keys[frame] = rotation.inverse() * (here - translation);
                 }
                 here
             } else {
                 let local = track.position_keys.get(frame).copied().unwrap_or(joint.offset);
-                place + rotation * local
+                translation + rotation * local
             };
             world[index] = (here, rotation * track.rotation_keys[frame]);
         }

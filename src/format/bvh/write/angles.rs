@@ -84,8 +84,9 @@ fn unit_within(key: Quat) -> Option<DQuat> {
         if excess.abs() < f64::EPSILON || key[index] == 0.0 {
             break;
         }
-        let way = |neighbour: f32| 0.5 * INSIDE * (f64::from(neighbour) - exact[index]);
-        exact[index] += (-0.5 * excess / exact[index]).clamp(way(key[index].next_down()), way(key[index].next_up()));
+        let half_step = |neighbour: f32| 0.5 * INSIDE * (f64::from(neighbour) - exact[index]);
+        exact[index] +=
+            (-0.5 * excess / exact[index]).clamp(half_step(key[index].next_down()), half_step(key[index].next_up()));
     }
     let rotation = DQuat::from_array(exact).normalize();
     (rotation.as_quat().to_array() == key).then_some(rotation)

@@ -78,9 +78,9 @@ pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Optio
             let to_world = |world: &[Mat4]| parent.map_or(Mat4::IDENTITY, |parent| world[parent]);
             scaled[joint.node] = to_world(&scaled) * transform.matrix();
             written[joint.node] = to_world(&written) * Mat4::from_rotation_translation(rotation, position);
-            let place = scaled[joint.node].w_axis.truncate();
-            let distance = place.distance(written[joint.node].w_axis.truncate());
-            farthest = farthest.max(place.abs().max_element());
+            let point = scaled[joint.node].w_axis.truncate();
+            let distance = point.distance(written[joint.node].w_axis.truncate());
+            farthest = farthest.max(point.abs().max_element());
             if distance > largest {
                 largest = distance;
                 worst = Some((joint.name, frame));
@@ -187,7 +187,7 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
         let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index] && parent.is_some();
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
-        let place = if keeps_offsets {
+        let point = if keeps_offsets {
             offset
         } else {
             scale * start[index].translation
@@ -197,7 +197,7 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
             positions
                 .unwrap_or_default()
                 .iter()
-                .any(|&position| scale * position != place)
+                .any(|&position| scale * position != point)
         };
         let moves = !is_end_site
             && match options.channels {

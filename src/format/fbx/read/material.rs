@@ -195,14 +195,14 @@ impl<'a> Materials<'a> {
             .file_stem()
             .map(|stem| PathBuf::from(stem).with_extension("fbm").join(&name));
         let usual = ["textures", "Textures"].map(|folder| Path::new(folder).join(&name));
-        let places = [stated, name].into_iter().chain(media).chain(usual);
+        let candidates = [stated, name].into_iter().chain(media).chain(usual);
         // Below the folder of the file alone, so that an input cannot read other files.
         let is_below = |path: &PathBuf| {
             let mut parts = path.components();
             path.file_name().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
         };
-        let mut places = places.filter(is_below);
-        places.find_map(|place| (self.source.open)(&here.with_file_name(place)).ok())
+        let mut candidates = candidates.filter(is_below);
+        candidates.find_map(|place| (self.source.open)(&here.with_file_name(place)).ok())
     }
 }
 

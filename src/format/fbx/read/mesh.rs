@@ -105,7 +105,7 @@ fn contradiction(name: &str) -> Diagnostic {
 /// The faces of each material, in the order in which they are first used; no material where the mesh names none.
 fn by_material(source: &ufbx::Mesh) -> Vec<(Option<usize>, Vec<ufbx::Face>)> {
     let mut parts: Vec<(Option<usize>, Vec<ufbx::Face>)> = Vec::new();
-    let mut places: HashMap<Option<usize>, usize> = HashMap::new();
+    let mut part_of: HashMap<Option<usize>, usize> = HashMap::new();
     for (index, face) in source
         .faces
         .iter()
@@ -114,7 +114,7 @@ fn by_material(source: &ufbx::Mesh) -> Vec<(Option<usize>, Vec<ufbx::Face>)> {
     {
         let material = source.face_material.get(index).map(|material| *material as usize);
         let material = material.filter(|material| *material < source.materials.len());
-        let place = *places.entry(material).or_insert_with(|| {
+        let place = *part_of.entry(material).or_insert_with(|| {
             parts.push((material, Vec::new()));
             parts.len() - 1
         });

@@ -135,16 +135,17 @@ impl Clip<'_, '_, '_> {
         let binding = Binding::new(self.scene, animation);
         let mut is_empty = true;
         for (node, channel) in binding.driven() {
-            let place = &placed[node.index()];
-            if place.id == super::document::SCENE_ROOT {
+            let node_at_rest = &placed[node.index()];
+            if node_at_rest.id == super::document::SCENE_ROOT {
                 continue;
             }
             let channel = &animation.channels[channel];
-            for mut track in self.tracks(place, channel)? {
-                if let Some(curves) = reduced.and_then(|reduced| reduced.curves(node.index(), place, track.part)) {
+            for mut track in self.tracks(node_at_rest, channel)? {
+                if let Some(curves) = reduced.and_then(|reduced| reduced.curves(node.index(), node_at_rest, track.part))
+                {
                     track.curves = curves;
                 }
-                let says_more = self.write(place.id, &track, false)?;
+                let says_more = self.write(node_at_rest.id, &track, false)?;
                 is_empty &= !says_more;
                 if says_more && matches!(track.part, Part::Translation) {
                     let farthest = moving.entry(node.index()).or_default();
@@ -154,19 +155,21 @@ impl Clip<'_, '_, '_> {
         }
         // A clip in which everything is as at rest, or that drives nothing, has a curve that says so.
         let mut placed = placed.iter();
-        if is_empty && let Some(place) = placed.find(|place| place.id != super::document::SCENE_ROOT) {
+        if is_empty
+            && let Some(node_at_rest) = placed.find(|node_at_rest| node_at_rest.id != super::document::SCENE_ROOT)
+        {
             let track = Track {
                 part: Part::Translation,
-                rest: place.translation,
-                curves: Curve::of_vectors(None, &[place.translation]),
+                rest: node_at_rest.translation,
+                curves: Curve::of_vectors(None, &[node_at_rest.translation]),
             };
-            self.write(place.id, &track, true)?;
+            self.write(node_at_rest.id, &track, true)?;
         }
         Ok(())
     }
 
     /// The tracks of a channel, as the values that the properties of its model take.
-    fn tracks(&self, place: &Placed, channel: &Channel) -> Result<Vec<Track>> {
+    fn tracks(&self, node_at_rest: &Placed, channel: &Channel) -> Result<Vec<Track>> {
         let mut tracks = Vec::new();
         let refuse = |tick: f64, what: &str| {
             unrepresentable(
@@ -181,18 +184,18 @@ impl Clip<'_, '_, '_> {
                 .map_err(|tick| refuse(tick, "position"))?;
             tracks.push(Track {
                 part: Part::Translation,
-                rest: place.translation,
+                rest: node_at_rest.translation,
                 curves: Curve::of_vectors(keys.ticks.as_ref(), &values),
             });
         }
         if !channel.rotation_keys.is_empty() {
             let dense = self.dense(&channel.rotation_keys);
             let keys = dense.as_ref().unwrap_or(&channel.rotation_keys);
-            let rest = place.angles_at_rest();
+            let rest = node_at_rest.angles_at_rest();
             let mut before = rest;
             let next = |value: Quat| {
                 let rotation: DQuat = self.space.rotation(value)?;
-                before = place.angles(rotation, before);
+                before = node_at_rest.angles(rotation, before);
                 Some(before)
             };
             let values = values(keys, next).map_err(|tick| {
@@ -211,7 +214,7 @@ impl Clip<'_, '_, '_> {
                 .map_err(|tick| refuse(tick, "scale"))?;
             tracks.push(Track {
                 part: Part::Scaling,
-                rest: place.scale,
+                rest: node_at_rest.scale,
                 curves: Curve::of_vectors(keys.ticks.as_ref(), &values),
             });
         }

@@ -130,10 +130,10 @@ impl<'a> Reduced<'a> {
         let metres = scene.metadata.metres_per_unit.unwrap_or(1.0);
         let shell_distance = bound.shell_distance.max(SKIN);
         let bound = bound.clone().shell_distance(shell_distance).in_units_of(metres);
-        let euler = placed.iter().map(|place| EulerAngles {
-            order: space.order_in_scene(place.order),
-            pre_rotation: space.rotation_in_scene(place.pre_rotation),
-            rest: space.direction_in_scene(place.angles_at_rest()),
+        let euler = placed.iter().map(|node_at_rest| EulerAngles {
+            order: space.order_in_scene(node_at_rest.order),
+            pre_rotation: space.rotation_in_scene(node_at_rest.pre_rotation),
+            rest: space.direction_in_scene(node_at_rest.angles_at_rest()),
         });
         let encoding = Curves { euler: euler.collect() };
         Ok(Self {
@@ -149,7 +149,7 @@ impl<'a> Reduced<'a> {
     }
 
     /// The curves of a part of a node that has any; `None` where every key stays.
-    pub(super) fn curves(&self, node: usize, place: &Placed, part: Part) -> Option<[Curve; 3]> {
+    pub(super) fn curves(&self, node: usize, node_at_rest: &Placed, part: Part) -> Option<[Curve; 3]> {
         let track = &self.clip.tracks[node];
         let curves = track.curves.as_ref();
         let (constant, animated, factor) = match part {
@@ -168,7 +168,7 @@ impl<'a> Reduced<'a> {
                 let constant = match &track.rotation {
                     Track::Constant(value) => {
                         let rotation = self.space.rotation(*value);
-                        rotation.map(|rotation| place.angles(rotation, place.angles_at_rest()))
+                        rotation.map(|rotation| node_at_rest.angles(rotation, node_at_rest.angles_at_rest()))
                     }
                     Track::Animated { .. } => None,
                 };

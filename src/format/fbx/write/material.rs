@@ -23,16 +23,16 @@ pub(super) struct Materials<'a> {
     known: HashMap<usize, Id>,
     /// By its image, and whether it is clamped along u and along v.
     textures: HashMap<(usize, [i32; 2]), Id>,
-    place: FbxTextures,
+    stored: FbxTextures,
     /// The files beside the file that is written: their names, and the indices of the textures.
     beside: Vec<(String, usize)>,
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(scene: &'a Scene, place: FbxTextures) -> Self {
+    pub(super) fn new(scene: &'a Scene, stored: FbxTextures) -> Self {
         Self {
             scene,
-            place,
+            stored,
             beside: Vec::new(),
             names: Names::default(),
             files: Names::default(),
@@ -117,7 +117,7 @@ impl<'a> Materials<'a> {
             .child(path.element())
             .child(Element::of("UseMipMap", 0));
         let element = names(element, "Filename");
-        let element = match self.place {
+        let element = match self.stored {
             FbxTextures::Embedded => element.child(Element::of("Content", texture.bytes.as_slice())),
             FbxTextures::Beside => element,
         };
@@ -143,7 +143,7 @@ impl<'a> Materials<'a> {
         document.add("Texture", element);
         document.connect(video, id);
         self.textures.insert((index, wrap), id);
-        if self.place == FbxTextures::Beside {
+        if self.stored == FbxTextures::Beside {
             self.beside.push((file, index));
         }
         id

@@ -86,8 +86,8 @@ pub(super) fn write<'a>(
             let element = shape(element, parts, space, &name, report)?;
             document.add("Geometry", element);
             let (id, element) = document.object("Model", [&name, "Model", "Mesh"]);
-            let place = to_world(first, space, placed);
-            document.add("Model", model(element, placed_at(place)));
+            let transform = to_world(first, space, placed);
+            document.add("Model", model(element, placed_at(transform)));
             document.connect(geometry, id);
             // Bones move a skinned mesh from where it is, which is the world.
             let parent = if first.bones.is_empty() {
@@ -106,7 +106,7 @@ pub(super) fn write<'a>(
             }
             if !first.bones.is_empty() {
                 skin(geometry, &name, parts, space, (placed, bound), document)?;
-                skinned.push((id, place));
+                skinned.push((id, transform));
             }
         }
     }
@@ -139,8 +139,8 @@ fn has_materials(scene: &Scene, parts: &[&Mesh]) -> bool {
     parts.iter().any(surface)
 }
 
-fn placed_at<'a>(place: DMat4) -> Properties<'a> {
-    let (scale, rotation, translation) = place.to_scale_rotation_translation();
+fn placed_at<'a>(transform: DMat4) -> Properties<'a> {
+    let (scale, rotation, translation) = transform.to_scale_rotation_translation();
     Properties::new()
         .flag("RotationActive", true)
         .choice("InheritType", 1)
@@ -160,7 +160,7 @@ fn shape<'a>(
 ) -> Result<Element<'a>> {
     let vertices = || parts.iter().flat_map(|part| &part.vertices);
     report.vertices += vertices().count();
-    let is_sound = vertices().all(|place| place.to_array().into_iter().all(|value| is_plausible(value.into())));
+    let is_sound = vertices().all(|vertex| vertex.to_array().into_iter().all(|value| is_plausible(value.into())));
     let is_whole = parts.iter().all(|part| {
         let count = part.vertices.len();
         let fits = |length: usize| length == 0 || length == count;
@@ -195,11 +195,11 @@ fn shape<'a>(
     }
     // The last corner of a polygon is the bitwise opposite.
     let polygons = corners.iter().enumerate();
-    let polygons = polygons.map(|(place, corner)| if place % 3 == 2 { !corner } else { *corner });
-    let places = vertices().flat_map(|vertex| space.point(*vertex).to_array());
+    let polygons = polygons.map(|(index, corner)| if index % 3 == 2 { !corner } else { *corner });
+    let coordinates = vertices().flat_map(|vertex| space.point(*vertex).to_array());
     let mut element = element
         .child(Element::of("GeometryVersion", 124))
-        .child(Element::of("Vertices", Array::doubles(places)))
+        .child(Element::of("Vertices", Array::doubles(coordinates)))
         .child(Element::of("PolygonVertexIndex", Array::ints(polygons)));
     let corners = Array::ints(corners);
     let mut layer = Element::of("Layer", 0).child(Element::of("Version", 100));
@@ -225,7 +225,7 @@ fn shape<'a>(
             own.chain(std::iter::repeat_n(glam::Vec2::ZERO, none))
         });
         // FBX begins at the lower left corner of an image, a scene at the upper left.
-        let coords = coords.flat_map(|place| [f64::from(place.x), 1.0 - f64::from(place.y)]);
+        let coords = coords.flat_map(|uv| [f64::from(uv.x), 1.0 - f64::from(uv.y)]);
         element = element.child(
             by_corner(Element::of("LayerElementUV", 0))
                 .child(Element::of("UV", Array::doubles(coords)))
@@ -280,7 +280,7 @@ fn skin(
     document.add("Deformer", element);
     document.connect(skin, geometry);
     let bones = &parts[0].bones;
-    let place = to_world(parts[0], space, placed);
+    let transform = to_world(parts[0], space, placed);
     let mut ties: Vec<(Vec<i32>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); bones.len()];
     let mut start = 0;
     for part in parts {
@@ -305,7 +305,7 @@ fn skin(
     }
     for (bone, (vertices, weights)) in std::iter::zip(bones, ties) {
         let to_bone = space.map(bone.offset_matrix.as_dmat4());
-        let to_world = bound(bone.node.index(), place * to_bone.inverse());
+        let to_world = bound(bone.node.index(), transform * to_bone.inverse());
         if !to_bone.is_finite() || !to_world.is_finite() {
             let message = format!("its bind pose in the mesh \"{name}\" has no inverse");
             return Err(unrepresentable(&bone.name, message));

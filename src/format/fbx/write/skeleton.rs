@@ -89,11 +89,11 @@ pub(super) fn write<'a>(
     for (index, node) in scene.nodes.iter().enumerate() {
         let parent = node.parent.and_then(|parent| placed.get(parent.index()));
         let (above, parent_id) = parent.map_or((DMat4::IDENTITY, root), |parent| (parent.world, parent.id));
-        let mut place = at_rest(node, space, options)?;
-        place.world = above * place.local();
+        let mut model_node = at_rest(node, space, options)?;
+        model_node.world = above * model_node.local();
         if index < left_out {
-            place.id = SCENE_ROOT;
-            placed.push(place);
+            model_node.id = SCENE_ROOT;
+            placed.push(model_node);
             continue;
         }
         let instead = match node.kind {
@@ -103,12 +103,12 @@ pub(super) fn write<'a>(
         };
         let name = names.unique(&node.name, instead);
         let mut properties = Properties::new();
-        let order = rotation_order(place.order);
+        let order = rotation_order(model_node.order);
         if order != 0 {
             properties = properties.choice("RotationOrder", order);
         }
-        if place.pre_rotation != DQuat::IDENTITY {
-            let angles = to_euler_xyz(place.pre_rotation, USUAL_ORDER, DVec3::ZERO);
+        if model_node.pre_rotation != DQuat::IDENTITY {
+            let angles = to_euler_xyz(model_node.pre_rotation, USUAL_ORDER, DVec3::ZERO);
             properties = properties.vector("PreRotation", angles);
         }
         properties = properties
@@ -117,9 +117,9 @@ pub(super) fn write<'a>(
             // The scales of the parent are part of its matrix, as everywhere else.
             .choice("InheritType", 1)
             .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
-            .own("Lcl Translation", place.translation)
-            .own("Lcl Rotation", place.angles_at_rest())
-            .own("Lcl Scaling", place.scale);
+            .own("Lcl Translation", model_node.translation)
+            .own("Lcl Rotation", model_node.angles_at_rest())
+            .own("Lcl Scaling", model_node.scale);
         if name != node.name {
             properties = properties.user_text(super::super::SOURCE_NAME, node.name.clone());
             report.renamed.push((index, node.name.clone(), name.clone()));
@@ -128,8 +128,8 @@ pub(super) fn write<'a>(
             properties = properties.user_flag(super::super::END_SITE);
         }
         report.bones += usize::from(is_bone[index]);
-        place.id = add_model(document, &name, parent_id, is_bone[index], properties);
-        placed.push(place);
+        model_node.id = add_model(document, &name, parent_id, is_bone[index], properties);
+        placed.push(model_node);
     }
     Ok(placed)
 }

@@ -45,8 +45,10 @@ impl Space {
     /// The axis of the scene that an axis of the file lies along, and 1, or -1 where they point in opposite directions.
     pub(super) fn axis_in_scene(&self, axis: usize) -> (usize, f64) {
         let turned = self.direction_in_scene(DVec3::AXES[axis]);
-        let place = (0..3).find(|&place| turned[place].abs() > 0.5).unwrap_or(axis);
-        (place, turned[place].signum())
+        let target_axis = (0..3)
+            .find(|&target_axis| turned[target_axis].abs() > 0.5)
+            .unwrap_or(axis);
+        (target_axis, turned[target_axis].signum())
     }
 
     /// A direction of the file, or angles about its axes, in the axes of the scene.
@@ -68,8 +70,8 @@ impl Space {
 
     /// Scales along axes; the rotation only exchanges them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
-        let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
-        places * scale.as_dvec3()
+        let permutation = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
+        permutation * scale.as_dvec3()
     }
 
     /// A map from one space of the scene to another.
@@ -80,10 +82,10 @@ impl Space {
 
     /// The order of these rotations about the axes of the file.
     pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
-        let place = |axis: usize| {
+        let target_axis = |axis: usize| {
             let turned = (self.turn * DVec3::AXES[axis]).abs();
-            (0..3).find(|&place| turned[place] > 0.5).unwrap_or(axis)
+            (0..3).find(|&target_axis| turned[target_axis] > 0.5).unwrap_or(axis)
         };
-        RotationOrder::from_axes(order.axes().map(place)).unwrap_or(order)
+        RotationOrder::from_axes(order.axes().map(target_axis)).unwrap_or(order)
     }
 }

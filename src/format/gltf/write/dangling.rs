@@ -43,7 +43,7 @@ pub(in super::super) fn without(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Vec<Diag
 }
 
 /// Where a value is: the keys and the numbers that lead to it.
-type Place = Vec<String>;
+type JsonPath = Vec<String>;
 
 struct File {
     json: Value,
@@ -60,18 +60,18 @@ impl File {
             }
             let pattern: Vec<&str> = pattern.split('/').collect();
             let mut found = Vec::new();
-            places(&self.json, &pattern, &mut Vec::new(), &mut found);
-            found.retain(|place| self.is_dangling(place, list));
-            for place in &found {
-                self.warn(place, list, done);
+            matching(&self.json, &pattern, &mut Vec::new(), &mut found);
+            found.retain(|path| self.is_dangling(path, list));
+            for path in &found {
+                self.warn(path, list, done);
             }
             // From the last to the first, so that no number before it changes; and what names several, once.
             if let Out(levels) = done {
-                found.iter_mut().for_each(|place| place.truncate(place.len() - levels));
+                found.iter_mut().for_each(|path| path.truncate(path.len() - levels));
                 found.dedup();
             }
-            for place in found.iter().rev() {
-                self.take_out(place, done);
+            for path in found.iter().rev() {
+                self.take_out(path, done);
             }
         }
         self.samplers_of_animations();
@@ -84,9 +84,9 @@ impl File {
         list.and_then(Value::as_array).map_or(0, Vec::len)
     }
 
-    fn is_dangling(&self, place: &Place, list: &str) -> bool {
-        let value = self.json.pointer(&pointer(place));
-        let may_be_negative = place.join("/").starts_with(MAY_BE_NEGATIVE);
+    fn is_dangling(&self, path: &JsonPath, list: &str) -> bool {
+        let value = self.json.pointer(&pointer(path));
+        let may_be_negative = path.join("/").starts_with(MAY_BE_NEGATIVE);
         match value {
             None | Some(Value::Null) => false,
             Some(value) if may_be_negative && value.as_i64().is_some_and(|number| number < 0) => false,
@@ -98,20 +98,20 @@ impl File {
     }
 
     /// Says what is wrong, and what is done.
-    fn warn(&mut self, place: &Place, list: &'static str, done: Done) {
-        let owner = match self.json.pointer(&pointer(&place[..2.min(place.len())])) {
+    fn warn(&mut self, path: &JsonPath, list: &'static str, done: Done) {
+        let owner = match self.json.pointer(&pointer(&path[..2.min(path.len())])) {
             Some(Value::Object(item)) => item.get("name").and_then(Value::as_str),
             _ => None,
         };
         let what = singular(list);
-        let owner = owner.map_or_else(String::new, |name| format!("{} \"{name}\": ", singular(&place[0])));
+        let owner = owner.map_or_else(String::new, |name| format!("{} \"{name}\": ", singular(&path[0])));
         let gone = match done {
-            Out(levels) => format!("{} is left out", place[..place.len() - levels].join("/")),
-            Broken | White => format!("what names {} is left out", place[..2].join("/")),
-            StandIn(_) => format!("{} is empty", place[..2].join("/")),
-            Hidden => format!("{} shows nothing", place[..2].join("/")),
+            Out(levels) => format!("{} is left out", path[..path.len() - levels].join("/")),
+            Broken | White => format!("what names {} is left out", path[..2].join("/")),
+            StandIn(_) => format!("{} is empty", path[..2].join("/")),
+            Hidden => format!("{} shows nothing", path[..2].join("/")),
         };
-        let value = self.json.pointer(&pointer(place)).unwrap_or(&Value::Null);
+        let value = self.json.pointer(&pointer(path)).unwrap_or(&Value::Null);
         let count = self.length(list);
         let is_there = index_of(value).is_some_and(|index| index < count);
         let condition = "where the file is written as glTF";
@@ -120,31 +120,31 @@ impl File {
             true => format!("{what} {value} is not sound, so what names it is left out {condition}"),
             false => format!("{owner}there is no {what} {value}, so {gone} {condition}"),
         };
-        let mut warning = invalid(pointer(place), message);
+        let mut warning = invalid(pointer(path), message);
         if !is_there {
             warning = warning.expected_found(format!("an index below {count}"), value.to_string());
         }
         self.warnings.distinct(warning);
     }
 
-    /// `place` is what is taken out, or an index of the item that is changed.
-    fn take_out(&mut self, place: &Place, done: Done) {
+    /// `path` is what is taken out, or an index of the item that is changed.
+    fn take_out(&mut self, path: &JsonPath, done: Done) {
         match done {
-            Out(_) => remove(&mut self.json, place),
+            Out(_) => remove(&mut self.json, path),
             Broken => {
-                self.mark(place);
-                remove(&mut self.json, place);
+                self.mark(path);
+                remove(&mut self.json, path);
             }
             White => {
-                self.mark(place);
+                self.mark(path);
                 let image = self.append("images", serde_json::from_str(NO_IMAGE).unwrap_or_default());
-                if let Some(source) = self.json.pointer_mut(&pointer(place)) {
+                if let Some(source) = self.json.pointer_mut(&pointer(path)) {
                     *source = image.into();
                 }
             }
             StandIn(item) => {
-                self.mark(place);
-                if let Some(value) = self.json.pointer_mut(&pointer(&place[..2])) {
+                self.mark(path);
+                if let Some(value) = self.json.pointer_mut(&pointer(&path[..2])) {
                     *value = serde_json::from_str(item).unwrap_or_default();
                 }
             }
@@ -152,7 +152,7 @@ impl File {
                 // Without a mesh it would be a joint.
                 let primitives = self.nothing();
                 let mesh = self.append("meshes", json!({ "primitives": primitives }));
-                if let Some(Value::Object(node)) = self.json.pointer_mut(&pointer(&place[..2])) {
+                if let Some(Value::Object(node)) = self.json.pointer_mut(&pointer(&path[..2])) {
                     node.insert("mesh".to_owned(), mesh.into());
                     node.remove("skin");
                     node.remove("weights");
@@ -161,10 +161,10 @@ impl File {
         }
     }
 
-    /// Remembers that the item in which `place` is stands for nothing.
-    fn mark(&mut self, place: &Place) {
-        let list = INDICES.iter().map(|(_, list, _)| *list).find(|list| *list == place[0]);
-        if let (Some(list), Ok(index)) = (list, place[1].parse()) {
+    /// Remembers that the item in which `path` is stands for nothing.
+    fn mark(&mut self, path: &JsonPath) {
+        let list = INDICES.iter().map(|(_, list, _)| *list).find(|list| *list == path[0]);
+        if let (Some(list), Ok(index)) = (list, path[1].parse()) {
             self.broken.entry(list).or_default().insert(index);
         }
     }
@@ -203,16 +203,16 @@ impl File {
     /// Samplers of animations, which are read, but for those that no channel of a joint uses.
     fn samplers_of_animations(&mut self) {
         for animation in 0..self.length("animations") {
-            let at: Place = ["animations", &animation.to_string(), "samplers"]
+            let at: JsonPath = ["animations", &animation.to_string(), "samplers"]
                 .map(str::to_owned)
                 .to_vec();
             let mut found = Vec::new();
             let pattern = ["animations", at[1].as_str(), "samplers", "*", "*put"];
-            places(&self.json, &pattern, &mut Vec::new(), &mut found);
-            found.retain(|place| self.is_dangling(place, "accessors"));
-            let dead: BTreeSet<String> = found.iter().map(|place| place[3].clone()).collect();
-            for place in &found {
-                self.warn(place, "accessors", Out(1));
+            matching(&self.json, &pattern, &mut Vec::new(), &mut found);
+            found.retain(|path| self.is_dangling(path, "accessors"));
+            let dead: BTreeSet<String> = found.iter().map(|path| path[3].clone()).collect();
+            for path in &found {
+                self.warn(path, "accessors", Out(1));
             }
             let samplers = self.json.pointer(&pointer(&at)).and_then(Value::as_array);
             let mut sound = samplers.into_iter().flatten().enumerate();
@@ -224,8 +224,8 @@ impl File {
             }
             for index in &dead {
                 // Numbers of samplers stay.
-                let place = [&at[..], std::slice::from_ref(index)].concat();
-                if let Some(sampler) = self.json.pointer_mut(&pointer(&place)) {
+                let path = [&at[..], std::slice::from_ref(index)].concat();
+                if let Some(sampler) = self.json.pointer_mut(&pointer(&path)) {
                     *sampler = sound.clone();
                 }
             }
@@ -237,20 +237,20 @@ impl File {
         let pattern = "animations/*/channels/*/target/extensions/KHR_animation_pointer/pointer";
         let pattern: Vec<&str> = pattern.split('/').collect();
         let mut found = Vec::new();
-        places(&self.json, &pattern, &mut Vec::new(), &mut found);
+        matching(&self.json, &pattern, &mut Vec::new(), &mut found);
         // From the last to the first, so that no number before it changes.
-        for place in found.iter().rev() {
-            let target = self.json.pointer(&pointer(place)).and_then(Value::as_str);
+        for path in found.iter().rev() {
+            let target = self.json.pointer(&pointer(path)).and_then(Value::as_str);
             let Some(target) = target.filter(|target| !self.leads_to_an_item(target)) else {
                 continue;
             };
             let message = format!(
                 "there is no {target}, so {} is left out where the file is written as glTF",
-                place[..4].join("/")
+                path[..4].join("/")
             );
-            self.warnings.distinct(invalid(pointer(place), message));
-            let channels = self.json.pointer_mut(&pointer(&place[..3]));
-            if let (Some(channels), Ok(channel)) = (channels.and_then(Value::as_array_mut), place[3].parse()) {
+            self.warnings.distinct(invalid(pointer(path), message));
+            let channels = self.json.pointer_mut(&pointer(&path[..3]));
+            if let (Some(channels), Ok(channel)) = (channels.and_then(Value::as_array_mut), path[3].parse()) {
                 let _: Value = channels.remove(channel);
             }
         }
@@ -269,19 +269,19 @@ impl File {
 }
 
 /// All values that a pattern leads to.
-fn places(value: &Value, pattern: &[&str], at: &mut Place, found: &mut Vec<Place>) {
+fn matching(value: &Value, pattern: &[&str], at: &mut JsonPath, found: &mut Vec<JsonPath>) {
     let Some((first, rest)) = pattern.split_first() else {
         found.push(at.clone());
         return;
     };
     if *first == "**" {
-        places(value, rest, at, found);
+        matching(value, rest, at, found);
     }
     let deeper = if *first == "**" { pattern } else { rest };
     let mut follow = |name: String, member: &Value| {
         if is_match(first, &name) {
             at.push(name);
-            places(member, deeper, at, found);
+            matching(member, deeper, at, found);
             at.pop();
         }
     };
@@ -317,8 +317,8 @@ fn is_match(pattern: &str, name: &str) -> bool {
 }
 
 /// Takes a value out of its object or array; a list that has nothing else, too.
-fn remove(json: &mut Value, place: &[String]) {
-    let Some((last, above)) = place.split_last() else {
+fn remove(json: &mut Value, path: &[String]) {
+    let Some((last, above)) = path.split_last() else {
         return;
     };
     let parent = json.pointer_mut(&pointer(above));
@@ -340,8 +340,8 @@ fn remove(json: &mut Value, place: &[String]) {
     }
 }
 
-fn pointer(place: &[String]) -> String {
-    let escaped = place
+fn pointer(path: &[String]) -> String {
+    let escaped = path
         .iter()
         .map(|part| format!("/{}", part.replace('~', "~0").replace('/', "~1")));
     escaped.collect()

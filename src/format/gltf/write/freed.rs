@@ -163,8 +163,8 @@ impl Freed {
                 .extensions
                 .iter()
                 .flat_map(|all| [all.ext.as_deref(), all.khr.as_deref()]);
-            let places = streams.flatten().chain([&view]).filter(|place| place.buffer == 0);
-            for offset in places.filter_map(|place| place.byte_offset) {
+            let views_of_buffer = streams.flatten().chain([&view]).filter(|view| view.buffer == 0);
+            for offset in views_of_buffer.filter_map(|view| view.byte_offset) {
                 let old: usize = parse(offset.get())?;
                 let holds = |(range, _): &&(Range<usize>, usize)| range.contains(&old);
                 let new = self
@@ -214,10 +214,10 @@ fn ranges_of(view: &Value) -> impl Iterator<Item = Range<usize>> {
     let streams = STREAMS.into_iter().filter_map(|name| view.get("extensions")?.get(name));
     let ranges = streams
         .chain([view])
-        .filter(|place| place["buffer"] == 0)
-        .filter_map(|place| {
-            let start = place.get("byteOffset").map_or(Some(0), index_of)?;
-            Some(start..start.checked_add(index_of(place.get("byteLength")?)?)?)
+        .filter(|view| view["buffer"] == 0)
+        .filter_map(|range| {
+            let start = range.get("byteOffset").map_or(Some(0), index_of)?;
+            Some(start..start.checked_add(index_of(range.get("byteLength")?)?)?)
         });
     ranges.collect::<Vec<_>>().into_iter()
 }

@@ -82,11 +82,11 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     let replaced = original.replaced.map_or(Replaced::All, Replaced::One);
     let bytes = with_files_beside(&file.bytes, &file.beside)?;
     let (name, is_text, was_text) = (&options.name, options.has_extension("gltf"), !bytes.starts_with(MAGIC));
-    let mut place = gltf.clone();
+    let mut embedded = gltf.clone();
     if !is_text {
-        place.buffer = BufferPlace::Embedded;
+        embedded.buffer = BufferPlace::Embedded;
     }
-    let (mut files, report) = patch::with_animations(&bytes, &skeleton, &clips, replaced, &place, name)?;
+    let (mut files, report) = patch::with_animations(&bytes, &skeleton, &clips, replaced, &embedded, name)?;
     if is_text != was_text {
         let bytes = files.pop().map(WrittenFile::into_bytes).unwrap_or_default();
         files = match is_text {
@@ -153,7 +153,7 @@ fn kind_of(name: &str) -> &'static str {
 }
 
 /// A `.glb` as a text and its buffer.
-fn text_and_bin(name: &str, glb: &[u8], place: BufferPlace) -> Result<Vec<WrittenFile>> {
+fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<WrittenFile>> {
     let (text, bin) = json::split(glb)?;
     let text = utf8(text)?.trim_end();
     let mut edits = Edits::new(text);
@@ -161,7 +161,7 @@ fn text_and_bin(name: &str, glb: &[u8], place: BufferPlace) -> Result<Vec<Writte
     let (Some(bin), Some(buffer)) = (bin, buffers.first()) else {
         return Ok(vec![WrittenFile::new(name, text.as_bytes().to_vec())]);
     };
-    let beside = (place == BufferPlace::Beside).then(|| bin_name(name));
+    let beside = (embedded == BufferPlace::Beside).then(|| bin_name(name));
     let uri = uri_of_buffer(beside.as_deref(), bin);
     edits.insert_in(buffer, format!("\"uri\":\"{uri}\","));
     let text = WrittenFile::new(name, edits.finish().into_bytes());

@@ -113,7 +113,7 @@ impl Times {
         let last = last.copied().fold(0.0, f64::max);
         let mut channels = Vec::new();
         let mut free = skeleton.joints.clone();
-        for (place, joint) in joints.iter().enumerate() {
+        for (column, joint) in joints.iter().enumerate() {
             // Removed, because a second channel of a joint has no meaning.
             let Some(node) = free.remove(joint) else {
                 warnings.tally(Code::IgnoredChannel, || {
@@ -128,10 +128,10 @@ impl Times {
             channels.push(Channel {
                 node_name: skeleton.nodes[node].name.clone(),
                 node: Some(NodeId::new(node)),
-                position_keys: keys(&positions, place, joints.len(), rest.translation, Vec3::from_array),
+                position_keys: keys(&positions, column, joints.len(), rest.translation, Vec3::from_array),
                 rotation_keys: keys(
                     &rotations,
-                    place,
+                    column,
                     joints.len(),
                     rest.rotation,
                     |[w, x, y, z]: [f32; 4]| {
@@ -139,7 +139,7 @@ impl Times {
                         unit(Quat::from_xyzw(x, y, z, w)).unwrap_or(rest.rotation)
                     },
                 ),
-                scaling_keys: keys(&scales, place, joints.len(), rest.scale, Vec3::from_array),
+                scaling_keys: keys(&scales, column, joints.len(), rest.scale, Vec3::from_array),
             });
         }
         if channels.is_empty() {
@@ -203,7 +203,7 @@ impl Times {
 /// The keys of one joint; its value at rest where it has no keys.
 fn keys<T: Copy + PartialEq, const N: usize>(
     (ticks, rows): &(Vec<f64>, Vec<Vec<[f32; N]>>),
-    place: usize,
+    column: usize,
     joints: usize,
     rest: T,
     make: impl Fn([f32; N]) -> T,
@@ -211,7 +211,7 @@ fn keys<T: Copy + PartialEq, const N: usize>(
     let values: Vec<T> = rows
         .iter()
         .filter(|row| row.len() == joints)
-        .map(|row| make(row[place]))
+        .map(|row| make(row[column]))
         .collect();
     match values.first() {
         None => Keys::constant(rest),

@@ -151,7 +151,7 @@ fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
             ..Node::default()
         });
     }
-    place(prim, &mut nodes)?;
+    set_transforms(prim, &mut nodes)?;
     Ok(nodes)
 }
 
@@ -186,7 +186,7 @@ fn sorted(nodes: Vec<Node>, order: &[usize]) -> Vec<Node> {
 }
 
 /// Sets the rest pose.
-fn place(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
+fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
     let value = |name: &str| prim.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
     let (matrices, is_local) = match (value("restTransforms"), value("bindTransforms")) {
         (Some(rest), _) if !rest.numbers.is_empty() => (rest, true),
@@ -265,7 +265,7 @@ fn above(layer: &Layer, skeleton: usize, warnings: &mut Warnings) -> Result<DMat
         next = prim.parent;
         for name in texts(prim, "xformOpOrder") {
             if name == "!resetXformStack!" {
-                // The prims above do not place this one.
+                // The prims above do not set_transforms this one.
                 next = None;
                 continue;
             }

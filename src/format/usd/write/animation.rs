@@ -35,7 +35,7 @@ impl Stage<'_> {
         let joints = driven.iter().map(|driven| self.skeleton.joints[driven.joint].as_str());
         self.text.list("uniform token[] joints", joints, token);
         let codes = self.rate / rate;
-        let place = |ticks: &[f64]| -> Vec<f64> { ticks.iter().map(|tick| tick * codes).collect() };
+        let codes_of = |ticks: &[f64]| -> Vec<f64> { ticks.iter().map(|tick| tick * codes).collect() };
 
         let ticks = ticks(driven.iter().map(|driven| &driven.channel.position_keys));
         let at = |index: usize| {
@@ -46,7 +46,7 @@ impl Stage<'_> {
             all.map(|value| value.to_array()).collect()
         };
         self.text
-            .samples("float3[] translations", &place(&ticks), at, text::tuple);
+            .samples("float3[] translations", &codes_of(&ticks), at, text::tuple);
 
         let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.rotation_keys));
         let at = |index: usize| {
@@ -57,7 +57,8 @@ impl Stage<'_> {
                 .map(|value| [value.w, value.x, value.y, value.z])
                 .collect()
         };
-        self.text.samples("quatf[] rotations", &place(&ticks), at, text::tuple);
+        self.text
+            .samples("quatf[] rotations", &codes_of(&ticks), at, text::tuple);
 
         let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.scaling_keys));
         let at = |index: usize| {
@@ -65,7 +66,7 @@ impl Stage<'_> {
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.scale));
             all.map(|value| value.to_array().map(half_of_scale)).collect()
         };
-        self.text.samples("half3[] scales", &place(&ticks), at, text::tuple);
+        self.text.samples("half3[] scales", &codes_of(&ticks), at, text::tuple);
         self.text.close();
         Ok(())
     }

@@ -118,7 +118,10 @@ impl Stage<'_> {
         }
         if mesh.texture_coords.len() == mesh.vertices.len() {
             // USD begins at the lower left corner of an image, a scene at the upper left.
-            let coords = mesh.texture_coords.iter().map(|place| [place.x, 1.0 - place.y]);
+            let coords = mesh
+                .texture_coords
+                .iter()
+                .map(|bind_line| [bind_line.x, 1.0 - bind_line.y]);
             out.list("texCoord2f[] primvars:st", coords, text::tuple);
             within(out, &["interpolation = \"vertex\""]);
         }
@@ -131,9 +134,9 @@ impl Stage<'_> {
             out.line(&format!("rel material:binding = <{material}>"));
         }
         out.line(&format!("rel skel:skeleton = </{ROOT}/{SKELETON}>"));
-        let mut place = String::from("matrix4d primvars:skel:geomBindTransform = ");
-        text::matrix(&mut place, bound.to_bind);
-        out.line(&place);
+        let mut bind_line = String::from("matrix4d primvars:skel:geomBindTransform = ");
+        text::matrix(&mut bind_line, bound.to_bind);
+        out.line(&bind_line);
         self.ties(mesh, bound.node)?;
         self.text.close();
         Ok(())

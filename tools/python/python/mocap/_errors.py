@@ -66,7 +66,7 @@ class MissingFileError(FileError, FileNotFoundError):
 
 
 class FileIsFolderError(FileError, IsADirectoryError):
-    """A folder in the place of a file."""
+    """A folder where a file is needed."""
 
     errno = errno.EISDIR
 

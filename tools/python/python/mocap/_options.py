@@ -96,7 +96,7 @@ class Options:
         rot: What the numbers of a rotation are: ``"quat"`` is x, y, z, w; ``"6d"`` the first two columns of the
             matrix, one after the other; ``"matrix"`` 3 x 3; ``"euler"`` degrees about x, y and z, which the joint's
             ``rotation_order`` puts in order.
-        space: What positions are relative to: the ``"world"``; the place of the ``"root"`` in the same frame, along
+        space: What positions are relative to: the ``"world"``; the position of the ``"root"`` in the same frame, along
             the world's axes; ``"local"`` is the listed parent, in its axes.
         rot_space: What rotations are relative to: the listed parent (``"local"``) or the ``"world"``.
         joints: A regular expression for the names of the joints and end sites to keep; all if ``None``.

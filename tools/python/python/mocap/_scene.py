@@ -65,7 +65,7 @@ class Scene:
     def nodes(self) -> list[_mocap.Node]:
         """The nodes, depth-first: parents stand before their children.
 
-        Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (a place in this list or
+        Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (an index in this list or
         ``None``), ``offset`` (x, y, z to the parent at rest, in the file's unit) and ``rotation_order`` (such as
         ``"ZXY"``, or ``None``).
         """
