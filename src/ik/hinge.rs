@@ -89,14 +89,14 @@ mod tests {
         /// Also a limb that is straight, of which only the hinge says how it bends.
         #[test]
         fn a_goal_within_reach_is_reached(
-            toward in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), share in 0f32..=1.0,
+            toward in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), fraction in 0f32..=1.0,
         ) {
             let hinge = toward.cross(other);
             prop_assume!(hinge.length() > 0.05);
             let (hinge, (a, b)) = (hinge.normalize(), lengths);
             let middle = toward * a;
             let joints = [Vec3::ZERO, middle, middle + Quat::from_axis_angle(hinge, bend) * toward * b];
-            let goal = goal * ((a - b).abs() + share * (a + b - (a - b).abs()));
+            let goal = goal * ((a - b).abs() + fraction * (a + b - (a - b).abs()));
             let old = plane_normal(joints, hinge);
             prop_assert!(old.dot(hinge) > 0.999);
             prop_assume!(old.reject_from_normalized(goal.normalize_or(Vec3::X)).length() > 0.05);

@@ -204,9 +204,9 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(10_000))]
 
         #[test]
-        fn a_goal_within_reach_is_reached(joints in limb(), toward in unit(), share in 0f32..=1.0, pole in prop::option::of(vector(20.0))) {
+        fn a_goal_within_reach_is_reached(joints in limb(), toward in unit(), fraction in 0f32..=1.0, pole in prop::option::of(vector(20.0))) {
             let (a, b) = lengths(joints);
-            let goal = joints[0] + toward * ((a - b).abs() + share * (a + b - (a - b).abs()));
+            let goal = joints[0] + toward * ((a - b).abs() + fraction * (a + b - (a - b).abs()));
             let found = TwoBone::solve(joints, goal, pole);
             let [middle, end] = apply(joints, &found);
             // A hundredth of a millimetre: positions up to 24 m have 2e-6 of rounding.
@@ -230,9 +230,9 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(1_000))]
 
         #[test]
-        fn the_middle_bends_towards_the_pole(joints in limb(), toward in unit(), share in 0.05f32..0.95, pole in vector(20.0)) {
+        fn the_middle_bends_towards_the_pole(joints in limb(), toward in unit(), fraction in 0.05f32..0.95, pole in vector(20.0)) {
             let (a, b) = lengths(joints);
-            let goal = joints[0] + toward * ((a - b).abs() + share * (a + b - (a - b).abs()));
+            let goal = joints[0] + toward * ((a - b).abs() + fraction * (a + b - (a - b).abs()));
             let wanted = (pole - joints[0]).reject_from_normalized(toward);
             prop_assume!(wanted.length() > 0.1);
             let [middle, _] = apply(joints, &TwoBone::solve(joints, goal, Some(pole)));
@@ -250,10 +250,10 @@ mod tests {
 
         /// A small step of the goal is a small step of the limb, unless it is stretched or folded fully.
         #[test]
-        fn it_is_continuous(joints in limb(), toward in unit(), share in 0.02f32..0.98, step in unit()) {
+        fn it_is_continuous(joints in limb(), toward in unit(), fraction in 0.02f32..0.98, step in unit()) {
             let (a, b) = lengths(joints);
             prop_assume!((joints[2] - joints[0]).normalize().dot(toward) > -0.99 && joints[0].distance(joints[2]) > 0.05);
-            let distance = (a - b).abs() + share * (a + b - (a - b).abs());
+            let distance = (a - b).abs() + fraction * (a + b - (a - b).abs());
             prop_assume!(distance > 0.05);
             let goal = joints[0] + toward * distance;
             let [here, _] = apply(joints, &TwoBone::solve(joints, goal, None));

@@ -278,8 +278,8 @@ impl Scale {
     }
 
     fn place(&self, value: f64) -> f32 {
-        let share = (value - self.from) / (self.to - self.from);
-        self.pixels[0] + (self.pixels[1] - self.pixels[0]) * share as f32
+        let fraction = (value - self.from) / (self.to - self.from);
+        self.pixels[0] + (self.pixels[1] - self.pixels[0]) * fraction as f32
     }
 
     fn marks(&self) -> impl Iterator<Item = f64> {

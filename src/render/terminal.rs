@@ -202,8 +202,8 @@ fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     let per_bar = heights.len().div_ceil(width.max(1)).max(1);
     let bars = heights.chunks(per_bar).map(|chunk| {
         let mean = chunk.iter().sum::<f64>() / chunk.len() as f64;
-        let share = if high > low { (mean - low) / (high - low) } else { 0.0 };
-        BARS[((share * 8.0) as usize).min(7)]
+        let fraction = if high > low { (mean - low) / (high - low) } else { 0.0 };
+        BARS[((fraction * 8.0) as usize).min(7)]
     });
     (bars.collect(), low, high)
 }

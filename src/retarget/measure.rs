@@ -230,7 +230,7 @@ fn feet(
         let deepest = (0..ticks.len()).map(lowest).fold(0.0, f32::min);
         FootMotion {
             skate: speeds / contact_frames.max(1) as f64,
-            share_below_floor: below as f64 / ticks.len().max(1) as f64,
+            fraction_below_floor: below as f64 / ticks.len().max(1) as f64,
             deepest: f64::from(-deepest),
         }
     };

@@ -43,7 +43,7 @@ pub struct FootMotion {
     /// The mean speed over the ground of feet that stand, in metres a second.
     pub skate: f64,
     /// The fraction of frames in which a joint of a foot, or a sole of the skin, is more than 1 cm below the floor.
-    pub share_below_floor: f64,
+    pub fraction_below_floor: f64,
     /// How far below the floor one of them is at most, in metres.
     pub deepest: f64,
 }
@@ -208,7 +208,7 @@ pub(super) fn verdict(report: &RetargetReport) -> Verdict {
     } else {
         Verdict::Fair
     };
-    let is_below = |feet: FootMotion| feet.share_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
+    let is_below = |feet: FootMotion| feet.fraction_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
     let by_floor = match report.feet {
         Some(feet) if is_below(feet.target) => Verdict::Poor,
         _ => Verdict::Good,
@@ -293,7 +293,7 @@ impl RetargetReport {
         };
         let (locked, before) = (locked.target, free_feet.target);
         let less_skate = before.skate - locked.skate;
-        let less_below = before.share_below_floor - locked.share_below_floor;
+        let less_below = before.fraction_below_floor - locked.fraction_below_floor;
         self.verdict != Verdict::Poor
             && less_skate > -MORE_SKATE
             && less_below > -MOST_BELOW
@@ -304,7 +304,7 @@ impl RetargetReport {
     /// what those of the source do, on a body of the same size, are left as they are.
     pub fn slides(&self) -> bool {
         self.feet.is_some_and(|FeetReport { source, target, .. }| {
-            let is_below = target.share_below_floor > MOST_BELOW;
+            let is_below = target.fraction_below_floor > MOST_BELOW;
             !self.feet_move_alike() && (is_below || target.skate > source.skate + MORE_SKATE)
         })
     }

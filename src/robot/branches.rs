@@ -186,10 +186,10 @@ impl Follow<'_> {
             .iter()
             .map(|at| [self.bounds.lower[*at], self.bounds.upper[*at]].map(|limit| limit.clamp(-3.2, 3.2)))
             .collect();
-        let along = |share: f64| {
+        let along = |fraction: f64| {
             ranges
                 .iter()
-                .map(move |[low, high]| low + share * (high - low))
+                .map(move |[low, high]| low + fraction * (high - low))
                 .collect()
         };
         let rest = ranges.iter().map(|[low, high]| 0.0_f64.max(*low).min(*high)).collect();

@@ -22,7 +22,7 @@ pub struct LinkCollision {
     /// The other one.
     pub other: String,
     /// The fraction of frames in which they penetrate each other by more than 1 cm.
-    pub share: f64,
+    pub fraction: f64,
     /// How deep at most, in metres.
     pub deepest: f64,
 }
@@ -31,7 +31,7 @@ pub struct LinkCollision {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct SelfCollision {
     /// The fraction of frames in which two links penetrate each other by more than 1 cm.
-    pub(super) share: f64,
+    pub(super) fraction: f64,
     /// The links, the deepest first.
     pub(super) links: Vec<LinkCollision>,
 }
@@ -117,19 +117,19 @@ impl Collisions {
             }
             colliding_frames += usize::from(is_colliding);
         }
-        let share = |frames: usize| frames as f64 / motion.frames().max(1) as f64;
+        let fraction = |frames: usize| frames as f64 / motion.frames().max(1) as f64;
         let pairs = self.pairs.iter().zip(found).filter(|(_, (frames, _))| *frames > 0);
         let mut links: Vec<LinkCollision> = pairs
             .map(|([one, other], (frames, deepest))| LinkCollision {
                 link: self.names[*one].clone(),
                 other: self.names[*other].clone(),
-                share: share(frames),
+                fraction: fraction(frames),
                 deepest,
             })
             .collect();
         links.sort_by(|a, b| b.deepest.total_cmp(&a.deepest));
         SelfCollision {
-            share: share(colliding_frames),
+            fraction: fraction(colliding_frames),
             links,
         }
     }
@@ -228,10 +228,10 @@ mod tests {
             contacts: vec![[false; 2]; dof_pos.len()],
         };
         let found = collisions.measure(&kinematics, &motion);
-        assert_eq!(found.share, 0.5);
+        assert_eq!(found.fraction, 0.5);
         let [pair] = &found.links[..] else { panic!("{found:?}") };
         assert_eq!(
-            (pair.link.as_str(), pair.other.as_str(), pair.share),
+            (pair.link.as_str(), pair.other.as_str(), pair.fraction),
             ("left", "right", 0.5)
         );
         assert!((pair.deepest - 0.1).abs() < 1e-9, "{pair:?}");

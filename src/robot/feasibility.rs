@@ -41,7 +41,7 @@ pub struct Feasibility {
     pub mass: f64,
     /// The fraction of frames in which the base needs no force above 10 % of the weight, nor a moment above that of the
     /// weight 5 cm away, beyond what soles on the floor give with a friction of 1.
-    pub share_feasible: f64,
+    pub fraction_feasible: f64,
     /// The force at the base beyond what the contacts give, as a fraction of the weight: in 95 % of frames it is less.
     pub residual_force: f64,
     /// The moment at the base beyond what the contacts give, as a lever of the weight in metres: in 95 % of frames it
@@ -49,10 +49,10 @@ pub struct Feasibility {
     pub residual_lever: f64,
     /// Of the frames in which soles carry the robot, the fraction in which the centre of pressure would have to be more
     /// than 1 cm outside the soles; absent where they never do.
-    pub share_pressure_outside: Option<f64>,
+    pub fraction_pressure_outside: Option<f64>,
     /// The fraction of samples in which a joint needs more torque than the robot's file allows; absent where it states
     /// none.
-    pub share_over_effort: Option<f64>,
+    pub fraction_over_effort: Option<f64>,
     /// The largest torque of a joint, as a multiple of what the robot's file allows, and which joint it is.
     pub max_effort: f64,
     /// The joint.
@@ -111,11 +111,11 @@ pub(super) fn feasibility(
     let outside = pressures.iter().filter(|outside| **outside > OUTSIDE).count();
     Some(Feasibility {
         mass,
-        share_feasible: feasible as f64 / residuals.len().max(1) as f64,
+        fraction_feasible: feasible as f64 / residuals.len().max(1) as f64,
         residual_force: percentile(residuals.iter().map(|residual| residual.force)),
         residual_lever: percentile(residuals.iter().map(|residual| residual.lever)),
-        share_pressure_outside: (!pressures.is_empty()).then(|| outside as f64 / pressures.len() as f64),
-        share_over_effort: efforts.share(),
+        fraction_pressure_outside: (!pressures.is_empty()).then(|| outside as f64 / pressures.len() as f64),
+        fraction_over_effort: efforts.fraction(),
         most_loaded_joint: efforts.most_loaded(robot),
         max_effort: efforts.greatest.0,
     })
@@ -206,7 +206,7 @@ impl Efforts {
         }
     }
 
-    fn share(&self) -> Option<f64> {
+    fn fraction(&self) -> Option<f64> {
         (self.samples > 0).then(|| self.over as f64 / self.samples as f64)
     }
 

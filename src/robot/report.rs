@@ -30,7 +30,7 @@ pub struct ClampedJoint {
     /// Its name.
     pub joint: String,
     /// The fraction of frames in which it is at its limit.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// How well a motion sits on a robot.
@@ -61,12 +61,12 @@ pub struct RobotReport {
     /// The mean speed of the slowest joint of a foot that stands in the source.
     pub source_skate: Option<f64>,
     /// The fraction of frames in which a sole is more than 1 cm below the floor.
-    pub share_below_floor: f64,
+    pub fraction_below_floor: f64,
     /// How far below the floor a sole is at most, in metres.
     pub deepest: f64,
     /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules
     /// within their shapes.
-    pub share_in_self_collision: f64,
+    pub fraction_in_self_collision: f64,
     /// Which links, the deepest first.
     pub self_collisions: Vec<LinkCollision>,
     /// The largest velocity of a joint, in radians or metres a second, and which joint it is.
@@ -74,7 +74,7 @@ pub struct RobotReport {
     /// The joint.
     pub fastest_joint: String,
     /// The fraction of samples in which a joint is faster than the robot's file allows.
-    pub share_too_fast: f64,
+    pub fraction_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,
     /// How far thighs and upper arms, by which knees and elbows bend, are rolled about themselves against the source:
@@ -82,12 +82,12 @@ pub struct RobotReport {
     pub roll_degrees: Option<f64>,
     /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
     /// by less than half of that.
-    pub share_of_jumps: f64,
+    pub fraction_of_jumps: f64,
     /// Of the frames in which a foot of the source stands, the fraction in which the sole is more than 5 cm above the
     /// floor; 1 where none stands, and the soles never come nearer to the floor.
-    pub share_floating: Option<f64>,
+    pub fraction_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
-    pub share_lying: f64,
+    pub fraction_lying: f64,
     /// The passes that made it. Of two the first alone is kept where the second would move limbs or feet farther away.
     pub passes: u8,
     /// Parts of the robot that its file does not show, and that were guessed.
@@ -146,24 +146,24 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
     let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);
     let below = seen.heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
     let deepest = seen.heights.iter().map(lowest).fold(0.0_f64, f64::min);
-    let share_below_floor = below as f64 / frames.max(1) as f64;
+    let fraction_below_floor = below as f64 / frames.max(1) as f64;
     let feet = seen.found.feet.filter(|feet| feet.contact_frames > 0);
     let source_skate = feet.map(|feet| feet.source.skate);
-    let share_floating = floating(motion, &seen.heights).filter(|_| seen.has_legs);
+    let fraction_floating = floating(motion, &seen.heights).filter(|_| seen.has_legs);
     let limbs = &seen.found.limbs;
     let measures = Measures {
         mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
         worst_limb_degrees: limbs.iter().map(|limb| limb.mean_degrees).reduce(f64::max),
         roll_degrees: seen.roll,
         jumps: seen.jumps,
-        floating: share_floating,
-        below_floor: share_below_floor,
+        floating: fraction_floating,
+        below_floor: fraction_below_floor,
         more_slide: seen.skate.zip(source_skate).map(|(skate, source)| skate - source),
         lying: seen.lying,
-        self_collision: seen.collisions.share,
-        too_fast: joints.share_too_fast,
-        infeasible: seen.dynamics.as_ref().map(|found| 1.0 - found.share_feasible),
-        over_effort: seen.dynamics.as_ref().and_then(|found| found.share_over_effort),
+        self_collision: seen.collisions.fraction,
+        too_fast: joints.fraction_too_fast,
+        infeasible: seen.dynamics.as_ref().map(|found| 1.0 - found.fraction_feasible),
+        over_effort: seen.dynamics.as_ref().and_then(|found| found.fraction_over_effort),
         unmeasured_limbs: seen.unmeasured_limbs,
         guessed_parts: seen.guessed.len(),
     };
@@ -179,18 +179,18 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
         limit_violations: joints.limit_violations,
         skate: seen.skate,
         source_skate,
-        share_below_floor,
+        fraction_below_floor,
         deepest: -deepest,
-        share_in_self_collision: seen.collisions.share,
+        fraction_in_self_collision: seen.collisions.fraction,
         self_collisions: seen.collisions.links,
         max_velocity: joints.max_velocity,
         fastest_joint: joints.fastest_joint,
-        share_too_fast: joints.share_too_fast,
+        fraction_too_fast: joints.fraction_too_fast,
         max_acceleration: joints.max_acceleration,
         roll_degrees: seen.roll,
-        share_of_jumps: seen.jumps,
-        share_floating,
-        share_lying: seen.lying,
+        fraction_of_jumps: seen.jumps,
+        fraction_floating,
+        fraction_lying: seen.lying,
         passes: 1,
         guessed: seen.guessed,
         left_out: match seen.has_legs {
@@ -223,7 +223,7 @@ struct Joints {
     limit_violations: usize,
     max_velocity: f64,
     fastest_joint: String,
-    share_too_fast: f64,
+    fraction_too_fast: f64,
     max_acceleration: f64,
 }
 
@@ -265,12 +265,12 @@ impl Joints {
             if held > 0 && (moved || frames == 1) {
                 all.clamped.push(ClampedJoint {
                     joint: joint.name.clone(),
-                    share: held as f64 / frames as f64,
+                    fraction: held as f64 / frames as f64,
                 });
             }
         }
-        all.clamped.sort_by(|a, b| b.share.total_cmp(&a.share));
-        all.share_too_fast = too_fast as f64 / samples.max(1) as f64;
+        all.clamped.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+        all.fraction_too_fast = too_fast as f64 / samples.max(1) as f64;
         all
     }
 }

@@ -223,7 +223,7 @@ impl RobotRetargeter {
             collisions,
             roll,
             lying,
-            jumps: steps.share_of_jumps(&self.kinematics, &motion),
+            jumps: steps.fraction_of_jumps(&self.kinematics, &motion),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
             guessed: self.twin.guessed.clone(),
             // What the wheels of an upper body carry is not known.

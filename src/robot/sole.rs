@@ -83,7 +83,7 @@ pub(super) fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: D
             return found;
         }
     }
-    let [depth, front, back] = GUESSED.map(|share| share * leg);
+    let [depth, front, back] = GUESSED.map(|fraction| fraction * leg);
     let points = [(front, 0.3), (front, -0.3), (-back, 0.2), (-back, -0.2)];
     let ball = |(along, aside): (f64, f64)| SoleBall {
         centre: foot.to_inner(ankle + DVec3::new(along, aside * front, -depth)),

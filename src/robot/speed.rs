@@ -67,7 +67,7 @@ impl Steps {
     }
 
     /// The fraction of frames after which a joint jumps without a reason in the source.
-    pub(super) fn share_of_jumps(&self, kinematics: &Kinematics, motion: &RobotMotion) -> f64 {
+    pub(super) fn fraction_of_jumps(&self, kinematics: &Kinematics, motion: &RobotMotion) -> f64 {
         let window = (WINDOW * motion.fps).round().max(1.0) as usize;
         let (frames, count) = (motion.frames().saturating_sub(window), motion.dof_names.len());
         let jumps = |frame: usize| {

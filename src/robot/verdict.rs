@@ -52,16 +52,16 @@ impl Measures {
             ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
             ("worst_limb_degrees", self.worst_limb_degrees, 15.0, Some(30.0)),
             ("roll_degrees", self.roll_degrees, 30.0, Some(60.0)),
-            ("share_of_jumps", Some(self.jumps), 0.0, Some(0.02)),
-            ("share_floating", self.floating, 0.02, Some(0.2)),
-            ("share_below_floor", Some(self.below_floor), 0.01, Some(0.1)),
+            ("fraction_of_jumps", Some(self.jumps), 0.0, Some(0.02)),
+            ("fraction_floating", self.floating, 0.02, Some(0.2)),
+            ("fraction_below_floor", Some(self.below_floor), 0.01, Some(0.1)),
             ("more_slide", self.more_slide, 0.005, Some(0.1)),
-            ("share_lying", Some(self.lying), 0.5, None),
-            ("share_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
-            ("share_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
+            ("fraction_lying", Some(self.lying), 0.5, None),
+            ("fraction_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
+            ("fraction_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
             // Never poor by these: hands on a table carry too, and inverse dynamics knows soles alone.
-            ("share_infeasible", self.infeasible, 0.05, None),
-            ("share_over_effort", self.over_effort, 0.01, None),
+            ("fraction_infeasible", self.infeasible, 0.05, None),
+            ("fraction_over_effort", self.over_effort, 0.01, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
             ("guessed_parts", count(self.guessed_parts), 0.0, None),
         ]
@@ -116,7 +116,7 @@ mod tests {
         let poor = criteria.iter().filter(|criterion| criterion.verdict == Verdict::Poor);
         assert_eq!(
             poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
-            ["share_floating"]
+            ["fraction_floating"]
         );
         let guessed = Measures {
             guessed_parts: 1,

@@ -634,7 +634,7 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
             feet.target.skate <= feet.source.skate + 0.005,
             "{file} on {name}: {feet:?}"
         );
-        assert!(feet.target.share_below_floor <= 0.01, "{file} on {name}: {feet:?}");
+        assert!(feet.target.fraction_below_floor <= 0.01, "{file} on {name}: {feet:?}");
         assert!(
             after.mean_degrees < 1.0 && !after.slides(),
             "{file} on {name}: {}",
@@ -673,7 +673,7 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
     let retargeter = Retargeter::new(&plain, &target, &RetargetOptions::default()).unwrap();
     let report = retargeter.measure(&plain, &plain.animations[0], &target, &moved[0].animations[0]);
     assert!(
-        report.feet.unwrap().target.share_below_floor < 0.01,
+        report.feet.unwrap().target.fraction_below_floor < 0.01,
         "{:?}",
         report.feet
     );

@@ -72,7 +72,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     );
     assert!(
         said.contains("joints are faster than the file of the robot allows in ")
-            && said.contains("a: poor because share too fast is "),
+            && said.contains("a: poor because fraction too fast is "),
         "{said}"
     );
     let urdf = String::from_utf8(folder.read("robot.urdf")).unwrap();
@@ -83,7 +83,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
         said.contains("the fastest joint is ") && !said.contains("allows"),
         "{said}"
     );
-    assert!(said.contains("a: fair because share infeasible is "), "{said}");
+    assert!(said.contains("a: fair because fraction infeasible is "), "{said}");
     without_shapes(&folder);
     let said = folder.ends_with(1, command);
     assert!(

@@ -23,7 +23,7 @@ fn the_report_has_what_the_masses_of_the_file_say() {
         .map(|rest| rest.split('"').next().unwrap().parse::<f64>().unwrap())
         .sum();
     assert!((found.mass - mass).abs() < 1e-9, "{} {mass}", found.mass);
-    assert!((0.0..=1.0).contains(&found.share_feasible));
+    assert!((0.0..=1.0).contains(&found.fraction_feasible));
     assert!(found.most_loaded_joint.ends_with("_joint") && found.max_effort > 0.0);
 }
 
@@ -36,7 +36,7 @@ fn a_robot_without_masses_or_efforts_has_no_such_figures() {
         joints.for_each(|joint| joint.limits.effort = None);
     };
     let found = feasibility(no_effort).unwrap();
-    assert_eq!((found.share_over_effort, found.max_effort), (None, 0.0));
+    assert_eq!((found.fraction_over_effort, found.max_effort), (None, 0.0));
 }
 
 /// The source's floor is where its feet stand in the mean; 10 cm above that in the file, the robot is 10 cm higher by

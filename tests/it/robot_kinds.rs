@@ -371,7 +371,7 @@ fn an_upper_body_moves_its_arms_wherever_its_source_faces() {
         report.left_out,
         ["legs", "the path over the floor", "turns of the whole body"]
     );
-    assert!(report.dynamics.is_none() && report.skate.is_none() && report.share_floating.is_none());
+    assert!(report.dynamics.is_none() && report.skate.is_none() && report.fraction_floating.is_none());
     let mut turned = source.clone();
     let root = turned.nodes[0].name.clone();
     for animation in &mut turned.animations {
@@ -429,7 +429,7 @@ fn arms_within_the_trunk_are_not_good() {
         })
     });
     let share = inside.count() as f64 / motion.frames() as f64;
-    let seen = criterion(&report, "share_in_self_collision").unwrap();
+    let seen = criterion(&report, "fraction_in_self_collision").unwrap();
     assert!(share > 0.5, "the arm is not in the trunk: {share}");
     assert!(
         seen >= share - 0.05 && report.verdict == mocap::retarget::Verdict::Poor,

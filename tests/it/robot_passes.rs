@@ -41,8 +41,8 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
         first.mean_degrees
     );
     assert!(second.skate.unwrap() < second.source_skate.unwrap() + 0.005);
-    assert_eq!((second.share_of_jumps, second.limit_violations), (0.0, 0));
-    assert!(second.share_in_self_collision < first.share_in_self_collision);
+    assert_eq!((second.fraction_of_jumps, second.limit_violations), (0.0, 0));
+    assert!(second.fraction_in_self_collision < first.fraction_in_self_collision);
     let value = |name: &str| {
         second
             .criteria
@@ -51,15 +51,15 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
             .unwrap()
             .value
     };
-    assert_eq!(value("share_of_jumps"), 0.0);
+    assert_eq!(value("fraction_of_jumps"), 0.0);
     // A base that jitters needs forces that no floor gives.
     let [before, after] = [&first, &second].map(|report| report.dynamics.as_ref().unwrap());
     assert!(
-        after.share_feasible > 0.9 && after.residual_force < 0.5 * before.residual_force,
+        after.fraction_feasible > 0.9 && after.residual_force < 0.5 * before.residual_force,
         "{after:?} {before:?}"
     );
-    assert_eq!(value("share_infeasible"), 1.0 - after.share_feasible);
-    assert_eq!(value("share_over_effort"), after.share_over_effort.unwrap());
+    assert_eq!(value("fraction_infeasible"), 1.0 - after.fraction_feasible);
+    assert_eq!(value("fraction_over_effort"), after.fraction_over_effort.unwrap());
     assert_eq!(two.fps, 60.0);
     for (dof, link) in robot.moving_joints().into_iter().enumerate() {
         let most = robot.links[link].joint.limits.velocity.unwrap();
@@ -117,7 +117,7 @@ fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
         let options = RobotOptions::new().passes(passes);
         let mut retargeter = RobotRetargeter::new(&source, &robot, &options).unwrap();
         let (motion, report) = retargeter.clip(&source, 0).unwrap();
-        (jumps_by_the_file(&source, &motion), report.share_of_jumps)
+        (jumps_by_the_file(&source, &motion), report.fraction_of_jumps)
     };
     let (jumps, seen) = of_passes(1);
     assert!(jumps > 0.0 && seen >= jumps - 1e-9, "{seen} {jumps}");

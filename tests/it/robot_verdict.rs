@@ -59,7 +59,7 @@ fn a_walk_in_the_air_is_not_good() {
     let mut source = walk();
     change(&mut source, "Hips", |position, _| position.y += 0.3);
     let (motion, report) = on(&source, &RobotOptions::new().floor(Floor::Zero));
-    let (share, by_it) = verdict(&report, "share_floating");
+    let (share, by_it) = verdict(&report, "fraction_floating");
     assert!(
         share > 0.9 && by_it == Verdict::Poor && report.verdict == Verdict::Poor,
         "{share}"
@@ -79,7 +79,7 @@ fn a_walk_in_the_air_is_not_good() {
         assert!(pose.node_to_world[ankle].w_axis.z > 0.2);
     }
     let (_, on_the_ground) = on(&walk(), &RobotOptions::new());
-    assert_eq!(verdict(&on_the_ground, "share_floating").1, Verdict::Good);
+    assert_eq!(verdict(&on_the_ground, "fraction_floating").1, Verdict::Good);
 }
 
 #[test]
@@ -92,5 +92,5 @@ fn a_motion_whose_up_axis_is_wrong_is_not_good() {
     });
     let (_, report) = on(&source, &RobotOptions::new());
     assert_ne!(report.verdict, Verdict::Good);
-    assert!(verdict(&report, "share_lying").0 > 0.9);
+    assert!(verdict(&report, "fraction_lying").0 > 0.9);
 }

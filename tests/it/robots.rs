@@ -251,7 +251,7 @@ fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
         }
         assert_eq!(report.limit_violations, 0, "{name}");
         assert!(report.mean_degrees < 5.0, "{name} {}", report.mean_degrees);
-        assert_eq!(report.share_below_floor, 0.0, "{name}");
+        assert_eq!(report.fraction_below_floor, 0.0, "{name}");
         assert!(report.skate.unwrap() < report.source_skate.unwrap() + 0.005, "{name}");
         // The scene with this animation stands where the numbers say.
         let mut scene = robot.scene();
@@ -274,7 +274,7 @@ fn velocities_stay_within_the_limits_where_that_is_asked_for() {
             assert!(velocity.abs() <= most * (1.0 + 1e-9), "{dof} {frame} {velocity}");
         }
     }
-    assert_eq!((report.limit_violations, report.share_too_fast), (0, 0.0));
+    assert_eq!((report.limit_violations, report.fraction_too_fast), (0, 0.0));
 }
 
 #[test]

@@ -280,11 +280,11 @@ def check(judge, mocap, motion, folder, failures):
         failures.append(f"{what}: feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}")
     if "walk" in motion.name and mean > 5:
         failures.append(f"{what}: limbs are {mean:.1f} degrees off")
-    collide = f"{100 * report['share_in_self_collision']:.1f}"
+    collide = f"{100 * report['fraction_in_self_collision']:.1f}"
     if judge.shapes:
         by_contacts = judge.shapes.share(written["dof_names"], written["dof_pos"])
         collide += f" of {100 * by_contacts:.1f}"
-        if abs(by_contacts - report["share_in_self_collision"]) > 0.05:
+        if abs(by_contacts - report["fraction_in_self_collision"]) > 0.05:
             failures.append(f"{what}: links collide in {collide} % of frames")
     slide = "-" if skate is None or source is None else f"{100 * skate:5.2f} of {100 * source:5.2f} cm/s"
     return (

@@ -139,14 +139,14 @@ def main():
                     speed.append(rates(model, arrays))
                 left = residuals(model, forces, centres, arrays["qpos"], points)
             feasible = float(((left[:, 0] <= SPARE_FORCE) & (left[:, 1] <= SPARE_LEVER)).mean())
-            ok = max(worst + speed) <= EQUAL and abs(feasible - report["share_feasible"]) <= SHARE
+            ok = max(worst + speed) <= EQUAL and abs(feasible - report["fraction_feasible"]) <= SHARE
             ok = ok and feasible >= FEASIBLE.get((key, motion.name), 0.0)
             failed |= not ok
             print(
                 f"{'ok  ' if ok else 'FAIL'} {key} {motion.name}: {worst[0]:.1e} (MJCF) and {worst[1]:.1e} (URDF) from mj_inverse, velocities {max(speed):.1e}; "
-                f"feasible {100 * report['share_feasible']:.1f} % (SciPy {100 * feasible:.1f} %), 95 % below {report['residual_force']:.3f} of the weight "
+                f"feasible {100 * report['fraction_feasible']:.1f} % (SciPy {100 * feasible:.1f} %), 95 % below {report['residual_force']:.3f} of the weight "
                 f"({np.percentile(left[:, 0], 95):.3f}) and {100 * report['residual_lever']:.1f} cm ({100 * np.percentile(left[:, 1], 95):.1f}); "
-                f"pressure outside {100 * (report['share_pressure_outside'] or 0):.1f} %, over effort {100 * (report['share_over_effort'] or 0):.2f} %, "
+                f"pressure outside {100 * (report['fraction_pressure_outside'] or 0):.1f} %, over effort {100 * (report['fraction_over_effort'] or 0):.2f} %, "
                 f"{report['most_loaded_joint']} {report['max_effort']:.2f}", flush=True
             )  # fmt: skip
     sys.exit(failed)

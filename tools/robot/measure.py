@@ -128,7 +128,7 @@ def measured(judge, mocap, motion, folder, options):
         "more_skate": None if None in (skate, report["source_skate"]) else skate - report["source_skate"],
         "own_degrees": report["mean_degrees"],
         "collide": judge.shapes.share(written["dof_names"], positions) if judge.shapes else None,
-        "own_collide": report["share_in_self_collision"],
+        "own_collide": report["fraction_in_self_collision"],
         "verdict": report["verdict"],
         "poses_a_second": len(positions) / max(seconds, 1e-9),
     }

@@ -59,15 +59,15 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
             add(&[limb.bone.as_str()], &[limb.mean_degrees, limb.max_degrees, limb.tick]);
         }
     });
-    let clamped = structs(&reports, &["joint"], &["share"], &|report, add| {
+    let clamped = structs(&reports, &["joint"], &["fraction"], &|report, add| {
         for joint in &report.clamped {
-            add(&[&joint.joint], &[joint.share]);
+            add(&[&joint.joint], &[joint.fraction]);
         }
     });
-    let numbers_of_pair = ["share", "deepest"];
+    let numbers_of_pair = ["fraction", "deepest"];
     let self_collisions = structs(&reports, &["link", "other"], &numbers_of_pair, &|report, add| {
         for pair in &report.self_collisions {
-            add(&[&pair.link, &pair.other], &[pair.share, pair.deepest]);
+            add(&[&pair.link, &pair.other], &[pair.fraction, pair.deepest]);
         }
     });
     let bounds = ["value", "good", "fair"];
@@ -97,31 +97,34 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("limit_violations", counts(&|report| report.limit_violations)),
         ("skate", numbers(&|report| report.skate)),
         ("source_skate", numbers(&|report| report.source_skate)),
-        ("share_below_floor", numbers(&|report| Some(report.share_below_floor))),
+        (
+            "fraction_below_floor",
+            numbers(&|report| Some(report.fraction_below_floor)),
+        ),
         ("deepest", numbers(&|report| Some(report.deepest))),
         (
-            "share_in_self_collision",
-            numbers(&|report| Some(report.share_in_self_collision)),
+            "fraction_in_self_collision",
+            numbers(&|report| Some(report.fraction_in_self_collision)),
         ),
         ("self_collisions", self_collisions),
         ("max_velocity", numbers(&|report| Some(report.max_velocity))),
         ("fastest_joint", texts(&|report| report.fastest_joint.clone())),
-        ("share_too_fast", numbers(&|report| Some(report.share_too_fast))),
+        ("fraction_too_fast", numbers(&|report| Some(report.fraction_too_fast))),
         ("max_acceleration", numbers(&|report| Some(report.max_acceleration))),
         ("roll_degrees", numbers(&|report| report.roll_degrees)),
-        ("share_of_jumps", numbers(&|report| Some(report.share_of_jumps))),
-        ("share_floating", numbers(&|report| report.share_floating)),
-        ("share_lying", numbers(&|report| Some(report.share_lying))),
+        ("fraction_of_jumps", numbers(&|report| Some(report.fraction_of_jumps))),
+        ("fraction_floating", numbers(&|report| report.fraction_floating)),
+        ("fraction_lying", numbers(&|report| Some(report.fraction_lying))),
         ("passes", numbers(&|report| Some(f64::from(report.passes)))),
         ("mass", dynamics(&|found| Some(found.mass))),
-        ("share_feasible", dynamics(&|found| Some(found.share_feasible))),
+        ("fraction_feasible", dynamics(&|found| Some(found.fraction_feasible))),
         ("residual_force", dynamics(&|found| Some(found.residual_force))),
         ("residual_lever", dynamics(&|found| Some(found.residual_lever))),
         (
-            "share_pressure_outside",
-            dynamics(&|found| found.share_pressure_outside),
+            "fraction_pressure_outside",
+            dynamics(&|found| found.fraction_pressure_outside),
         ),
-        ("share_over_effort", dynamics(&|found| found.share_over_effort)),
+        ("fraction_over_effort", dynamics(&|found| found.fraction_over_effort)),
         ("max_effort", dynamics(&|found| Some(found.max_effort))),
         ("guessed", texts(&|report| report.guessed.join("; "))),
         ("left_out", texts(&|report| report.left_out.join("; "))),

@@ -89,7 +89,7 @@ impl Pattern {
     }
 
     /// The fraction of the frames that repeat no other frame.
-    pub(super) fn share_of_own(&self) -> f64 {
+    pub(super) fn fraction_of_own(&self) -> f64 {
         self.is_held.iter().filter(|held| !**held).count() as f64 / self.is_held.len() as f64
     }
 }

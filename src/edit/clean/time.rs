@@ -71,7 +71,7 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     work.frames = work
         .frames
         .with_rows(rows.map(|frame| work.frames.row(frame).to_vec()).collect());
-    work.frames.rate *= pattern.share_of_own();
+    work.frames.rate *= pattern.fraction_of_own();
     let repeated = pattern.is_held.iter().filter(|held| **held).count();
     Some(format!(
         "{repeated} of {} frames repeat the one before",

@@ -118,11 +118,11 @@ impl<'a> Tracks<'a> {
             let frames = first..self.frames.min(first + frames_per_block);
             let source: Vec<Vec<Row>> = self.tracks.iter().map(|track| track.rows(frames.clone())).collect();
             let finer_and_finer: &[f64] = if is_exact { &[] } else { &[1.0, 1.0 / 16.0] };
-            let coarsest = finer_and_finer.iter().find_map(|share| {
+            let coarsest = finer_and_finer.iter().find_map(|factor| {
                 let precision = Precision {
-                    rotation: ROTATION_PRECISION * share,
-                    linear: LINEAR_PRECISION * share * reach,
-                    scale: LINEAR_PRECISION * share,
+                    rotation: ROTATION_PRECISION * factor,
+                    linear: LINEAR_PRECISION * factor * reach,
+                    scale: LINEAR_PRECISION * factor,
                 };
                 let (bytes, unpacked) = self.pack_block(&source, precision);
                 let distance = error.largest(&self.tracks, &unpacked, frames.clone());

@@ -183,8 +183,8 @@ pub(super) fn tell(found: &RetargetReport) {
             found.clip,
             centimetres(feet.target.skate),
             centimetres(feet.source.skate),
-            100.0 * feet.target.share_below_floor,
-            100.0 * feet.source.share_below_floor
+            100.0 * feet.target.fraction_below_floor,
+            100.0 * feet.source.fraction_below_floor
         ));
     }
     if let Some(lock) = &found.lock {

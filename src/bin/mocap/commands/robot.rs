@@ -134,9 +134,9 @@ fn tell(found: &RobotReport) {
             limb.max_degrees
         ));
     }
-    let clamped = found.clamped.iter().filter(|joint| joint.share >= 0.01);
+    let clamped = found.clamped.iter().filter(|joint| joint.fraction >= 0.01);
     let clamped: Vec<String> = clamped
-        .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.share))
+        .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.fraction))
         .collect();
     if !clamped.is_empty() {
         report::say(&format!("{clip}: at a limit: {} of frames", clamped.join(", ")));
@@ -152,16 +152,16 @@ fn tell(found: &RobotReport) {
     if let Some(pair) = found.self_collisions.first() {
         report::say(&format!(
             "{clip}: links of the robot collide in {:.0} % of frames, deepest {} and {}: {:.1} cm",
-            100.0 * found.share_in_self_collision,
+            100.0 * found.fraction_in_self_collision,
             pair.link,
             pair.other,
             100.0 * pair.deepest
         ));
     }
-    if found.share_too_fast > 0.0 {
+    if found.fraction_too_fast > 0.0 {
         report::say(&format!(
             "{clip}: joints are faster than the file of the robot allows in {:.2} % of samples; --velocity-limits holds them back",
-            100.0 * found.share_too_fast
+            100.0 * found.fraction_too_fast
         ));
     }
     report::say(&format!(

@@ -386,12 +386,12 @@ impl Sink for Tracks<'_> {
     fn extend(&mut self, frames: usize, threads: usize) -> Frames<'_> {
         self.frames += frames;
         // The allocator must zero memory that this program has used before, which takes time.
-        let share = self.joints.len().div_ceil(threads).max(1);
+        let chunk = self.joints.len().div_ceil(threads).max(1);
         thread::scope(|scope| {
-            let mut shares = self.joints.chunks_mut(share);
-            let own = shares.next();
+            let mut chunks = self.joints.chunks_mut(chunk);
+            let own = chunks.next();
             let extend = move |tracks: &mut [Track]| tracks.iter_mut().for_each(|track| track.extend(frames));
-            for tracks in shares {
+            for tracks in chunks {
                 scope.spawn(move || extend(tracks));
             }
             own.map(extend);

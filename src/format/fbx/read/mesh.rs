@@ -248,7 +248,7 @@ fn corners(source: &ufbx::Mesh, faces: &[ufbx::Face], coords: Option<&ufbx::Vert
 
 /// The bones of a vertex, each once, with weights that sum to 1. A vertex without weights follows the first bone.
 fn weights(skin: &ufbx::SkinDeformer, vertex: usize, bone_of_cluster: &[usize]) -> Vec<(usize, f32)> {
-    let mut shares: Vec<(usize, f64)> = Vec::new();
+    let mut summed: Vec<(usize, f64)> = Vec::new();
     let ties = skin.vertices.get(vertex).map_or(0..0, |ties| {
         let begin = ties.weight_begin as usize;
         begin..begin + ties.num_weights as usize
@@ -258,17 +258,17 @@ fn weights(skin: &ufbx::SkinDeformer, vertex: usize, bone_of_cluster: &[usize]) 
         if !(tie.weight > 0.0 && tie.weight.is_finite()) {
             continue;
         }
-        match shares.iter_mut().find(|(known, _)| *known == bone) {
-            Some((_, share)) => *share += tie.weight,
-            None => shares.push((bone, tie.weight)),
+        match summed.iter_mut().find(|(known, _)| *known == bone) {
+            Some((_, total)) => *total += tie.weight,
+            None => summed.push((bone, tie.weight)),
         }
     }
-    let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+    let sum: f64 = summed.iter().map(|(_, total)| total).sum();
     if !(sum > 0.0 && sum.is_finite()) {
         return vec![(0, 1.0)];
     }
-    let shares = shares.into_iter().map(|(bone, share)| (bone, (share / sum) as f32));
-    shares.collect()
+    let summed = summed.into_iter().map(|(bone, total)| (bone, (total / sum) as f32));
+    summed.collect()
 }
 
 fn vector(v: ufbx::Vec3) -> DVec3 {
