@@ -8,8 +8,14 @@
 //! hardly anything moves have no hash, and of a hash with many moments the first are looked up, so that the cost grows
 //! with the number of clips and not with its square.
 
-use std::collections::HashMap;
+mod alignment;
 
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use glam::Vec3;
+
+use self::alignment::{Alignment, Moments, Track};
 use super::fingerprint::{Fingerprint, LIMBS, RATE, WIDTH};
 use crate::math::spread::spread;
 
@@ -68,10 +74,9 @@ const MOST_OF_HASH: usize = 24;
 /// The largest mean distance of limbs in the second around two moments of clips that are aligned, as a chord: that of
 /// twins, and what a tenth of pace adds.
 const NEAR_MOMENT: f32 = 0.1;
-/// What the time between samples adds to the distance of twins, as a fraction of a step from one to the next: half of
-/// one where whole samples are compared, and where values between them are taken what a line misses of a curve.
+/// What the time between samples adds to the distance of twins where whole samples are compared, as a fraction of a
+/// step from one to the next.
 const HALF_A_STEP: f32 = 0.5;
-const OFF_A_LINE: f32 = 0.12;
 /// That second, in samples on each side.
 const HALF_SECOND: isize = 5;
 /// Bits of a hash that find it in the list of all moments.
@@ -81,24 +86,6 @@ const MOMENT_MOVES: f32 = 0.03;
 /// Votes that make two clips worth aligning, and how many such clips are aligned with one at most.
 const VOTES: u16 = 3;
 const MOST_ALIGNED: usize = 24;
-/// The shortest piece, in samples: two seconds, less a sample for the rounding at its ends.
-const SHORTEST: usize = 19;
-/// The largest mean distance of limbs of twins, as a chord: 3.2 degrees; and the largest of nine tenths of samples.
-const NEAR: f32 = 0.056;
-const NEAR_MOST: f32 = 0.11;
-/// How far the limbs must move in what is compared, each on average, as a sum of chords: one that stands is like any
-/// other that stands.
-const MOVES: f32 = 0.35;
-/// Paces at which clips are compared: a tenth slower to a tenth faster.
-const PACES: [f32; 21] = {
-    let mut paces = [0.0; 21];
-    let mut index = 0;
-    while index < 21 {
-        paces[index] = 0.9 + 0.01 * index as f32;
-        index += 1;
-    }
-    paces
-};
 
 /// The limb on the other side of each.
 const OTHER_SIDE: [usize; LIMBS] = [0, 1, 3, 2, 5, 4, 7, 6, 9, 8];
@@ -128,9 +115,18 @@ pub(super) fn pairs(clips: &[Candidate<'_>]) -> Vec<Pair> {
     }
     let index = Index::new(clips, &distinct);
     let found = spread(&distinct, |&second| {
-        let candidates = index.candidates(clips, second).into_iter();
-        let pairs = candidates.filter_map(|(first, offset, mirrored)| {
-            let reason = compare(&clips[first], &clips[second], offset, mirrored)?;
+        let found = index.candidates(clips, second);
+        let track = |mirrored: bool| {
+            let wanted = found.iter().any(|candidate| candidate.mirrored == mirrored);
+            wanted.then(|| Track::new(clips[second].fingerprint, mirrored))
+        };
+        let tracks = [track(false), track(true)];
+        let pairs = found.iter().filter_map(|candidate| {
+            let first = candidate.clip;
+            let a = Track::new(clips[first].fingerprint, false);
+            let b = tracks[usize::from(candidate.mirrored)].as_ref()?;
+            let both = [&clips[first], &clips[second]];
+            let reason = compare(both, [&a, b], candidate.at, candidate.mirrored)?;
             Some(Pair { first, second, reason })
         });
         pairs.collect::<Vec<_>>()
@@ -204,24 +200,22 @@ impl Index {
     /// A moment along all projections, or that half a sample later; `None` where hardly anything moves.
     fn project(&self, fingerprint: &Fingerprint, sample: usize, later: bool, mirrored: bool) -> Option<[f32; BITS]> {
         let mut values = [0.0; 9 * LIMBS];
+        let mut limbs = [[Vec3::ZERO; LIMBS]; 3];
         for (part, at) in [sample - REACH, sample, sample + REACH].into_iter().enumerate() {
-            let row = fingerprint.limbs(at);
-            let next = fingerprint.limbs(if later { at + 1 } else { at });
+            let row = numbers(fingerprint.limbs(at), mirrored);
+            let next = match later {
+                true => numbers(fingerprint.limbs(at + 1), mirrored),
+                false => row,
+            };
             for limb in 0..LIMBS {
+                limbs[part][limb] = 0.5 * (Vec3::from_array(row[limb]) + Vec3::from_array(next[limb]));
+                let off = limbs[part][limb].to_array();
                 for axis in 0..3 {
-                    let both = limb_value(row, limb, axis, mirrored) + limb_value(next, limb, axis, mirrored);
-                    values[3 * LIMBS * part + 3 * limb + axis] = 0.5 * both - self.mean[3 * limb + axis];
+                    values[3 * (LIMBS * part + limb) + axis] = off[axis] - self.mean[3 * limb + axis];
                 }
             }
         }
-        let moved = |limb: usize| {
-            let chord = |a: usize, b: usize| {
-                let off =
-                    |axis: usize| values[3 * LIMBS * a + 3 * limb + axis] - values[3 * LIMBS * b + 3 * limb + axis];
-                (0..3).map(|axis| off(axis).powi(2)).sum::<f32>().sqrt()
-            };
-            chord(0, 1) + chord(1, 2)
-        };
+        let moved = |limb: usize| limbs[0][limb].distance(limbs[1][limb]) + limbs[1][limb].distance(limbs[2][limb]);
         if (0..LIMBS).map(moved).sum::<f32>() / (LIMBS as f32) < MOMENT_MOVES {
             return None;
         }
@@ -234,11 +228,37 @@ impl Index {
         Some(along)
     }
 
-    /// Clips before one that may be its twins, each with an offset in samples and whether it is mirrored.
-    fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<(usize, i32, bool)> {
-        // How many moments vote for an offset, and one of them.
-        let mut votes: HashMap<(u32, i32, bool), (u16, [u32; 2])> = HashMap::new();
-        let fingerprint = clips[clip].fingerprint;
+    /// Clips before one that may be its twins.
+    fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<Likely> {
+        let votes = self.votes(clips[clip].fingerprint, clip);
+        // Retimed clips drift apart by a tenth: votes of two neighbouring offsets count together.
+        let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
+        for (vote, (count, moments)) in &votes {
+            let at = |offset: i32| votes.get(&Vote { offset, ..*vote }).map_or(0, |(count, _)| *count);
+            let before = (count.saturating_add(at(vote.offset - 1)), -vote.offset);
+            let after = (count.saturating_add(at(vote.offset + 1)), -vote.offset - 1);
+            let (count, offset) = before.max(after);
+            if count >= VOTES {
+                let entry = best.entry((vote.clip, vote.mirrored)).or_default();
+                *entry = (*entry).max((count, offset, *moments));
+            }
+        }
+        let mut found: Vec<_> = best.into_iter().collect();
+        found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
+        let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, moments))| {
+            let both = [clips[other as usize].fingerprint, clips[clip].fingerprint];
+            Some(Likely {
+                clip: other as usize,
+                at: nearest(both, moments, mirrored)?,
+                mirrored,
+            })
+        });
+        likely.take(MOST_ALIGNED).collect()
+    }
+
+    /// How many moments of a clip vote for each offset from a clip before it, and one of them.
+    fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> Votes {
+        let mut votes = Votes::default();
         let last = fingerprint.samples().saturating_sub(REACH + 1);
         for mirrored in [false, true] {
             // Each other sample, and half a sample later: clips that begin between two samples of another are met.
@@ -251,30 +271,62 @@ impl Index {
                 };
                 let moments = near_hashes(&along).into_iter().flat_map(|hash| self.of_hash(hash));
                 for moment in moments.filter(|moment| (moment.clip as usize) < clip) {
-                    // Retimed clips drift apart by a tenth: half a second of offset is one.
-                    let offset = (moment.sample as i32 - sample as i32).div_euclid(5);
-                    for offset in [offset, offset + 1] {
-                        let found = votes.entry((moment.clip, offset, mirrored)).or_default();
-                        *found = (found.0.saturating_add(1), [moment.sample, sample as u32]);
-                    }
+                    let vote = Vote {
+                        clip: moment.clip,
+                        offset: (moment.sample as i32 - sample as i32).div_euclid(5),
+                        mirrored,
+                    };
+                    let found = votes.entry(vote).or_default();
+                    *found = (found.0.saturating_add(1), [moment.sample, sample as u32]);
                 }
             }
         }
-        let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
-        let voted = votes.into_iter().filter(|(_, (count, _))| *count >= VOTES);
-        for ((other, offset, mirrored), (count, moments)) in voted {
-            let entry = best.entry((other, mirrored)).or_default();
-            *entry = (*entry).max((count, -offset, moments));
-        }
-        let mut found: Vec<_> = best.into_iter().collect();
-        found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
-        let found = found.into_iter().filter(|((other, mirrored), (_, _, moments))| {
-            are_near((clips[*other as usize].fingerprint, fingerprint), *moments, *mirrored)
-        });
-        found
-            .take(MOST_ALIGNED)
-            .map(|((other, mirrored), (_, offset, _))| (other as usize, -offset * 5, mirrored))
-            .collect()
+        votes
+    }
+}
+
+/// A clip that may be a twin of another, and a moment that both may have.
+struct Likely {
+    clip: usize,
+    at: Moments,
+    mirrored: bool,
+}
+
+/// What a moment votes for: a clip, how many half seconds its moment is later there, and whether it is mirrored.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Vote {
+    clip: u32,
+    offset: i32,
+    mirrored: bool,
+}
+
+type Votes = HashMap<Vote, (u16, [u32; 2]), BuildHasherDefault<Mix>>;
+
+/// Mixes the numbers of a [`Vote`]: there are many, and none is chosen by an adversary.
+#[derive(Default)]
+struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u32(u32::from(*byte)));
+    }
+
+    fn write_u8(&mut self, value: u8) {
+        self.write_u32(u32::from(value));
+    }
+
+    fn write_i32(&mut self, value: i32) {
+        self.write_u32(value.cast_unsigned());
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        /// The golden ratio, as a fraction of 2^64.
+        const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+        self.0 = (self.0.rotate_left(23) ^ u64::from(value)).wrapping_mul(FACTOR);
     }
 }
 
@@ -282,8 +334,9 @@ fn leading(hash: u32) -> usize {
     (hash >> (BITS - LEADING)) as usize
 }
 
-/// Whether limbs are near each other in the second around two moments, where one of them is a little earlier or later.
-fn are_near((a, b): (&Fingerprint, &Fingerprint), [at, sample]: [u32; 2], mirrored: bool) -> bool {
+/// Where limbs are nearest each other in the second around two moments, of which the first may be a little earlier or
+/// later; `None` where they are near nowhere.
+fn nearest([a, b]: [&Fingerprint; 2], [at, sample]: [u32; 2], mirrored: bool) -> Option<Moments> {
     let shifted = |shift: isize| {
         let row = |clip: &Fingerprint, sample: isize| usize::try_from(sample).ok().filter(|at| *at < clip.samples());
         let pair = |time: isize| {
@@ -303,16 +356,22 @@ fn are_near((a, b): (&Fingerprint, &Fingerprint), [at, sample]: [u32; 2], mirror
         .map(|at| row_distance(b.limbs(at), b.limbs(at + 1), false))
         .sum();
     let near = NEAR_MOMENT + HALF_A_STEP * steps / (to - from).max(1) as f32;
-    (-2..=2).any(|shift| shifted(shift) < near)
+    let distances = (-2..=2).map(|shift| (shifted(shift), shift));
+    let (distance, shift) = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (distance < near).then_some(Moments {
+        first: at as f32 + shift as f32,
+        second: sample as f32,
+    })
 }
 
 /// The mean distance of limbs of two samples, of which the second may be mirrored.
 fn row_distance(a: &[i8], b: &[i8], mirrored: bool) -> f32 {
-    let limb = |limb: usize| {
-        let off = |axis: usize| f32::from(a[3 * limb + axis]) / 127.0 - limb_value(b, limb, axis, mirrored);
-        (0..3).map(|axis| off(axis).powi(2)).sum::<f32>().sqrt()
-    };
-    (0..LIMBS).map(limb).sum::<f32>() / LIMBS as f32
+    let (a, b) = (numbers(a, false), numbers(b, mirrored));
+    let mut sum = 0.0;
+    for limb in 0..LIMBS {
+        sum += Vec3::from_array(a[limb]).distance(Vec3::from_array(b[limb]));
+    }
+    sum / LIMBS as f32
 }
 
 /// The signs of a moment along all projections.
@@ -344,8 +403,9 @@ fn mean(clips: &[Candidate<'_>], distinct: &[usize]) -> Vec<f32> {
             // With its mirror image, so that hashes of mirrored clips agree.
             for mirrored in [false, true] {
                 count += 1.0;
-                for (place, sum) in sums.iter_mut().enumerate() {
-                    *sum += f64::from(limb_value(fingerprint.limbs(sample), place / 3, place % 3, mirrored));
+                let numbers = numbers(fingerprint.limbs(sample), mirrored);
+                for (sum, number) in sums.iter_mut().zip(numbers.as_flattened()) {
+                    *sum += f64::from(*number);
                 }
             }
         }
@@ -379,22 +439,33 @@ pub(crate) fn mirrored_row(row: &[i8]) -> [i8; WIDTH] {
     })
 }
 
-/// A coordinate of where a limb points; mirrored, that of the limb on the other side, seen in a mirror.
-fn limb_value(row: &[i8], limb: usize, axis: usize, mirrored: bool) -> f32 {
-    let from = if mirrored { OTHER_SIDE[limb] } else { limb };
-    let sign = if mirrored && axis == 0 { -1.0 } else { 1.0 };
-    sign * f32::from(row[3 * from + axis]) / 127.0
+/// Where the limbs of a sample point; mirrored, each is the limb on the other side, seen in a mirror.
+fn numbers(row: &[i8], mirrored: bool) -> [[f32; 3]; LIMBS] {
+    let mut numbers = [[0.0; 3]; LIMBS];
+    for limb in 0..LIMBS {
+        let (from, sign) = match mirrored {
+            true => (OTHER_SIDE[limb], -1.0),
+            false => (limb, 1.0),
+        };
+        for axis in 0..3 {
+            numbers[limb][axis] = f32::from(row[3 * from + axis]) / 127.0;
+        }
+        numbers[limb][0] *= sign;
+    }
+    numbers
 }
 
-/// Why a clip is a twin of another, if it is. `offset` is about where it begins in the other, in samples.
-fn compare(first: &Candidate<'_>, second: &Candidate<'_>, offset: i32, mirrored: bool) -> Option<Reason> {
-    let (a, b) = (first.fingerprint, second.fingerprint);
+/// Why a clip is a twin of another, if it is. `at` is a moment that both may have.
+fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], at: Moments, mirrored: bool) -> Option<Reason> {
+    let [first, second] = clips;
+    let [a, b] = tracks;
     let same_skeleton = first.skeleton == second.skeleton;
     // What has no body is compared joint by joint, and has no left and right.
-    if a.is_body != b.is_body || !a.is_body && (mirrored || !same_skeleton) {
+    let is_body = first.fingerprint.is_body;
+    if is_body != second.fingerprint.is_body || !is_body && (mirrored || !same_skeleton) {
         return None;
     }
-    let found = best_alignment(a, b, offset, mirrored)?;
+    let found = Alignment::best(a, b, at)?;
     let longer = a.samples().max(b.samples()) as f32;
     // Samples of the second clip are stretched by its pace.
     let shorter_by_pace = (b.samples() as f32 * found.pace).min(a.samples() as f32);
@@ -410,137 +481,6 @@ fn compare(first: &Candidate<'_>, second: &Candidate<'_>, offset: i32, mirrored:
         () if !same_rate => Reason::Rate,
         () => Reason::Motion,
     })
-}
-
-/// How two clips fit best.
-struct Alignment {
-    /// Seconds of the first in one second of the second.
-    pace: f32,
-    /// Samples of the first that are covered.
-    overlap: f32,
-}
-
-/// Tries paces and offsets around where hashes agree, coarse and then fine.
-fn best_alignment(a: &Fingerprint, b: &Fingerprint, offset: i32, mirrored: bool) -> Option<Alignment> {
-    let mut best: Option<(f32, f32, f32)> = None;
-    let mut consider = |pace: f32, start: f32, stride: usize| {
-        if let Some(Overlap { mean, .. }) = distance(a, b, pace, start, mirrored, stride)
-            && best.is_none_or(|(least, _, _)| mean < least)
-        {
-            best = Some((mean, pace, start));
-        }
-    };
-    let middle = b.samples() as f32 / 2.0;
-    for pace in PACES.into_iter().step_by(2) {
-        // The offset is that of the middle, where votes of all paces meet.
-        let start = offset as f32 + middle * (1.0 - pace);
-        for shift in -12..=12 {
-            consider(pace, start + shift as f32, 3);
-        }
-        if offset.abs() <= 10 {
-            for shift in -2..=2 {
-                consider(pace, shift as f32, 3);
-            }
-        }
-    }
-    let (_, pace, start) = best?;
-    best = None;
-    let mut consider = |pace: f32, start: f32| {
-        if let Some(Overlap { mean, .. }) = distance(a, b, pace, start, mirrored, 1)
-            && best.is_none_or(|(least, _, _)| mean < least)
-        {
-            best = Some((mean, pace, start));
-        }
-    };
-    for pace_step in -2..=2 {
-        for start_step in -5..=5 {
-            consider(pace + 0.01 * pace_step as f32, start + 0.2 * start_step as f32);
-        }
-    }
-    let (mean, pace, start) = best?;
-    let Overlap {
-        most, overlap, step, ..
-    } = distance(a, b, pace, start, mirrored, 1)?;
-    let off = OFF_A_LINE * step;
-    (mean < NEAR + off && most < NEAR_MOST + 2.0 * off).then_some(Alignment {
-        pace,
-        overlap: overlap * pace,
-    })
-}
-
-/// How two clips differ where they overlap.
-struct Overlap {
-    /// The mean distance of limbs, and that which nine tenths of the samples keep below.
-    mean: f32,
-    most: f32,
-    /// The samples of the second that overlap.
-    overlap: f32,
-    /// How far its limbs move from one sample to the next, on average.
-    step: f32,
-}
-
-/// How two clips differ at a pace and from a start on; `None` where they overlap too little, or nothing moves.
-fn distance(a: &Fingerprint, b: &Fingerprint, pace: f32, start: f32, mirrored: bool, stride: usize) -> Option<Overlap> {
-    let last = a.samples() as f32 - 1.0;
-    let from = (-start / pace).ceil().max(0.0) as usize;
-    let to = (((last - start) / pace).floor() as isize).min(b.samples() as isize - 1);
-    let to = usize::try_from(to).ok()?;
-    // A piece lies within one of the two, or is at least as long as the shortest piece at an end of both.
-    if to + 1 < from + SHORTEST {
-        return None;
-    }
-    let mut distances = Vec::with_capacity((to - from) / stride + 1);
-    let mut moved = 0.0;
-    let mut before: Option<&[i8]> = None;
-    for sample in (from..=to).step_by(stride) {
-        let time = (start + pace * sample as f32).clamp(0.0, last);
-        let (early, fraction) = (time.floor() as usize, time.fract());
-        let late = (early + 1).min(a.samples() - 1);
-        let (early, late, other) = (a.limbs(early), a.limbs(late), b.limbs(sample));
-        let mut sum = 0.0;
-        for limb in 0..LIMBS {
-            let mut squares = 0.0;
-            for axis in 0..3 {
-                let place = 3 * limb + axis;
-                let between = f32::from(early[place]) * (1.0 - fraction) + f32::from(late[place]) * fraction;
-                let off = between / 127.0 - limb_value(other, limb, axis, mirrored);
-                squares += off * off;
-            }
-            sum += squares.sqrt();
-        }
-        distances.push(sum / LIMBS as f32);
-        if let Some(before) = before {
-            moved += step(before, other);
-        }
-        before = Some(other);
-    }
-    if moved < MOVES {
-        return None;
-    }
-    let mean = distances.iter().sum::<f32>() / distances.len() as f32;
-    let place = (distances.len() * 9 / 10).min(distances.len() - 1);
-    let (_, most, _) = distances.select_nth_unstable_by(place, f32::total_cmp);
-    let most = *most;
-    let overlap = (to + 1 - from) as f32;
-    Some(Overlap {
-        mean,
-        most,
-        overlap,
-        step: moved / overlap,
-    })
-}
-
-/// How far limbs move between two samples, on average; less than the grain of a byte counts as none.
-fn step(before: &[i8], after: &[i8]) -> f32 {
-    let limb = |limb: usize| {
-        let squares = (0..3).map(|axis| {
-            let off = f32::from(before[3 * limb + axis]) - f32::from(after[3 * limb + axis]);
-            off * off
-        });
-        let chord = squares.sum::<f32>().sqrt() / 127.0;
-        if chord > 0.02 { chord } else { 0.0 }
-    };
-    (0..LIMBS).map(limb).sum::<f32>() / LIMBS as f32
 }
 
 /// Seconds of a sample, for those who read this table.

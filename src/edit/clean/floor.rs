@@ -96,10 +96,11 @@ impl Floor {
 
 /// The slope of the floor in degrees, and how far the body drifts in metres, as [`level`] takes them out.
 pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 2] {
-    let Some(floor) = find(work) else { return [None; 2] };
+    let feet = Feet::new(work);
+    let Some(floor) = of(&feet) else { return [None; 2] };
     let slope = floor.is_sloped().then(|| floor.slope());
     // The slope is taken out before the drift, but what a drift is in height does not depend on it.
-    [slope, drift(work, &floor.drift).map(|drift| extent(&drift))]
+    [slope, drift(&feet, &floor.drift).map(|drift| extent(&drift))]
 }
 
 /// How far the body is moved by a drift at most, in metres.
@@ -271,7 +272,11 @@ const DRIFT: usize = 5;
 
 /// The floor of a motion; `None` where no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
-    let feet = Feet::new(work);
+    of(&Feet::new(work))
+}
+
+/// The floor that these feet tell of.
+fn of(feet: &Feet) -> Option<Floor> {
     let points = feet.slow();
     if points.len() < 8 {
         return None;
@@ -377,7 +382,7 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
         work.carry(carrier, |_| motion);
         done.slope = Some(slope);
     }
-    let drift = drift(work, &floor.drift);
+    let drift = drift(&Feet::new(work), &floor.drift);
     if let Some(drift) = &drift {
         let metres = work.metres;
         work.carry(carrier, |frame| {
@@ -397,8 +402,7 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
 
 /// How far the body drifted in each frame, in metres: along the axes of the ground, and up as `height` has it. `None`
 /// where that is little, or is no drift.
-fn drift(work: &Work<'_>, height: &[f64]) -> Option<Vec<DVec3>> {
-    let feet = Feet::new(work);
+fn drift(feet: &Feet, height: &[f64]) -> Option<Vec<DVec3>> {
     let slow = feet.standing();
     let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);
     let one = 1.0 / (OF_STANDING.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));

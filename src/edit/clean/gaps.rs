@@ -5,7 +5,9 @@
 //! Each joint says so for itself, and the mean of what they say counts, so that one that jumps alone does not decide.
 //! What is left over where nothing is wrong is known from the frames around.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
+
+use crate::math::median::median;
 
 /// Frames on either side, and the degree of the polynomial.
 const SIDE: usize = 4;
@@ -14,8 +16,8 @@ const DEGREE: usize = 4;
 /// What the polynomial leaves of a window has as many dimensions.
 const LEFT: usize = WINDOW - DEGREE - 1;
 /// Windows on either side, each third one, that say what is usually left over.
-const AROUND: isize = 4;
-const STRIDE: isize = 3;
+const AROUND: usize = 4;
+const STRIDE: usize = 3;
 /// What is left over by rounding, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;
 /// The mean of the logarithm of how much less is left over, from which a frame is missing. Of 42 clean cuts of 3 to 8
@@ -58,13 +60,20 @@ impl Contrasts {
         }))
     }
 
-    fn of(&self, steps: &[&[Vec3]; WINDOW - 1], part: usize) -> [Vec3; LEFT] {
-        self.0
-            .map(|row| row.iter().zip(steps).map(|(factor, step)| *factor * step[part]).sum())
+    #[inline]
+    fn of(&self, steps: &[Vec3A; WINDOW - 1]) -> [Vec3A; LEFT] {
+        let sum = |row: &[f32; WINDOW - 1]| {
+            let mut sum = Vec3A::ZERO;
+            for at in 0..WINDOW - 1 {
+                sum += row[at] * steps[at];
+            }
+            sum
+        };
+        [sum(&self.0[0]), sum(&self.0[1]), sum(&self.0[2])]
     }
 }
 
-fn square(left: [Vec3; LEFT]) -> f32 {
+fn square(left: [Vec3A; LEFT]) -> f32 {
     left.iter().map(|value| value.length_squared()).sum()
 }
 
@@ -93,29 +102,31 @@ impl Hypotheses {
 }
 
 /// The frames of a motion, each with the step that leads to it and with its time.
-pub(super) struct Gaps<'a> {
-    /// The step of index `n` leads to frame `n + 1`.
-    steps: Vec<&'a [Vec3]>,
+pub(super) struct Gaps {
+    /// For each part of a step that is not always 0 the steps: that of index `n` leads to frame `n + 1`.
+    parts: Vec<Vec<Vec3A>>,
     times: Vec<f64>,
-    /// The parts of a step that are not always 0.
-    parts: Vec<usize>,
     even: Hypotheses,
-    /// For each window and part what is left over, as is and with a frame more in the middle.
-    left: Vec<[f32; 2]>,
+    /// For each part and window what is left over, as is and with a frame more in the middle.
+    left: Vec<Vec<[f32; 2]>>,
+    /// For each part and window what is usually left over around it.
+    usual: Vec<Vec<f32>>,
 }
 
-impl<'a> Gaps<'a> {
-    pub(super) fn new(steps: Vec<&'a [Vec3]>, times: Vec<f64>) -> Self {
+impl Gaps {
+    pub(super) fn new(steps: &[&[Vec3]], times: Vec<f64>) -> Self {
         let count = steps.first().map_or(0, |step| step.len());
         let parts = (0..count).filter(|part| steps.iter().any(|step| step[*part] != Vec3::ZERO));
+        let of_part = |part: usize| steps.iter().map(|step| step[part].into()).collect();
         let mut gaps = Self {
-            parts: parts.collect(),
+            parts: parts.map(of_part).collect(),
             even: Hypotheses::new(&std::array::from_fn(|at| at as f64), 1.0),
             left: Vec::new(),
-            steps,
+            usual: Vec::new(),
             times,
         };
-        gaps.measure();
+        gaps.left = gaps.measured();
+        gaps.usual = gaps.left.iter().map(|left| usual(left)).collect();
         gaps
     }
 
@@ -124,65 +135,50 @@ impl<'a> Gaps<'a> {
         self.times.len().saturating_sub(WINDOW - 1)
     }
 
-    fn measure(&mut self) {
-        let mut left = Vec::with_capacity(self.windows() * self.parts.len());
+    fn measured(&self) -> Vec<Vec<[f32; 2]>> {
+        let mut left = vec![Vec::with_capacity(self.windows()); self.parts.len()];
         for window in 0..self.windows() {
-            self.with(window, 1.0, |both, steps| {
-                for part in &self.parts {
-                    left.push([&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps, *part))));
+            self.with(window, 1.0, |both| {
+                for (left, part) in left.iter_mut().zip(&self.parts) {
+                    let steps = steps(part, window);
+                    left.push([&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps))));
                 }
             });
         }
-        self.left = left;
+        left
     }
 
-    /// Calls `with` with the hypotheses of a window, and its steps.
-    fn with<R>(&self, window: usize, by: f64, with: impl FnOnce(&Hypotheses, &[&[Vec3]; WINDOW - 1]) -> R) -> R {
-        let steps = std::array::from_fn(|step| self.steps[window + step]);
+    /// Calls `with` with the hypotheses of a window.
+    fn with<R>(&self, window: usize, by: f64, with: impl FnOnce(&Hypotheses) -> R) -> R {
         let times: [f64; WINDOW] = std::array::from_fn(|at| self.times[window + at]);
         let is_even = by == 1.0 && times[WINDOW - 1] - times[0] == (WINDOW - 1) as f64;
         match is_even {
-            true => with(&self.even, &steps),
-            false => with(&Hypotheses::new(&times, by), &steps),
+            true => with(&self.even),
+            false => with(&Hypotheses::new(&times, by)),
         }
-    }
-
-    /// What is usually left over of a part around a window.
-    fn usual(&self, window: usize, part: usize) -> f32 {
-        let mut values = [0.0; 2 * AROUND as usize + 1];
-        let mut count = 0;
-        for at in -AROUND..=AROUND {
-            let other = window
-                .checked_add_signed(STRIDE * at)
-                .filter(|other| *other < self.windows());
-            if let Some([as_is, apart]) = other.map(|other| self.left[other * self.parts.len() + part]) {
-                values[count] = as_is.min(apart);
-                count += 1;
-            }
-        }
-        *values[..count].select_nth_unstable_by(count / 2, f32::total_cmp).1 + ROUNDING
     }
 
     /// How much more speaks for a frame missing in the middle of a window than against it.
     fn score(&self, window: usize) -> f32 {
-        let parts = self.parts.len();
-        let of_part = |part: usize| {
-            let usual = self.usual(window, part);
-            let [as_is, apart] = self.left[window * parts + part];
-            ((as_is + usual) / (apart + usual)).ln()
-        };
-        (0..parts).map(of_part).sum::<f32>() / parts.max(1) as f32
+        let of_part = |(left, usual): (&Vec<[f32; 2]>, &Vec<f32>)| speaks(left[window], usual[window]);
+        self.left.iter().zip(&self.usual).map(of_part).sum::<f32>() / self.parts.len().max(1) as f32
     }
 
     /// How many frames are missing in the middle of a window, as all parts measure it together.
     fn missing(&self, window: usize) -> f32 {
-        self.with(window, 1.0, |both, steps| {
+        self.with(window, 1.0, |both| {
             let (mut along, mut whole) = (0.0, 0.0);
-            for (index, part) in self.parts.iter().enumerate() {
-                let (as_is, apart) = (both.as_is.of(steps, *part), both.apart.of(steps, *part));
-                let weight = 1.0 / (self.usual(window, index) + square(as_is).min(square(apart)));
+            for (part, usual) in self.parts.iter().zip(&self.usual) {
+                let steps = steps(part, window);
+                let (as_is, apart) = (both.as_is.of(steps), both.apart.of(steps));
+                let weight = 1.0 / (usual[window] + square(as_is).min(square(apart)));
                 for (row, value) in both.across.iter().zip(as_is) {
-                    let would_be = value - row.iter().zip(apart).map(|(factor, left)| *factor * left).sum::<Vec3>();
+                    let would_be = value
+                        - row
+                            .iter()
+                            .zip(apart)
+                            .map(|(factor, left)| *factor * left)
+                            .sum::<Vec3A>();
                     along += weight * value.dot(would_be);
                     whole += weight * would_be.length_squared();
                 }
@@ -208,14 +204,92 @@ impl<'a> Gaps<'a> {
     /// How much speaks for a longer time of the step to a frame, by so many frames; `None` at the ends.
     pub(super) fn is_longer(&self, frame: usize, by: f64) -> Option<f32> {
         let window = frame.checked_sub(SIDE).filter(|window| *window < self.windows())?;
-        let sum = self.with(window, by, |both, steps| {
-            let of_part = |(index, part): (usize, &usize)| {
-                let usual = self.usual(window, index);
-                let [as_is, apart] = [&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps, *part)));
-                ((as_is + usual) / (apart + usual)).ln()
+        let sum = self.with(window, by, |both| {
+            let of_part = |(part, usual): (&Vec<Vec3A>, &Vec<f32>)| {
+                let steps = steps(part, window);
+                speaks(
+                    [&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps))),
+                    usual[window],
+                )
             };
-            self.parts.iter().enumerate().map(of_part).sum::<f32>()
+            self.parts.iter().zip(&self.usual).map(of_part).sum::<f32>()
         });
         Some(sum / self.parts.len().max(1) as f32)
+    }
+}
+
+/// The steps of a window.
+fn steps(part: &[Vec3A], window: usize) -> &[Vec3A; WINDOW - 1] {
+    part[window..].first_chunk().expect("a window has all its steps")
+}
+
+/// How much what is left over of a part speaks for a frame more.
+fn speaks([as_is, apart]: [f32; 2], usual: f32) -> f32 {
+    ((as_is + usual) / (apart + usual)).ln()
+}
+
+/// What is usually left over of a part around each window.
+fn usual(left: &[[f32; 2]]) -> Vec<f32> {
+    let least: Vec<f32> = left.iter().map(|[as_is, apart]| as_is.min(*apart)).collect();
+    let reach = STRIDE * AROUND;
+    let around = |window: usize| {
+        if window >= reach && window + reach < least.len() {
+            return middle_of_nine(std::array::from_fn(|at| least[window - reach + STRIDE * at])) + ROUNDING;
+        }
+        let places = (window % STRIDE..least.len()).step_by(STRIDE);
+        let mut values: Vec<f32> = places
+            .filter(|place| place.abs_diff(window) <= reach)
+            .map(|place| least[place])
+            .collect();
+        median(&mut values).unwrap_or_default() + ROUNDING
+    };
+    (0..least.len()).map(around).collect()
+}
+
+/// The median, by the least network of comparisons for nine values.
+fn middle_of_nine(mut values: [f32; 2 * AROUND + 1]) -> f32 {
+    const PAIRS: [[usize; 2]; 19] = [
+        [1, 2],
+        [4, 5],
+        [7, 8],
+        [0, 1],
+        [3, 4],
+        [6, 7],
+        [1, 2],
+        [4, 5],
+        [7, 8],
+        [0, 3],
+        [5, 8],
+        [4, 7],
+        [3, 6],
+        [1, 4],
+        [2, 5],
+        [4, 7],
+        [4, 2],
+        [6, 4],
+        [4, 2],
+    ];
+    for [a, b] in PAIRS {
+        let (low, high) = (values[a].min(values[b]), values[a].max(values[b]));
+        (values[a], values[b]) = (low, high);
+    }
+    values[4]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_nine_is_their_median() {
+        let mut order = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+        let mut state = 1_u32;
+        for _ in 0..2000 {
+            for at in (1..order.len()).rev() {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                order.swap(at, (state >> 8) as usize % (at + 1));
+            }
+            assert_eq!(middle_of_nine(order), 4.0, "{order:?}");
+        }
     }
 }

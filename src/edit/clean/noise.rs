@@ -60,8 +60,10 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let level = |(column, node): (usize, &NodeId)| {
         let track = work.frames.track(column);
         let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
-        let noise = curve::<Rotations>(&values).map_or(0.0, |curve| Level::new(&curve, work.frames.rate).noise(false));
-        (*node, noise * f64::from(work.reach(*node)))
+        // Of a motion, as most tracks are, no more is asked.
+        let level = |curve: Vec<DVec3>| Spans::new(&curve, work.frames.rate).level(true).noise(false);
+        let noise = curve::<Rotations>(&values).map(level);
+        (*node, noise.unwrap_or_default() * f64::from(work.reach(*node)))
     };
     nodes.map(level).collect()
 }
@@ -183,45 +185,81 @@ struct Level {
     is_white: bool,
 }
 
-impl Level {
+/// The differences of a curve, in spans.
+struct Spans {
+    /// Of each order from 1 on.
+    differences: Vec<Vec<DVec3>>,
+    /// The frames of a span, and how many spans there are, each beginning in the middle of the one before.
+    span: usize,
+    count: usize,
+}
+
+impl Spans {
     fn new(curve: &[DVec3], rate: f64) -> Self {
         let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
-        let spans = (2 * curve.len() / span).saturating_sub(1).max(1);
-        let mut found: Vec<Vec<f64>> = Vec::new();
-        let mut differences = curve.to_vec();
-        let mut of_white = 1.0;
-        for order in 1..=*ORDERS.end() {
-            for index in 0..differences.len() - 1 {
-                differences[index] = differences[index + 1] - differences[index];
-            }
-            differences.pop();
-            // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
-            of_white *= (2 * order * (2 * order - 1)) as f64 / (order * order) as f64;
-            if !ORDERS.contains(&order) {
-                continue;
-            }
-            let of_span = |index: usize| {
-                let from = (index * span / 2).min(differences.len().saturating_sub(span));
-                let to = (from + span).min(differences.len());
-                let sizes = differences[from..to].iter().flat_map(|d| d.abs().to_array());
-                middle(sizes.collect(), 0.5) / MEDIAN_OF_NORMAL / of_white.sqrt()
-            };
-            found.push((0..spans).map(of_span).collect());
+        let mut differences: Vec<Vec<DVec3>> = Vec::with_capacity(*ORDERS.end());
+        for order in 0..*ORDERS.end() {
+            let before = if order == 0 { curve } else { &differences[order - 1] };
+            differences.push(before.windows(2).map(|pair| pair[1] - pair[0]).collect());
         }
-        let calm: Vec<f64> = found.iter().map(|spans| middle(spans.clone(), CALM)).collect();
-        let least = |span: usize| found.iter().map(|spans| spans[span]).fold(f64::INFINITY, f64::min);
-        let [.., before, last] = calm.as_slice() else {
-            return Self {
-                least: 0.0,
-                of_white: 1.0,
-                is_white: false,
-            };
-        };
         Self {
-            least: middle((0..spans).map(least).collect(), CALM),
-            of_white: 1.0 - LESS / (span as f64).sqrt(),
-            is_white: *last >= FLAT * before,
+            differences,
+            span,
+            count: (2 * curve.len() / span).saturating_sub(1).max(1),
         }
+    }
+
+    /// For each span the standard deviation of what may be noise, by the differences of an order.
+    fn of_order(&self, order: usize) -> Vec<f64> {
+        let differences = &self.differences[order - 1];
+        // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
+        let of_white: f64 = (1..=order)
+            .map(|n| (2 * n * (2 * n - 1)) as f64 / (n * n) as f64)
+            .product();
+        // Bits of numbers that are not negative are in the order of the numbers, and compared faster.
+        let sizes: Vec<u64> = differences
+            .iter()
+            .flat_map(|d| d.abs().to_array().map(f64::to_bits))
+            .collect();
+        let mut of_span = Vec::with_capacity(3 * self.span);
+        let mut deviation = |index: usize| {
+            let from = (index * self.span / 2).min(differences.len().saturating_sub(self.span));
+            let to = (from + self.span).min(differences.len());
+            of_span.clear();
+            of_span.extend_from_slice(&sizes[3 * from..3 * to]);
+            let place = of_span.len().saturating_sub(1) / 2;
+            let middle = match of_span.is_empty() {
+                true => 0.0,
+                false => f64::from_bits(*of_span.select_nth_unstable(place).1),
+            };
+            middle / MEDIAN_OF_NORMAL / of_white.sqrt()
+        };
+        (0..self.count).map(&mut deviation).collect()
+    }
+
+    /// What the noise may be. With `if_white`, it is measured only where the differences are those of white noise.
+    fn level(&self, if_white: bool) -> Level {
+        let last = *ORDERS.end();
+        let ends = [last - 1, last].map(|order| self.of_order(order));
+        let [before, after] = [0, 1].map(|end| middle(&mut ends[end].clone(), CALM));
+        let mut level = Level {
+            least: 0.0,
+            of_white: 1.0 - LESS / (self.span as f64).sqrt(),
+            is_white: after >= FLAT * before,
+        };
+        if level.is_white || !if_white {
+            let found = (*ORDERS.start()..last - 1).map(|order| self.of_order(order));
+            let found: Vec<Vec<f64>> = found.chain(ends).collect();
+            let least = |span: usize| found.iter().map(|spans| spans[span]).fold(f64::INFINITY, f64::min);
+            level.least = middle(&mut (0..self.count).map(least).collect::<Vec<f64>>(), CALM);
+        }
+        level
+    }
+}
+
+impl Level {
+    fn new(curve: &[DVec3], rate: f64) -> Self {
+        Spans::new(curve, rate).level(false)
     }
 
     /// The least that the noise is, 0 for a motion. Where most joints have noise, the calm one is no proof of a motion.
@@ -230,8 +268,8 @@ impl Level {
     }
 }
 
-/// The value below which a fraction of the values are.
-fn middle(mut values: Vec<f64>, fraction: f64) -> f64 {
+/// The value below which a fraction of the values are. The order of the values changes.
+fn middle(values: &mut [f64], fraction: f64) -> f64 {
     let place = (fraction * values.len().saturating_sub(1) as f64) as usize;
     match values.is_empty() {
         true => 0.0,

@@ -99,8 +99,12 @@ fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
     let steps = Steps::new(work);
     let held = steps.held();
     let seen: Vec<usize> = (0..held.len()).filter(|frame| !held[*frame]).collect();
-    let leading = seen.iter().skip(1).map(|frame| steps.steps[*frame - 1].as_slice());
-    let gaps = Gaps::new(leading.collect(), seen.iter().map(|frame| *frame as f64).collect());
+    let leading: Vec<&[Vec3]> = seen
+        .iter()
+        .skip(1)
+        .map(|frame| steps.steps[*frame - 1].as_slice())
+        .collect();
+    let gaps = Gaps::new(&leading, seen.iter().map(|frame| *frame as f64).collect());
     let mut frames = vec![Row::Seen; held.len()];
     let longest = work.frames.frames_in(LONGEST_HELD);
     let mut excess = Vec::new();

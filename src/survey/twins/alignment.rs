@@ -1,0 +1,249 @@
+//! How two clips fit best: from which moment of one on, and at which pace, the limbs of both are nearest.
+
+use std::ops::RangeInclusive;
+
+use glam::Vec4;
+
+use super::numbers;
+use crate::survey::fingerprint::{Fingerprint, LIMBS};
+
+/// The shortest piece, in samples: two seconds, less a sample for the rounding at its ends.
+const SHORTEST: usize = 19;
+/// The largest mean distance of limbs of twins, as a chord: 3.2 degrees; and the largest of nine tenths of samples.
+const NEAR: f32 = 0.056;
+const NEAR_MOST: f32 = 0.11;
+/// What the time between samples adds to the distance of twins, as a fraction of a step from one sample to the next:
+/// values between samples are taken, and this is what a line misses of a curve.
+const OFF_A_LINE: f32 = 0.12;
+/// How far the limbs must move in what is compared, each on average, as a sum of chords: one that stands is like any
+/// other that stands.
+const MOVES: f32 = 0.35;
+/// Less than this counts as no movement between two samples: the grain of a byte.
+const GRAIN: f32 = 0.02;
+/// Paces at which clips are compared: a tenth slower to a tenth faster, in steps of two hundredths, and then of one.
+const SLOWEST: f32 = 0.9;
+const PACES: u8 = 11;
+const PACE_STEP: f32 = 0.02;
+/// How many samples from a moment that both have the same moment may be.
+const AROUND: i8 = 4;
+/// Twins often begin together: clips whose moments are so many samples apart are also compared from their beginnings.
+const BEGIN_TOGETHER: f32 = 10.0;
+const AROUND_BEGINNING: i8 = 2;
+/// Samples that are compared at first, at least one in three.
+const FEW: usize = 16;
+const LEAST_STRIDE: usize = 3;
+/// How many steps off the best place the nearest one that is tried may be: half a sample and half a pace, over half the
+/// overlap on average, and a margin of two.
+const OFF_AT_FIRST: f32 = 1.5;
+const OFF_BY_PACE: f32 = 0.005;
+
+/// Limbs four at a time.
+const QUADS: usize = LIMBS.div_ceil(4);
+/// The three coordinates of all limbs.
+type Row = [[Vec4; QUADS]; 3];
+
+/// The samples of a clip as numbers.
+pub(super) struct Track {
+    rows: Vec<Row>,
+    /// How far limbs have moved up to each sample, on average.
+    moved: Vec<f32>,
+}
+
+impl Track {
+    pub(super) fn new(fingerprint: &Fingerprint, mirrored: bool) -> Self {
+        let rows: Vec<Row> = (0..fingerprint.samples())
+            .map(|sample| {
+                let mut row = [[[0.0; 4]; QUADS]; 3];
+                for (number, limb) in numbers(fingerprint.limbs(sample), mirrored).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        row[axis][number / 4][number % 4] = limb[axis];
+                    }
+                }
+                row.map(|axis| axis.map(Vec4::from_array))
+            })
+            .collect();
+        let mut sum = 0.0;
+        let steps = std::iter::once(0.0).chain(rows.windows(2).map(|pair| step(&pair[0], &pair[1])));
+        let moved = steps.map(|step| {
+            sum += step;
+            sum
+        });
+        Self {
+            moved: moved.take(rows.len()).collect(),
+            rows,
+        }
+    }
+
+    pub(super) fn samples(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+/// How far limbs move between two samples, on average.
+fn step(before: &Row, after: &Row) -> f32 {
+    let mut sum = 0.0;
+    for quad in 0..QUADS {
+        for chord in chords(|axis| before[axis][quad] - after[axis][quad]) {
+            sum += if chord > GRAIN { chord } else { 0.0 };
+        }
+    }
+    sum / LIMBS as f32
+}
+
+/// The lengths of four differences.
+#[inline(always)]
+fn chords(off: impl Fn(usize) -> Vec4) -> [f32; 4] {
+    let (x, y, z) = (off(0), off(1), off(2));
+    let squares = (x * x + y * y + z * z).to_array();
+    [
+        squares[0].sqrt(),
+        squares[1].sqrt(),
+        squares[2].sqrt(),
+        squares[3].sqrt(),
+    ]
+}
+
+/// A moment that two clips may have in common, as a sample of each.
+#[derive(Clone, Copy)]
+pub(super) struct Moments {
+    pub(super) first: f32,
+    pub(super) second: f32,
+}
+
+/// How two clips fit best.
+pub(super) struct Alignment {
+    /// Seconds of the first in one second of the second.
+    pub(super) pace: f32,
+    /// Samples of the first that are covered.
+    pub(super) overlap: f32,
+}
+
+impl Alignment {
+    /// Tries paces and offsets around a moment, coarse and then fine; `None` where the clips are no twins.
+    pub(super) fn best(a: &Track, b: &Track, at: Moments) -> Option<Self> {
+        let both = Both { a, b };
+        let mut coarse = Best::default();
+        for number in 0..PACES {
+            let pace = SLOWEST + PACE_STEP * f32::from(number);
+            let start = at.first - pace * at.second;
+            for shift in -AROUND..=AROUND {
+                coarse.consider(&both, [pace, start + f32::from(shift)], true);
+            }
+            if (at.first - at.second).abs() <= BEGIN_TOGETHER {
+                for shift in -AROUND_BEGINNING..=AROUND_BEGINNING {
+                    coarse.consider(&both, [pace, f32::from(shift)], true);
+                }
+            }
+        }
+        let [pace, start] = coarse.found?.1;
+        let mut fine = Best::default();
+        for pace_step in -2_i8..=2 {
+            for start_step in -5_i8..=5 {
+                let place = [
+                    pace + 0.5 * PACE_STEP * f32::from(pace_step),
+                    start + 0.2 * f32::from(start_step),
+                ];
+                fine.consider(&both, place, false);
+            }
+        }
+        let place = fine.found?.1;
+        let overlap = both.overlap(place)?;
+        let most = NEAR_MOST + 2.0 * OFF_A_LINE * both.step(&overlap);
+        (both.most(place, &overlap) < most).then(|| Self {
+            pace: place[0],
+            overlap: (overlap.end() + 1 - overlap.start()) as f32 * place[0],
+        })
+    }
+}
+
+/// A pace, and the sample of the first at which the second begins.
+type Place = [f32; 2];
+
+/// The place with the least distance.
+#[derive(Default)]
+struct Best {
+    found: Option<(f32, Place)>,
+}
+
+impl Best {
+    /// Compares clips at a place, at first by a few samples. What is too far to become a twin is not kept.
+    fn consider(&mut self, both: &Both<'_>, place: Place, at_first: bool) {
+        let Some(overlap) = both.overlap(place) else { return };
+        let (samples, step) = (overlap.end() + 1 - overlap.start(), both.step(&overlap));
+        let (stride, off) = match at_first {
+            true => (
+                LEAST_STRIDE.max(samples / FEW),
+                OFF_AT_FIRST + OFF_BY_PACE * samples as f32,
+            ),
+            false => (1, OFF_A_LINE),
+        };
+        let least = self.found.map_or(f32::INFINITY, |(least, _)| least);
+        let mean = both.mean(place, overlap, stride, least.min(NEAR + off * step));
+        if let Some(mean) = mean {
+            self.found = Some((mean, place));
+        }
+    }
+}
+
+struct Both<'a> {
+    a: &'a Track,
+    b: &'a Track,
+}
+
+impl Both<'_> {
+    /// The samples of the second clip that overlap the first; `None` where they are too few, or nothing moves.
+    fn overlap(&self, [pace, start]: Place) -> Option<RangeInclusive<usize>> {
+        let last = self.a.samples() as f32 - 1.0;
+        let from = (-start / pace).ceil().max(0.0) as usize;
+        let to = (((last - start) / pace).floor() as isize).min(self.b.samples() as isize - 1);
+        let to = usize::try_from(to).ok()?;
+        // A piece lies within one of the two, or is at least as long as the shortest piece at an end of both.
+        (to + 1 >= from + SHORTEST && self.b.moved[to] - self.b.moved[from] >= MOVES).then_some(from..=to)
+    }
+
+    /// How far limbs move in a sample, on average.
+    fn step(&self, overlap: &RangeInclusive<usize>) -> f32 {
+        let moved = self.b.moved[*overlap.end()] - self.b.moved[*overlap.start()];
+        moved / (overlap.end() + 1 - overlap.start()) as f32
+    }
+
+    /// The mean distance of limbs, if it is less than `most`.
+    fn mean(&self, place: Place, overlap: RangeInclusive<usize>, stride: usize, most: f32) -> Option<f32> {
+        let count = (overlap.end() - overlap.start()) / stride + 1;
+        let (mut sum, most) = (0.0, most * count as f32);
+        for sample in overlap.step_by(stride) {
+            sum += self.distance(place, sample);
+            if sum >= most {
+                return None;
+            }
+        }
+        Some(sum / count as f32)
+    }
+
+    /// The distance that nine tenths of the samples keep below.
+    fn most(&self, place: Place, overlap: &RangeInclusive<usize>) -> f32 {
+        let mut distances: Vec<f32> = overlap.clone().map(|sample| self.distance(place, sample)).collect();
+        let nine_tenths = (distances.len() * 9 / 10).min(distances.len() - 1);
+        *distances.select_nth_unstable_by(nine_tenths, f32::total_cmp).1
+    }
+
+    /// The mean distance of limbs of a sample of the second from the first at that time.
+    #[inline(always)]
+    fn distance(&self, [pace, start]: Place, sample: usize) -> f32 {
+        let last = self.a.samples() - 1;
+        let time = (start + pace * sample as f32).clamp(0.0, last as f32);
+        let early = time as usize;
+        let fraction = time - early as f32;
+        let (early, late) = (&self.a.rows[early], &self.a.rows[(early + 1).min(last)]);
+        let other = &self.b.rows[sample];
+        let mut sum = 0.0;
+        for quad in 0..QUADS {
+            let [a, b, c, d] = chords(|axis| {
+                let (early, late) = (early[axis][quad], late[axis][quad]);
+                early + (late - early) * fraction - other[axis][quad]
+            });
+            sum += (a + b) + (c + d);
+        }
+        sum / LIMBS as f32
+    }
+}
