@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::Fingerprint;
 use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
-use super::twins::{self, Candidate, Reason};
+use super::twins::{self, Candidate, Pair, Reason};
 use super::{descriptor, select};
 use crate::error::{Code, Diagnostic, Result};
 
@@ -162,7 +162,8 @@ impl Corpus {
         }
         let roots: Vec<usize> = (0..group.len()).map(|clip| root(&mut group, clip)).collect();
         let mut numbers: BTreeMap<usize, u64> = BTreeMap::new();
-        for (first, second, reason) in joined {
+        let reasons = reasons(&pairs, &joined, &roots);
+        for (first, second, _) in joined {
             let kept = roots[first];
             let next = numbers.len() as u64 + 1;
             let number = *numbers.entry(kept).or_insert(next);
@@ -170,10 +171,10 @@ impl Corpus {
             for clip in [first, second] {
                 let row = &mut self.clips[clip].row;
                 row.twin_group = Some(number);
-                if clip != kept && !row.twin {
+                if clip != kept {
                     row.twin = true;
                     row.twin_of = Some(name.clone());
-                    row.twin_reason = Some(reason.as_str().to_owned());
+                    row.twin_reason = reasons.get(&clip).map(|reason| reason.as_str().to_owned());
                 }
             }
         }
@@ -224,6 +225,36 @@ impl Corpus {
         let (up, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
         (group.len() > 2 && 2 * count > group.len()).then(|| up.to_owned())
     }
+}
+
+/// How each clip repeats the one that is kept of its group: as it was compared with that, else by the weakest step on
+/// the way there from twin to twin.
+fn reasons(pairs: &[Pair], joined: &[(usize, usize, Reason)], roots: &[usize]) -> BTreeMap<usize, Reason> {
+    let mut steps: BTreeMap<usize, Vec<(usize, Reason)>> = BTreeMap::new();
+    for (first, second, reason) in joined {
+        steps.entry(*first).or_default().push((*second, *reason));
+        steps.entry(*second).or_default().push((*first, *reason));
+    }
+    let mut reasons = BTreeMap::new();
+    let mut ways: Vec<(usize, Reason)> = steps.keys().map(|clip| (roots[*clip], Reason::Bytes)).collect();
+    while let Some((clip, way)) = ways.pop() {
+        if reasons.insert(clip, way).is_none() {
+            let next = steps.get(&clip).into_iter().flatten();
+            ways.extend(
+                next.filter(|(next, _)| !reasons.contains_key(next))
+                    .map(|(next, step)| (*next, way.max(*step))),
+            );
+        }
+    }
+    // The strongest of a pair is the first.
+    for pair in pairs.iter().rev() {
+        for (clip, other) in [(pair.first, pair.second), (pair.second, pair.first)] {
+            if roots[clip] == other {
+                reasons.insert(clip, pair.reason);
+            }
+        }
+    }
+    reasons
 }
 
 impl ClipRow {

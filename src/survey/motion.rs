@@ -206,7 +206,7 @@ impl Body {
                 let around = frame.saturating_sub(near)..(frame + near + 1).min(motion.frames);
                 around.into_iter().all(|other| height(other) >= height(*frame))
             };
-            let is_rare = 8 * standing.len() < motion.frames - motion.first;
+            let is_rare = 3 * standing.len() < motion.frames - motion.first;
             let lowest = (motion.first..motion.frames).filter(is_lowest);
             standing = match is_rare {
                 true => lowest.collect(),

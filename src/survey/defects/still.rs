@@ -26,6 +26,11 @@ const MOVES: f32 = 0.6;
 const ARM: f32 = 0.966;
 const LEG: f32 = 0.906;
 const TRUNK: f32 = 0.951;
+/// The cosine of 30 degrees: so far off are arms that a person holds up for a calibration. It counts where the hands
+/// are slower than this, in metres per second, for so many seconds.
+const HELD_ARM: f32 = 0.866;
+const HELD_SPEED: f32 = 0.1;
+const HELD: f64 = 0.5;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[Frozen, Gap]);
@@ -85,9 +90,28 @@ fn difference(a: Quat, b: Quat) -> f32 {
 /// Frames in which arms point sideways and legs down.
 pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     findings.look_for(&[TPose]);
-    for [from, to] in spans(motion.frames, |frame| {
-        frame >= motion.first && is_t_pose(motion, body, frame)
-    }) {
+    let frames = motion.first..motion.frames;
+    let mut is_t_pose = vec![false; motion.frames];
+    for frame in frames.clone() {
+        is_t_pose[frame] = self::is_t_pose(motion, body, frame);
+    }
+    let around = motion.frames_in(0.1);
+    let rests = |frame: usize, hand: Bone| {
+        let node = body.bones.get(&hand);
+        node.is_some_and(|node| motion.velocity(frame, *node, around).length() < HELD_SPEED)
+    };
+    let is_held = |frame: usize| {
+        has_arms_out(motion, body, frame, HELD_ARM)
+            && [Bone::LeftHand, Bone::RightHand]
+                .into_iter()
+                .all(|hand| rests(frame, hand))
+    };
+    for [from, to] in spans(motion.frames, |frame| frames.contains(&frame) && is_held(frame)) {
+        if (to + 1 - from) as f64 / motion.rate >= HELD {
+            is_t_pose[from..=to].fill(true);
+        }
+    }
+    for [from, to] in spans(motion.frames, |frame| is_t_pose[frame]) {
         let seconds = (to + 1 - from) as f64 / motion.rate;
         findings.add(TPose, [from, to], None, seconds as f32, 0.9);
     }
@@ -95,6 +119,11 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
 
 /// Whether a frame is a T-pose.
 pub(in crate::survey) fn is_t_pose(motion: &Motion, body: &Body, frame: usize) -> bool {
+    has_arms_out(motion, body, frame, ARM)
+}
+
+/// Whether arms point sideways, up to an angle whose cosine is `arm`, and legs down.
+fn has_arms_out(motion: &Motion, body: &Body, frame: usize, arm: f32) -> bool {
     let between = |from, to| {
         let (from, to) = (motion.bone(body, frame, from)?, motion.bone(body, frame, to)?);
         Some((to - from).normalize_or_zero())
@@ -107,7 +136,7 @@ pub(in crate::survey) fn is_t_pose(motion: &Motion, body: &Body, frame: usize) -
         let lower = between(on(Bone::LeftLowerArm), on(Bone::LeftHand))?.dot(along);
         let thigh = -between(on(Bone::LeftUpperLeg), on(Bone::LeftLowerLeg))?.y;
         let shin = -between(on(Bone::LeftLowerLeg), on(Bone::LeftFoot))?.y;
-        Some(upper > ARM && lower > ARM && thigh > LEG && shin > LEG)
+        Some(upper > arm && lower > arm && thigh > LEG && shin > LEG)
     };
     let mut sides = Side::ALL.into_iter().map(points);
     sides.all(|points| points == Some(true)) && body.trunk(motion, frame).y > TRUNK
