@@ -282,7 +282,13 @@ def floating(rng, bvh, metres):
 
 
 def under_floor(rng, bvh, metres):
+    body = Body(bvh, metres)
+    heights = body.places[:, body.toes(), 1].min(axis=1)
+    heights -= np.percentile(heights, 10)
     frames, amount = lift(rng, bvh, metres, -0.12, -0.06, 0.3, 0.8)
+    # A foot in the air is above the floor, however much the body is sunk.
+    if np.mean(heights[frames[0] : frames[1] + 1] < 0.03) < 0.5:
+        raise Planted
     return frames, -100 * amount
 
 
@@ -548,11 +554,17 @@ def mirrored(rng, bvh):
     other = {}
     for joint, name in enumerate(names):
         twin = name.replace("left", "\0").replace("right", "left").replace("\0", "right")
-        if name[0] in "lr" and twin == name:
-            twin = ("r" if name[0] == "l" else "l") + name[1:]
+        exchange = {"l": "r", "r": "l"}
+        if twin == name and name[-2:] in ("_l", "_r"):
+            twin = name[:-1] + exchange[name[-1]]
+        if twin == name and name[0] in "lr":
+            twin = exchange[name[0]] + name[1:]
         other[joint] = names.index(twin) if twin in names else joint
         if np.abs(bvh.offsets[other[joint]] * [-1, 1, 1] - bvh.offsets[joint]).max() > 0.05 * (1 + np.abs(bvh.offsets[joint]).max()):
             raise Planted
+    # Names of another kind: without sides to exchange it would be a body whose left and right are the wrong way round.
+    if all(joint == twin for joint, twin in other.items()):
+        raise Planted
     rows = bvh.rows.copy()
     for joint, twin in other.items():
         if bvh.channels[joint] != bvh.channels[twin]:
