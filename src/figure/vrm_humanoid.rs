@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use super::body::Body;
 use super::ground;
 use super::ticks::{Ticks, ticks};
-use super::track::{Track, whole};
+use super::track::{Track, chain_place, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
@@ -19,7 +19,7 @@ const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
 
 /// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and
 /// does not turn.
-const ENDS: [Bone; 5] = [
+pub(crate) const ENDS: [Bone; 5] = [
     Bone::Head,
     Bone::LeftHand,
     Bone::RightHand,
@@ -107,7 +107,7 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
     let mover = Mover {
         tracks: bones
             .iter()
-            .map(|placed| whole(&body, placed.bone, &mut watched))
+            .map(|placed| Follows::new(&body, placed.bone, &mut watched))
             .collect(),
         watched,
         bones: &bones,
@@ -241,12 +241,50 @@ fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
     all
 }
 
+/// The rotation of a bone, or of a spine of more joints than VRM has where this bone of VRM's is: between two of them.
+struct Follows {
+    from: Track,
+    to: Option<(Track, f32)>,
+}
+
+impl Follows {
+    /// `None` for a bone that the source lacks. A spine is divided as in retargeting, so that a VRM animation moves
+    /// three joints of it as their motion itself does. The neck of VRM is the first of several: necks bend one way
+    /// below and the other way above, and one with the turn of both would bend those of another neck the wrong way.
+    fn new(body: &Body, bone: Bone, watched: &mut Watched) -> Option<Self> {
+        let bones = [Bone::Spine, Bone::Chest, Bone::UpperChest].into_iter();
+        let bones: Vec<Bone> = bones.filter(|bone| body.joint(*bone).is_some()).collect();
+        let joints = &body.trunk;
+        let place = bones.iter().position(|other| *other == bone);
+        let Some(place) = place.filter(|_| joints.len() > bones.len()) else {
+            let from = whole(body, bone, watched)?;
+            return Some(Self { from, to: None });
+        };
+        let (from, to, share) = chain_place(place, joints.len(), bones.len());
+        let below = (Bone::Hips, body.hips);
+        let mut track = |at: usize| {
+            let (bone, joint) = at.checked_sub(1).map_or(below, |place| (bones[0], joints[place]));
+            Track::new(body, bone, joint, None, watched)
+        };
+        Some(Self {
+            from: track(from),
+            to: (share > 0.0).then(|| (track(to), share)),
+        })
+    }
+
+    fn frame(&self, seen: &Seen<1>) -> Quat {
+        let at = |track: &Track| Quat::from_array(track.frame(seen).lane(0));
+        let from = at(&self.from);
+        self.to.as_ref().map_or(from, |(to, share)| from.slerp(at(to), *share))
+    }
+}
+
 /// Moves the motion of the source to the bones.
 struct Mover<'a> {
     body: &'a Body,
     bones: &'a [Placed],
     /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
-    tracks: Vec<Option<Track>>,
+    tracks: Vec<Option<Follows>>,
     watched: Watched,
     lift: f32,
 }
@@ -269,9 +307,7 @@ impl Mover<'_> {
             for (keys, (placed, track)) in rotations.iter_mut().zip(self.bones.iter().zip(&self.tracks)) {
                 let above = placed.parent.and_then(|parent| frames.get(&parent).copied());
                 let above = above.unwrap_or(Quat::IDENTITY);
-                let frame = track
-                    .as_ref()
-                    .map_or(above, |track| Quat::from_array(track.frame(&seen).lane(0)));
+                let frame = track.as_ref().map_or(above, |track| track.frame(&seen));
                 frames.insert(placed.bone, frame);
                 let rotation = (above.inverse() * frame).normalize();
                 // On the shorter arc from the key before.

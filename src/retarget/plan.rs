@@ -9,7 +9,8 @@ use super::rules::{Above, Drive, Rule, Twist};
 use crate::figure::body::Body;
 use crate::figure::names::Name;
 use crate::figure::t_pose::{direction, limb_end};
-use crate::figure::track::{Ends, Track, ends, is_twisted_at_beginning};
+use crate::figure::track::{Ends, Track, chain_place, ends, is_twisted_at_beginning};
+use crate::figure::vrm_humanoid::ENDS;
 use crate::figure::watched::Watched;
 use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
@@ -139,12 +140,12 @@ impl Builder<'_> {
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (place, &joint) in joints.iter().enumerate() {
-            let (whole, rest) = ((place + 1) * have / want, (place + 1) * have % want);
+            let (from, to, share) = chain_place(place, have, want);
             let at = |place: usize| if place == 0 { base } else { tracks[place - 1] };
             let rule = Rule::Between {
-                from: at(whole),
-                to: at((whole + 1).min(have)),
-                share: rest as f32 / want as f32,
+                from: at(from),
+                to: at(to),
+                share,
             };
             self.drive(bone, joint, rule);
         }
@@ -187,7 +188,10 @@ impl Builder<'_> {
         let lacks = match (from, to) {
             (None, None) => return,
             (Some(_), None) => "the target has no such joint",
-            (None, Some(_)) => "the source has no such joint; it keeps its rest pose",
+            (None, Some(to)) => match self.follow_above(bone, to) {
+                true => "the source has no such joint; it follows the bone above",
+                false => "the source has no such joint; it keeps its rest pose",
+            },
             (Some(_), Some(_)) => {
                 self.limb(bone, target);
                 return;
@@ -195,6 +199,20 @@ impl Builder<'_> {
         };
         let reason = lacks.to_owned();
         self.unmapped.push(Unmapped { bone, reason });
+    }
+
+    /// A head, hand or foot that the source lacks goes with the bone above, as in a VRM animation: at rest a palm may
+    /// look up. Whether it does.
+    fn follow_above(&mut self, bone: Bone, joint: NodeId) -> bool {
+        let mut above = std::iter::successors(bone.parent(), |above| above.parent());
+        let above = above.find(|above| self.from.joint(*above).is_some());
+        let track = above
+            .filter(|_| ENDS.contains(&bone))
+            .and_then(|above| self.whole(above));
+        if let Some(track) = track {
+            self.copy(bone, joint, track);
+        }
+        track.is_some()
     }
 
     fn limb(&mut self, bone: Bone, target: &Scene) {

@@ -30,7 +30,7 @@ const LIMBS: [Bone; 8] = [
 ];
 
 /// The same motion in the world with the frame of every joint turned by a rotation of its own, which `start` chooses.
-fn with_other_frames(scene: &Scene, start: f32) -> Scene {
+pub(crate) fn with_other_frames(scene: &Scene, start: f32) -> Scene {
     let mut turned = scene.clone();
     let frame = |node: usize| {
         let turn = node as f32 + start;
@@ -73,7 +73,7 @@ fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
 }
 
 /// The rotations of bones of a character with a motion in the world, at some ticks.
-fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<Vec<Quat>> {
+pub(crate) fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<Vec<Quat>> {
     let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
     let animation = retargeter.animation(source, &source.animations[0]);
     let moved = Scene {
@@ -93,7 +93,7 @@ fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<
 }
 
 /// Holds two motions of a character against each other.
-fn assert_alike(was: &[Vec<Quat>], is: &[Vec<Quat>], bones: &[Bone], what: &str) {
+pub(crate) fn assert_alike(was: &[Vec<Quat>], is: &[Vec<Quat>], bones: &[Bone], what: &str) {
     for (was, is) in std::iter::zip(was, is) {
         for ((was, is), bone) in std::iter::zip(was, is).zip(bones) {
             let off = was.angle_between(*is).to_degrees();

@@ -17,7 +17,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 
 use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
@@ -26,7 +26,7 @@ use crate::figure::Humanoid;
 use crate::figure::vrm_humanoid::vrm_humanoid_shown;
 use crate::format::{WriteOptions, Written};
 use crate::options::setters;
-use crate::scene::{HumanoidBone, NodeId, NodeKind, Scene};
+use crate::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
 
 use super::humanoid::VRM_ANIMATION;
 
@@ -85,32 +85,61 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
-    let (document, report, note) = document(scene, options.whole.as_deref(), &vrma)?;
+    let (document, report, notes) = document(scene, options.whole.as_deref(), &vrma)?;
     let mut written = Written {
         files: vec![document.into_glb_file(&options.name)?],
         ..report.written()
     };
-    written.notes.extend(note);
+    written.notes.extend(notes);
     Ok(written)
 }
 
-/// How far the shoulders are off where a player leaves out the rotations of the chest and of the upper chest, which VRM
-/// does not require of a character, as a sentence; `None` where that is less than a degree.
-fn off_without_chest(humanoid: &Scene) -> Option<String> {
-    let rotations = |bone: HumanoidBone| {
-        let node = humanoid
-            .nodes
-            .iter()
-            .position(|node| node.humanoid_bone == Some(bone))?;
-        let clip = humanoid.animations.first()?;
-        let channel = clip
-            .channels
-            .iter()
-            .find(|channel| channel.node == Some(NodeId::new(node)))?;
+/// Bones that VRM does not require of a character, and what hangs on them.
+const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
+    (
+        &[HumanoidBone::Chest, HumanoidBone::UpperChest],
+        "chest and upperChest",
+        "shoulders",
+    ),
+    (&[HumanoidBone::Neck], "neck", "head"),
+    (&[HumanoidBone::LeftShoulder], "leftShoulder", "left arm"),
+    (&[HumanoidBone::RightShoulder], "rightShoulder", "right arm"),
+];
+
+/// The smallest angle in degrees by which a part of the body is off that is worth a word.
+const WORTH_A_WORD: f32 = 1.0;
+
+/// A joint whose position in its parent changes by more than this, in metres, is said to move.
+const MOVES: f32 = 0.001;
+
+/// How far parts of the body are off on a character without bones that VRM does not require, where a player leaves out
+/// their rotations, as a sentence.
+fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
+    let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
+        let (most, mean) = angles_of(humanoid, bones)?;
+        (most >= WORTH_A_WORD)
+            .then(|| format!("without {names} the {part} is up to {most:.1} degrees off, {mean:.1} in the mean"))
+    });
+    let off: Vec<String> = off.map(|part| part.replace("shoulders is", "shoulders are")).collect();
+    (!off.is_empty()).then(|| {
+        format!(
+            "bones: on characters that lack some which VRM does not require, {}; retarget onto such a character to avoid it",
+            off.join("; ")
+        )
+    })
+}
+
+/// The largest and the mean angle, in degrees, by which bones that follow each other turn what hangs on them.
+fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
+    let clip = humanoid.animations.first()?;
+    let rotations = |bone: &HumanoidBone| {
+        let mut nodes = humanoid.nodes.iter();
+        let node = nodes.position(|node| node.humanoid_bone == Some(*bone))?;
+        let mut channels = clip.channels.iter();
+        let channel = channels.find(|channel| channel.node == Some(NodeId::new(node)))?;
         Some(&channel.rotation_keys)
     };
-    let bones = [HumanoidBone::Chest, HumanoidBone::UpperChest];
-    let tracks: Vec<_> = bones.into_iter().filter_map(rotations).collect();
+    let tracks: Vec<_> = bones.iter().filter_map(rotations).collect();
     let frames = tracks.iter().map(|keys| keys.len()).max()?;
     let angle = |frame: usize| {
         // A track that never changes has one key.
@@ -118,26 +147,42 @@ fn off_without_chest(humanoid: &Scene) -> Option<String> {
             .iter()
             .filter_map(|keys| keys.values.get(frame).or_else(|| keys.values.last()));
         let all = at.fold(Quat::IDENTITY, |above, rotation| above * *rotation);
-        (2.0 * glam::Vec3::new(all.x, all.y, all.z).length().atan2(all.w.abs())).to_degrees()
+        (2.0 * Vec3::new(all.x, all.y, all.z).length().atan2(all.w.abs())).to_degrees()
     };
     let angles: Vec<f32> = (0..frames).map(angle).collect();
     let mean = angles.iter().sum::<f32>() / frames as f32;
-    let most = angles.iter().copied().fold(0.0, f32::max);
-    (most >= 1.0).then(|| {
+    Some((angles.iter().copied().fold(0.0, f32::max), mean))
+}
+
+/// Joints whose positions move, which those of a VRM animation do not: the hips and what is above them aside.
+fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
+    let hips = humanoid.nodes.first().map(|hips| hips.name.as_str());
+    let hips = scene.nodes.iter().position(|node| Some(node.name.as_str()) == hips)?;
+    let is_below_hips = |node: NodeId| {
+        let above = |node: &NodeId| scene.nodes[node.index()].parent;
+        std::iter::successors(above(&node), above).any(|node| node.index() == hips)
+    };
+    let moves = |channel: &&Channel| {
+        let places = &channel.position_keys.values;
+        let is_far = |place: &Vec3| place.distance(places[0]) > MOVES;
+        channel.node.is_some_and(is_below_hips) && places.iter().any(is_far)
+    };
+    let count = scene.animations.first()?.channels.iter().filter(moves).count();
+    (count > 0).then(|| {
         format!(
-            "spine: on a character without chest and upperChest, which VRM does not require, the shoulders are up to \
-             {most:.1} degrees off, {mean:.1} in the mean; retarget onto that character to avoid it"
+            "positions: {count} joints move in their parents by more than 1 mm, and bones of VRM do not; limbs point where \
+             they do, and keep their lengths"
         )
     })
 }
 
-/// The document, what there is to say about it, and how far off it is on characters that lack bones. `whole` has other
-/// frames of the motion, which show the T-pose.
+/// The document, what there is to say about it, and what a player of it loses. `whole` has other frames of the motion,
+/// which show the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,
     options: &VrmaOptions,
-) -> Result<(Document, GltfReport, Option<String>)> {
+) -> Result<(Document, GltfReport, Vec<String>)> {
     if scene.animations.is_empty() {
         let message = "there is no motion in it, and a VRM animation is nothing else";
         return Err(Diagnostic::new(Code::NoMotion, message)
@@ -157,7 +202,11 @@ fn document(
         joints: humanoid.nodes.iter().filter(|node| node.face.is_none()).count(),
         ..document.report().clone()
     };
-    Ok((document, report, off_without_chest(&humanoid)))
+    let notes = [
+        off_without_optional_bones(&humanoid),
+        joints_that_move(scene, &humanoid),
+    ];
+    Ok((document, report, notes.into_iter().flatten().collect()))
 }
 
 /// Whether a file is glTF that names the extension.
