@@ -23,7 +23,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{Mat4, Quat, Vec3};
 
 use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange};
-use self::hinge::{Limb, is_laid_along, nearest_axis};
+use self::hinge::{Limb, are_laid_along, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
 use super::poses::sample;
@@ -115,8 +115,8 @@ impl Shown {
         of_hands: &Knuckles,
         up: Vec3,
     ) -> Self {
-        let limbs = LIMBS.into_iter();
-        let limbs = limbs.filter_map(|limb| Limb::new(scene, limb, hierarchy, bones));
+        let is_laid = are_laid_along(scene, hierarchy, bones);
+        let limbs = Limb::all(scene, hierarchy, bones, is_laid).into_iter();
         let mut limbs: Vec<(Limb, Mean)> = limbs.map(|limb| (limb, Mean::default())).collect();
         let trunk = trunk(hierarchy, bones);
         let mut averages = against_trunk(&trunk, bones);
@@ -142,7 +142,10 @@ impl Shown {
             usual.iter_mut().for_each(|joint| joint.see(pose));
             knuckles.iter_mut().for_each(|knuckle| knuckle.see(pose));
         });
-        let laid_along = laid_along(scene, hierarchy, &trunk, bones);
+        let laid_along = match is_laid {
+            true => laid_along(scene, hierarchy, &trunk, bones),
+            false => BTreeSet::new(),
+        };
         let head = bones.get(&Bone::Head);
         let average = |joint: &AgainstTrunk| {
             let average = joint.value()?;

@@ -8,9 +8,16 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::hierarchy::Hierarchy;
 use crate::figure::knuckles::Knuckles;
 use crate::figure::t_pose::{self, limb_end};
-use crate::figure::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseReason, TPoseSource};
+use crate::figure::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseBone, TPoseReason, TPoseSource};
 use crate::pose::Trs;
-use crate::scene::{NodeId, NodeKind, Scene, Side};
+use crate::scene::{NodeId, NodeKind, Scene, Side, Topic};
+
+/// Fewer frames than this may all show one moment of a step: parts of 20 to 24 frames of motions whose rest pose does
+/// not stand have feet, pelvis and head up to 37 degrees off those of the whole.
+const FEW_FRAMES: usize = 30;
+
+/// Fewer than this show nothing at all.
+const TOO_FEW_FRAMES: usize = 5;
 
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
@@ -21,6 +28,8 @@ pub(crate) struct Body {
     pub(crate) figure: Figure,
     pub(crate) hips: NodeId,
     pub(crate) bones: BTreeMap<Bone, NodeId>,
+    /// The axis that points up in the file, where nothing shows it.
+    unsure_up: Option<String>,
     /// The T-pose, and the reference pose from which the limbs are turned to it.
     t_pose: TPose,
     /// The scene's nodes.
@@ -69,7 +78,15 @@ impl Body {
             .collect();
         figure.humanoid = figure.humanoid.with_sides_of_the_body();
         let hierarchy = Hierarchy::new(scene);
+        // A scene that was turned upright has its guess in the record.
+        let mut assumptions = figure
+            .survey
+            .assumptions()
+            .into_iter()
+            .chain(scene.metadata.assumptions.iter().cloned());
+        let unsure_up = assumptions.find(|all| all.topic == Topic::Up && all.confidence == Some(Confidence::Unsure));
         let mut body = Self {
+            unsure_up: unsure_up.map(|up| up.choice),
             knuckles: Knuckles::new(scene, &hierarchy, &bones),
             axes: t_pose.axes,
             hips: bones[&Bone::Hips],
@@ -183,15 +200,57 @@ impl Body {
         self.t_pose.source == TPoseSource::RestPose
     }
 
-    /// Limbs of which nothing says how they are turned about themselves, with the reason.
-    pub(crate) fn guessed(&self) -> Vec<(Bone, &'static str)> {
+    /// Whether neither the rest pose nor the motion shows how the body is turned as a whole: it has too few frames, or
+    /// nothing shows which axis is up, or which side is left.
+    pub(crate) fn is_turned_by_guess(&self) -> bool {
+        let is_unsure = self.unsure_up.is_some() || self.are_sides_unsure();
+        self.is_computed() && (is_unsure || self.t_pose.frames < TOO_FEW_FRAMES)
+    }
+
+    /// Whether neither names nor the body tell left from right.
+    fn are_sides_unsure(&self) -> bool {
+        let leg = self.figure.humanoid.bones.get(&Bone::LeftUpperLeg);
+        let is_unsure = leg.is_some_and(|leg| leg.confidence == Confidence::Unsure);
+        is_unsure && self.figure.humanoid.sides_confidence == Confidence::Unsure
+    }
+
+    /// Bones of which nothing says for sure how they are turned about themselves, with the reason: limbs that never
+    /// bend, and where few frames are the only witness, what is taken from their average.
+    pub(crate) fn guessed(&self) -> Vec<(Bone, String)> {
+        if !self.is_computed() {
+            return Vec::new();
+        }
         let is_limb = |bone: &Bone| matches!(bone.on(Side::Left), Bone::LeftUpperArm | Bone::LeftUpperLeg);
-        let unsure = self
-            .t_pose
-            .bones
-            .iter()
-            .filter(|(bone, found)| is_limb(bone) && found.confidence == Confidence::Unsure && self.is_computed());
-        unsure.map(|(bone, found)| (*bone, found.reason.as_str())).collect()
+        let unsure = self.t_pose.bones.iter();
+        let unsure = unsure.filter(|(bone, found)| is_limb(bone) && found.confidence == Confidence::Unsure);
+        let never_bends = |(bone, found): (&Bone, &TPoseBone)| {
+            let reason = found.reason.as_str();
+            (
+                *bone,
+                format!("turned about itself {reason}: the motion does not bend it"),
+            )
+        };
+        let frames = self.t_pose.frames;
+        let few = [Bone::Hips, Bone::Head, Bone::LeftFoot, Bone::RightFoot].into_iter();
+        let few = few.filter(|bone| frames < FEW_FRAMES && self.bones.contains_key(bone));
+        let by_few = |bone| {
+            (
+                bone,
+                format!("turned as on the average of {frames} frames, which are few"),
+            )
+        };
+        let up = self.unsure_up.iter().map(|up| {
+            let reason = format!("turned as if {up} were up, which is not sure: state it");
+            (Bone::Hips, reason)
+        });
+        let sides = self.are_sides_unsure().then(|| {
+            let reason = &self.figure.humanoid.sides_reason;
+            (Bone::Hips, format!("left and right may be exchanged: {reason}"))
+        });
+        up.chain(sides)
+            .chain(unsure.map(never_bends))
+            .chain(few.map(by_few))
+            .collect()
     }
 
     /// Up in the world.

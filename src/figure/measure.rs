@@ -12,6 +12,21 @@ use super::{Confidence, Guess};
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
+/// A skeleton is bound in a pose in which left and right mirror each other: those of the fixtures do to 6 degrees, most
+/// exactly. One that does not, by more degrees than this, is a moment of a motion, in which limbs are rolled as they
+/// happen to be.
+const LOPSIDED: f32 = 18.0;
+
+/// Beyond this, one must lie along the axes of its world: the line of its hips is that near to one, in degrees. Those
+/// of the fixtures do exactly; the few moments of the fixtures' motions that look like a T-pose, mirrored to less than
+/// 18 degrees, are 6 to 10 degrees off.
+const SLANTING: f32 = 6.0;
+const ALONG_AN_AXIS: f32 = 3.0;
+
+/// Nor is one bound with elbows that are bent by more than this, in degrees: MakeHuman's, bent most of the fixtures,
+/// are by 46.
+const BENT_ELBOW: f32 = 60.0;
+
 /// A humanoid with the positions of its joints at rest.
 pub(super) struct Measures<'a> {
     pub(super) scene: &'a Scene,
@@ -126,6 +141,65 @@ impl<'a> Measures<'a> {
             leg.is_some_and(|leg| leg.normalize_or_zero().dot(trunk) < -0.75)
         });
         stands.then_some(trunk)
+    }
+
+    /// Why the rest pose is one that a body passes through, and not one that a skeleton is bound in.
+    fn is_a_moment(&self) -> Option<String> {
+        let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
+        if lopsided > LOPSIDED || lopsided > SLANTING && self.hips_off_axes() > Some(ALONG_AN_AXIS) {
+            return Some(format!(
+                "left and right are {lopsided:.0} degrees from mirrored, as in a moment of a motion"
+            ));
+        }
+        let bend = |side: Side| {
+            let at = |bone: Bone| self.at(bone.on(side));
+            let elbow = at(Bone::LeftLowerArm)?;
+            let bend = (elbow - at(Bone::LeftUpperArm)?).angle_between(at(Bone::LeftHand)? - elbow);
+            bend.is_finite().then_some(bend.to_degrees())
+        };
+        let bends = [Side::Left, Side::Right].into_iter().filter_map(bend);
+        let bent = bends.filter(|bend| *bend > BENT_ELBOW).reduce(f32::max)?;
+        Some(format!(
+            "an elbow is bent by {bent:.0} degrees, as in a moment of a motion"
+        ))
+    }
+
+    /// How far the line of the hips is from the nearest axis of the world at rest, in degrees.
+    fn hips_off_axes(&self) -> Option<f32> {
+        let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
+        Some(across.abs().max_element().min(1.0).acos().to_degrees())
+    }
+
+    /// The largest angle at rest between a bone of an arm or a leg and that of the other side, mirrored.
+    fn lopsided(&self) -> Option<f32> {
+        let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
+        let angle = |(upper, end): (Bone, Bone)| {
+            let way = |side| Some(self.at(end.on(side))? - self.at(upper.on(side))?);
+            let right = way(Side::Right)?;
+            let angle = way(Side::Left)?.angle_between(right - 2.0 * right.project_onto_normalized(across));
+            angle.is_finite().then_some(angle)
+        };
+        let bones = [
+            (Bone::LeftUpperArm, Bone::LeftLowerArm),
+            (Bone::LeftLowerArm, Bone::LeftHand),
+            (Bone::LeftUpperLeg, Bone::LeftLowerLeg),
+            (Bone::LeftLowerLeg, Bone::LeftFoot),
+        ];
+        bones.into_iter().filter_map(angle).reduce(f32::max)
+    }
+
+    /// Whether no arm goes across the body, as one may where bones lie along one axis.
+    fn has_arms_outwards(&self) -> bool {
+        const ACROSS: f32 = -0.3;
+        let shoulders = self.at(Bone::LeftUpperArm).zip(self.at(Bone::RightUpperArm));
+        let outwards = shoulders.and_then(|(left, right)| (left - right).try_normalize());
+        let points_out = |side: Side, outwards: Vec3| {
+            let ends = self
+                .at(Bone::LeftUpperArm.on(side))
+                .zip(self.at(Bone::LeftLowerArm.on(side)));
+            ends.is_none_or(|(upper, lower)| (lower - upper).normalize_or_zero().dot(outwards) > ACROSS)
+        };
+        outwards.is_none_or(|left| points_out(Side::Left, left) && points_out(Side::Right, -left))
     }
 
     /// Both feet: ankles, or knees of a body without ankles.
@@ -256,8 +330,11 @@ impl<'a> Measures<'a> {
             })
         });
         let words = format!("the arms are {left:.0} and {right:.0} degrees below horizontal");
+        if let Some(words) = self.is_a_moment() {
+            return guess(RestPose::Other, Confidence::Likely, words);
+        }
         let value = match (left.min(right), left.max(right)) {
-            _ if bent_legs => RestPose::Other,
+            _ if bent_legs || !self.has_arms_outwards() => RestPose::Other,
             (low, high) if low > -20.0 && high <= 20.0 => RestPose::TPose,
             (low, high) if low > 15.0 && high <= 60.0 => RestPose::APose,
             (low, _) if low > 75.0 => RestPose::IPose,

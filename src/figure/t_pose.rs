@@ -22,7 +22,7 @@ use self::builder::Builder;
 pub(crate) use self::pointing::{direction, limb_end, next};
 use super::Figure;
 use super::axes::Shown;
-use super::axis::RestPose;
+use super::axis::{Axis, RestPose};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
 use crate::math::directions::rotation_of;
@@ -146,6 +146,8 @@ pub struct TPose {
     pub(crate) positions: Vec<Vec3>,
     /// Their rotations to the world in the reference pose.
     pub(crate) rotations: Vec<Quat>,
+    /// How many frames the motions have that show how bones are turned.
+    pub(crate) frames: usize,
 }
 
 impl TPose {
@@ -156,7 +158,11 @@ impl TPose {
         }
         let humanoid = figure.humanoid.clone().with_sides_of_the_body();
         let rest_pose = figure.rest_pose.value;
-        let stands = matches!(rest_pose, RestPose::TPose | RestPose::APose | RestPose::IPose);
+        // Without a motion nothing else says more than a body that stands with its arms or knees otherwise.
+        let stands = match rest_pose {
+            RestPose::TPose | RestPose::APose | RestPose::IPose => true,
+            _ => scene.animations.is_empty() && figure.facing.value != Axis::Unknown,
+        };
         let axes = figure.figure_to_world();
         let hierarchy = Hierarchy::new(scene);
         let bones = humanoid.bones.iter().map(|(bone, joint)| (*bone, joint.joint));

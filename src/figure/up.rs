@@ -79,7 +79,9 @@ impl Measures<'_> {
                 } else {
                     Axis::Z
                 };
-                if LYING.contains(&motion.floor(other)) && LYING_HIPS.contains(&motion.hips(other)) {
+                let lies = LYING.contains(&motion.floor(other)) && LYING_HIPS.contains(&motion.hips(other));
+                // One who stands may be there by chance, and is not all the time.
+                if lies && motion.wander(other) < motion.wander(axis) {
                     guess(
                         other,
                         Confidence::Likely,
@@ -148,6 +150,17 @@ impl Motion {
         self.median(std::iter::zip(&self.lowest, &self.highest), axis)
     }
 
+    /// How far the lowest joint goes up and down an axis, as a fraction of the figure: what stands or lies on a floor
+    /// does so along the other axes.
+    fn wander(&self, axis: Axis) -> f32 {
+        let mut heights = Self::heights(std::iter::zip(&self.lowest, &self.highest), axis);
+        heights.sort_by(f32::total_cmp);
+        let at = |fraction: f32| heights.get(((heights.len() as f32 - 1.0) * fraction) as usize);
+        at(0.9)
+            .zip(at(0.1))
+            .map_or(0.0, |(high, low)| (high - low) / self.length)
+    }
+
     /// Likewise of the hips.
     fn hips(&self, axis: Axis) -> f32 {
         self.median(self.hips.iter().map(|hips| (hips, hips)), axis)
@@ -155,7 +168,11 @@ impl Motion {
 
     /// The median along an axis of points; each is given by its least and its largest coordinates.
     fn median<'a>(&self, points: impl Iterator<Item = (&'a Vec3, &'a Vec3)>, axis: Axis) -> f32 {
-        let mut heights: Vec<f32> = points
+        median(&mut Self::heights(points, axis)).map_or(0.0, |height| height / self.length)
+    }
+
+    fn heights<'a>(points: impl Iterator<Item = (&'a Vec3, &'a Vec3)>, axis: Axis) -> Vec<f32> {
+        points
             .map(|(low, high)| match axis {
                 Axis::X => low.x,
                 Axis::Y => low.y,
@@ -164,7 +181,6 @@ impl Motion {
                 Axis::NegY => -high.y,
                 Axis::NegZ => -high.z,
             })
-            .collect();
-        median(&mut heights).map_or(0.0, |height| height / self.length)
+            .collect()
     }
 }

@@ -137,7 +137,11 @@ pub(super) fn measure(
         feet: feet(source, target, (&was, &is), ticks, root),
         by_names: None,
     };
-    report.verdict = verdict(&report);
+    // Whatever is compared with a body that is turned by guess is guessed too.
+    report.verdict = match source.body.is_turned_by_guess() {
+        true => Verdict::Poor,
+        false => verdict(&report),
+    };
     report
 }
 
@@ -157,10 +161,7 @@ fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<Seen> {
 }
 
 fn guessed(body: &Body) -> Vec<Unmapped> {
-    let guess = |(bone, reason): (Bone, &str)| Unmapped {
-        bone,
-        reason: format!("turned about itself {reason}: the motion does not bend it"),
-    };
+    let guess = |(bone, reason)| Unmapped { bone, reason };
     body.guessed().into_iter().map(guess).collect()
 }
 

@@ -90,7 +90,8 @@ pub struct RobotReport {
     pub fraction_lying: f64,
     /// The passes that made it. Of two the first alone is kept where the second would move limbs or feet farther away.
     pub passes: u8,
-    /// Parts of the robot that its file does not show, and that were guessed.
+    /// Parts of the robot that its file does not show, and bones of the source whose rotation about themselves nothing
+    /// shows: they were guessed.
     pub guessed: Vec<String>,
     /// What of the motion a robot without legs does not do.
     pub left_out: Vec<String>,

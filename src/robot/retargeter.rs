@@ -213,6 +213,9 @@ impl RobotRetargeter {
         if !self.twin.has_legs {
             found.leave_out_legs();
         }
+        let of_source = found.guessed.iter();
+        let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
+        let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
         let collisions = self.collisions.measure(&self.kinematics, &motion);
         let (roll, lying) = measured.roll(&self.following, goals);
@@ -225,7 +228,7 @@ impl RobotRetargeter {
             lying,
             jumps: steps.fraction_of_jumps(&self.kinematics, &motion),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
-            guessed: self.twin.guessed.clone(),
+            guessed,
             // What the wheels of an upper body carry is not known.
             dynamics: match self.twin.has_legs {
                 true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),

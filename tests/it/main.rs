@@ -87,6 +87,7 @@ mod refusals;
 #[cfg(feature = "render")]
 mod render;
 mod rest_out;
+mod rest_poses;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;

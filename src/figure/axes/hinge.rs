@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::FEWEST;
+use super::{FEWEST, LIMBS};
 use crate::figure::hierarchy::Hierarchy;
 use crate::math::directions::rotation_of;
 use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
 const BENT: f32 = 0.2;
@@ -61,6 +61,26 @@ pub(super) fn is_laid_along(bone: Vec3) -> bool {
     nearest_axis(bone, ALONG).is_some()
 }
 
+/// The fraction of bones along which the frames of their joints are laid in a skeleton that is written so. Frames that
+/// are turned at random are laid along one bone in seven.
+const LAID: f32 = 0.6;
+
+/// Whether a program laid the frames of joints along their bones: one joint alone may be so by chance.
+pub(super) fn are_laid_along(scene: &Scene, hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> bool {
+    let mut joints = bones.values().map(|joint| joint.index()).collect::<Vec<_>>();
+    joints.sort_unstable();
+    let to_child = |joint: &usize| {
+        let child = joints.iter().find(|child| hierarchy.parents[**child] == Some(*joint));
+        let child = child
+            .copied()
+            .or_else(|| Some(hierarchy.only_child(NodeId::new(*joint))?.index()))?;
+        scene.nodes[child].transform.w_axis.truncate().try_normalize()
+    };
+    let along: Vec<Vec3> = joints.iter().filter_map(to_child).collect();
+    let laid = along.iter().filter(|way| is_laid_along(**way)).count();
+    laid as f32 >= LAID * along.len() as f32
+}
+
 /// Two bones with a hinge between them.
 pub(super) struct Limb {
     pub(super) bones: [Bone; 3],
@@ -69,17 +89,14 @@ pub(super) struct Limb {
     pub(super) turned: [NodeId; 2],
     /// Where the bones point in the frames of these joints; `None` with joints in between.
     along: [Option<Vec3>; 2],
+    /// Whether the frames of its joints are laid along its bones.
+    is_laid: bool,
     /// The axis in the frames of these joints, weighted by how far the hinge is bent.
     seen: [Vec<(Vec3, f32)>; 2],
 }
 
 impl Limb {
-    pub(super) fn new(
-        scene: &Scene,
-        bones: [Bone; 3],
-        hierarchy: &Hierarchy,
-        known: &BTreeMap<Bone, NodeId>,
-    ) -> Option<Self> {
+    fn new(scene: &Scene, bones: [Bone; 3], hierarchy: &Hierarchy, known: &BTreeMap<Bone, NodeId>) -> Option<Self> {
         let joint = |bone: Bone| known.get(&bone).copied();
         let joints = [joint(bones[0])?, joint(bones[1])?, joint(bones[2])?];
         let above = hierarchy.parents[joints[1].index()].map(NodeId::new);
@@ -94,8 +111,32 @@ impl Limb {
             joints,
             turned,
             along: [along(turned[0], joints[1]), along(joints[1], joints[2])],
+            is_laid: false,
             seen: [Vec::new(), Vec::new()],
         })
+    }
+
+    /// The limbs of a body, whose skeleton's frames may be laid along its bones. Where not all are, those of both legs
+    /// or of both arms may be.
+    pub(super) fn all(
+        scene: &Scene,
+        hierarchy: &Hierarchy,
+        known: &BTreeMap<Bone, NodeId>,
+        all_are_laid: bool,
+    ) -> Vec<Self> {
+        let limbs = LIMBS.into_iter();
+        let mut limbs: Vec<Self> = limbs
+            .filter_map(|limb| Self::new(scene, limb, hierarchy, known))
+            .collect();
+        let kind = |limb: &Self| limb.bones[0].on(Side::Left);
+        let is_along = |limb: &Self| limb.along.iter().all(|bone| bone.is_some_and(is_laid_along));
+        let laid = |limb: &Self| {
+            let mut both = limbs.iter().filter(|other| kind(other) == kind(limb));
+            all_are_laid || both.clone().count() == 2 && both.all(is_along)
+        };
+        let laid: Vec<bool> = limbs.iter().map(laid).collect();
+        limbs.iter_mut().zip(laid).for_each(|(limb, laid)| limb.is_laid = laid);
+        limbs
     }
 
     pub(super) fn see(&mut self, pose: &Pose) {
@@ -130,7 +171,7 @@ impl Limb {
     /// The axis of the upper (0) or lower (1) joint that is nearest to `axis`, of those across the bone, if the joint's
     /// frame is laid along it. So the frames that are seen do not matter.
     pub(super) fn axis_of_joint(&self, place: usize, axis: Vec3, cosine: f32) -> Option<Vec3> {
-        let along = nearest_axis(self.along[place]?, ALONG)?;
+        let along = nearest_axis(self.along[place].filter(|_| self.is_laid)?, ALONG)?;
         nearest_axis(axis.reject_from_normalized(along), 0.0).filter(|nearest| nearest.dot(axis) >= cosine)
     }
 

@@ -228,19 +228,20 @@ impl Found {
         let by_body = (sum.abs() > SAYS_A_SIDE).then_some(if sum > 0.0 { Side::Left } else { Side::Right });
         let legs = legs_by_name.or(by_body).unwrap_or(Side::Left);
         // Arms without names are on the side of the leg below them.
-        let arms_of_legs = || {
-            if is_arm_above_leg(scene, tree, body) {
-                legs
-            } else {
-                legs.opposite()
-            }
-        };
-        let arms = arms_by_name.unwrap_or_else(arms_of_legs);
+        let above = arms_by_name.is_none().then(|| arm_above_leg(scene, tree, body));
+        let arms_of_legs = |above: f32| if above >= 0.0 { legs } else { legs.opposite() };
+        let arms = arms_by_name.or(above.map(arms_of_legs)).unwrap_or(legs);
+        let is_arm_unclear = above.is_some_and(|above| above.abs() < ABOVE);
         let (value, confidence, reason) = match (legs_by_name, by_body) {
             (None, None) => (
                 Sides::Unknown,
                 Confidence::Unsure,
                 "neither names nor the body tell left from right".to_owned(),
+            ),
+            (None, Some(_)) if is_arm_unclear => (
+                Sides::Unknown,
+                Confidence::Unsure,
+                "the names have no sides, and shoulders and hips are turned against each other".to_owned(),
             ),
             (None, Some(_)) => (
                 Sides::Unknown,
@@ -327,7 +328,9 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) 
         elbows: mean(|evidence| evidence.elbows),
         face: mean(|evidence| evidence.face),
     };
-    match says && evidence.sum().abs() <= SAYS_A_SIDE {
+    // A pose that is wrung tells nothing, at rest either.
+    let is_clear = says && !is_wrung(tree, body, |node| tree.at[node]);
+    match is_clear && evidence.sum().abs() <= SAYS_A_SIDE {
         true => (rest, "the rest pose"),
         false => (evidence, "the motion"),
     }
@@ -348,9 +351,13 @@ fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
     lines.is_some_and(|(hips, shoulders)| hips.dot(shoulders) < WRUNG)
 }
 
-/// Whether the first arm is on the side of the first leg: at rest, and where it does not show there, in motion.
-fn is_arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> bool {
-    let Some(arms) = &body.arms else { return true };
+/// The least cosine of the angle between hips and shoulders, in the mean, with which arms are clearly above their legs.
+const ABOVE: f32 = 0.5;
+
+/// How much the first arm is on the side of the first leg, from -1 to 1: at rest, and where it does not show there, in
+/// the mean of the motion.
+fn arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> f32 {
+    let Some(arms) = &body.arms else { return 1.0 };
     let same_way = |at: &dyn Fn(usize) -> Vec3| {
         let across = |a: Option<usize>, b: Option<usize>| match (a, b) {
             (Some(a), Some(b)) => (at(a) - at(b)).normalize_or_zero(),
@@ -360,12 +367,13 @@ fn is_arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     };
     let at_rest = same_way(&|node| tree.at[node]);
     let stands = stands(tree, body);
-    if stands && at_rest.abs() > 0.5 || scene.animations.is_empty() {
-        return at_rest >= 0.0;
+    if stands && at_rest.abs() > ABOVE || scene.animations.is_empty() {
+        return at_rest;
     }
-    let sum: f32 = poses(scene)
+    let poses = poses(scene);
+    let sum: f32 = poses
         .iter()
         .map(|pose: &Pose| same_way(&|node| pose.position(NodeId::new(node))))
         .sum();
-    sum >= 0.0
+    sum / poses.len().max(1) as f32
 }

@@ -11,7 +11,7 @@ use crate::figure::hierarchy::Hierarchy;
 use crate::figure::knuckles::Knuckles;
 use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
-use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
+use crate::scene::{Animation, Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
 /// as inexact. Above it the figure is turned to face along the axis.
@@ -310,6 +310,7 @@ impl Builder {
             axes: self.axes,
             positions: self.positions,
             rotations: self.rotations,
+            frames: scene.animations.iter().map(Animation::frame_count).sum(),
         }
     }
 }
