@@ -249,16 +249,20 @@ part("without-t-pose", function* () {
 });
 
 /** Each motion as other programs would write it: other names, frames, axes, size, proportions and parts. */
-part("variants", function* () {
+function* varied(frames) {
   for (const { source, motion } of moving()) {
     for (let number = 0; number < variants; number += 1) {
       const key = 1000 * seed + number + 17 * sources.indexOf(source);
-      const made = variant(motion, key);
+      const made = variant(motion, key, frames);
       const character = characters[key % characters.length];
       yield { label: `${source.name} ${key}: ${made.how} on ${character.name}`, motion: made.motion, path: written(`${source.name}.bvh`, made.text), character };
     }
   }
-});
+}
+part("variants", () => varied());
+
+/** Those whose rest pose is a moment of the motion, as of skeletons that were bound in the middle of one. */
+part("moments", () => varied("of a moment"));
 
 /** Characters as other programs would write them, each with every motion in turn. */
 part("characters", function* () {

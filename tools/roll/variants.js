@@ -78,8 +78,11 @@ function reshaped(motion, next) {
 
 const pick = (next, list) => list[Math.floor(next() * list.length)];
 
-/** A motion of a humanoid as another program would write it, by a seed: `{ motion, text, how }`. */
-export function variant(source, seed) {
+/**
+ * A motion of a humanoid as another program would write it, by a seed: `{ motion, text, how }`. Its joint frames may be chosen;
+ * otherwise they are by the seed too.
+ */
+export function variant(source, seed, chosen) {
   const next = random(seed);
   const how = [];
   let motion = { ...source, rest: undefined, facing: source.rest && AXES[source.facing] };
@@ -118,7 +121,8 @@ export function variant(source, seed) {
   const system = pick(next, Object.keys(NAMES));
   const names = named(motion.joints, motion.bones, system);
   motion.joints = names;
-  const frames = pick(next, ["as they are", "as they are", "+X", "+Y mirrored", "+X mirrored", "random", "of a moment"]);
+  const drawn = pick(next, ["as they are", "as they are", "+X", "+Y mirrored", "+X mirrored", "random", "of a moment"]);
+  const frames = chosen ?? drawn;
   how.push(system, `frames ${frames}`);
   // Other frames have a rest pose that says nothing.
   if (motion.facing && frames === "as they are") motion.rest = restOf(motion);
