@@ -12,7 +12,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use self::code::Code;
 pub(crate) use self::nearest::nearest;
@@ -24,7 +24,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// A position in a text file, and the text there.
 ///
 /// [`Error`](crate::Error) has an example.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Location {
     /// Line, from 1. CR, LF and CRLF each end one line.
     pub line: usize,
@@ -41,7 +41,7 @@ pub struct Location {
 /// One problem of a file.
 ///
 /// [`Error`](crate::Error) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Diagnostic {
     /// Its stable name.
@@ -51,7 +51,7 @@ pub struct Diagnostic {
     /// The location; of the first occurrence if `count` is above 1. Absent where there is no single one.
     pub location: Option<Location>,
     /// Where in a file of JSON it was met, as a JSON pointer: `/accessors/3/count`.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
     /// The joint it belongs to.
     pub joint: Option<String>,

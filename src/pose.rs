@@ -16,6 +16,7 @@ mod flat;
 mod forward_kinematics;
 mod same_joints;
 mod sample;
+mod skin;
 mod updater;
 
 use glam::{Mat3, Mat4, Quat, Vec3};

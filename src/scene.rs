@@ -92,8 +92,19 @@ use crate::error::Diagnostic;
 
 /// Everything that one file holds.
 ///
+/// By `serde` it is written and read with everything but the bytes of [`textures`](Self::textures) and the
+/// [`original`](Self::original). What another program wrote may break the rules of a scene: ask
+/// [`validate`](Self::validate). `serde_json` keeps every bit of a number by its feature `float_roundtrip`.
+///
+/// ```
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let text = serde_json::to_string(&scene).unwrap();
+/// assert_eq!(serde_json::from_str::<mocap::Scene>(&text).unwrap(), scene);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// The node graph, depth-first: a parent stands before its children, the root first. [`NodeId`] indexes it.
     pub nodes: Vec<Node>,
@@ -102,7 +113,7 @@ pub struct Scene {
     /// The materials that [`Mesh::material_index`] indexes.
     pub materials: Vec<Material>,
     /// The textures that [`Surface::texture`] indexes.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub textures: Vec<Texture>,
     /// The animations; a BVH file has at most one.
     pub animations: Vec<Animation>,
@@ -118,7 +129,7 @@ pub struct Scene {
 /// The index of a node in [`Scene::nodes`].
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct NodeId(pub u32);
 
 impl NodeId {
@@ -142,7 +153,7 @@ pub(crate) const GROUP_OF_ROOTS: &str = "Roots";
 /// The kind of a node in its file.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum NodeKind {
@@ -158,7 +169,7 @@ pub enum NodeKind {
 /// A transform in the graph.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Node {
     /// The name as in the file; an unnamed end site is called `EndSite_<parent>`. Names may repeat.
     pub name: String,
@@ -177,17 +188,17 @@ pub struct Node {
     /// The lines of the file that describe the node. Absent for binary files.
     pub source: Option<SourceLines>,
     /// Which bone of a humanoid the file says that the node is, as VRM and VRM animations do.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub humanoid_bone: Option<HumanoidBone>,
     /// What the node of a VRM animation is on a face.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<Face>,
 }
 
 /// The lines of a file that describe a node, from 1.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceLines {
     /// The line of the name: BVH's ROOT, JOINT or End Site.
     pub name: usize,
@@ -241,7 +252,7 @@ impl RotationOrder {
 /// Motion over time.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Animation {
     /// The name.
     pub name: String,
@@ -276,7 +287,7 @@ impl Animation {
 /// All keys of one node.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// The name of the node that it drives. Where several joints have this name and [`node`](Self::node) does not tell
     /// them apart, the first channel of the name drives the first joint, the second the second, and so on.
@@ -297,7 +308,7 @@ pub struct Channel {
 /// Ticks are stored only if they are not 0, 1, 2, ...; a constant track has one key, at tick 0.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keys<T> {
     /// The values, in the order of time.
     pub values: Vec<T>,

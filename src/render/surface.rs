@@ -6,7 +6,6 @@ use super::camera::{Camera, paint_figure};
 use super::drawing::{Color, Drawing, Pixels, Point};
 use super::figure::DrawnClip;
 use super::theme;
-use crate::pose::Pose;
 use crate::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
 
 /// Samples of a pixel in each direction.
@@ -38,23 +37,6 @@ fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
 /// Whether there is a skin to draw.
 pub(super) fn has_skin(scene: &Scene) -> bool {
     meshes(scene).next().is_some()
-}
-
-/// The vertices of a mesh in a pose, in the world.
-fn posed(mesh: &Mesh, pose: &Pose) -> Vec<Vec3> {
-    let mut sums = vec![(Vec3::ZERO, 0.0); mesh.vertices.len()];
-    for bone in &mesh.bones {
-        let matrix = pose.node_to_world[bone.node.index()] * bone.offset_matrix;
-        for weight in &bone.weights {
-            let vertex = weight.vertex_id as usize;
-            if let (Some(sum), Some(position)) = (sums.get_mut(vertex), mesh.vertices.get(vertex)) {
-                sum.0 += weight.weight * matrix.transform_point3(*position);
-                sum.1 += weight.weight;
-            }
-        }
-    }
-    let mean = |(sum, weight): (Vec3, f32)| if weight > 0.0 { sum / weight } else { sum };
-    sums.into_iter().map(mean).collect()
 }
 
 /// Depths and shades of samples within a rectangle of a drawing.
@@ -163,7 +145,7 @@ pub(super) fn paint_body(drawing: &mut Drawing, camera: &Camera, figure: &DrawnC
 fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
     let meshes: Vec<(&Mesh, Vec<Vec3>)> = meshes(figure.clip.scene)
         .map(|mesh| {
-            let positions = posed(mesh, figure.pose());
+            let positions = figure.pose().skin(mesh);
             let seen = positions.into_iter().map(|position| figure.on_stage(position));
             (mesh, seen.collect())
         })

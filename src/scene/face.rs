@@ -1,7 +1,7 @@
 //! The face of a VRM animation: nodes that are weights of expressions, and one that is the gaze.
 
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a node of a VRM animation is on a face. Such a node is no part of the body: its transform says nothing else.
 ///
@@ -15,7 +15,7 @@ use serde::Serialize;
 /// assert_eq!(channel.unwrap().position_keys.values[1].x, 1.0); // the eyes are closed at its second key
 /// # Ok::<(), mocap::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Face {
@@ -27,7 +27,7 @@ pub enum Face {
     /// The gaze: the node's rotation is that of the eyes' direction, which is +Z at rest.
     LookAt {
         /// Where the eyes look from, as an offset from the head in metres.
-        #[serde(skip_serializing_if = "Option::is_none")]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         offset_from_head: Option<Vec3>,
     },
 }

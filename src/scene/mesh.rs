@@ -1,7 +1,7 @@
 //! Meshes, the bones that move them, and how they look.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::NodeId;
 #[cfg(doc)]
@@ -10,7 +10,7 @@ use super::{Node, Scene};
 /// The type of a mesh's faces.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Primitive {
     /// Three indices per face.
@@ -33,7 +33,7 @@ impl Primitive {
 /// Vertices and faces, in the space of the node that holds the mesh.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// The name; empty on a skeleton mesh.
     pub name: String,
@@ -44,7 +44,7 @@ pub struct Mesh {
     /// Unit normals, one per vertex.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub texture_coords: Vec<Vec2>,
     /// Vertex indices, [`Primitive::indices_per_face`] for each face.
     pub indices: Vec<u32>,
@@ -64,7 +64,7 @@ impl Mesh {
 /// A tie of vertices to a node.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bone {
     /// The name of the node.
     pub name: String,
@@ -79,7 +79,7 @@ pub struct Bone {
 /// The influence of a bone on a vertex.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VertexWeight {
     /// Index into [`Mesh::vertices`].
     pub vertex_id: u32,
@@ -90,21 +90,21 @@ pub struct VertexWeight {
 /// What the faces of a mesh are made of.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// The name.
     pub name: String,
     /// Whether back faces are drawn.
     pub two_sided: bool,
     /// The colour, where the file states it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
 }
 
 /// The colour of a material, in the terms of glTF.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// Red, green, blue and alpha, linear. They multiply the texture's.
     pub base_color: Vec4,
@@ -130,7 +130,7 @@ impl Default for Surface {
 /// How a texture goes on beyond its edges.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Wrap {
@@ -146,7 +146,7 @@ pub enum Wrap {
 /// What the alpha of a colour means.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
     /// Nothing.
@@ -161,7 +161,7 @@ pub enum AlphaMode {
 /// An image, in the bytes of its file.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Texture {
     /// The name.
     pub name: String,

@@ -14,7 +14,7 @@ use crate::error::{Code, Diagnostic, Error};
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Metadata {
     /// The file that the scene was read from.

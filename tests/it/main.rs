@@ -104,6 +104,7 @@ mod robot_verdict;
 mod robots;
 mod roll;
 mod sample;
+mod scene_as_json;
 mod schema;
 mod search;
 mod solve;
