@@ -358,3 +358,33 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
     let corpus = Corpus::new(clips, &Thresholds::default());
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 4);
 }
+
+#[test]
+fn arms_that_are_held_out_are_a_t_pose() {
+    // By NumPy the arms are out, 20 degrees off the horizontal, until frame 486 of 100 a second.
+    let row = rows_of("hip_knee_ankle_names.bvh").remove(0).row;
+    let seconds = row.amounts[&DefectKind::TPose];
+    assert!((3.0..4.9).contains(&seconds), "{:?}", row.defects);
+    // Arms that are out for a moment of a dance are none.
+    let dance = rows_of("rokoko_dance.bvh").remove(0).row;
+    assert_eq!(dance.amounts[&DefectKind::TPose], 0.0, "{dance:?}");
+}
+
+#[test]
+fn a_copy_of_a_twin_repeats_what_is_kept_as_the_twin_does() {
+    let text = std::fs::read_to_string(Path::new("fixtures/real").join(WALK)).unwrap();
+    let slower = text.replace("Frame Time: .0083333", "Frame Time: .0089");
+    assert_ne!(text, slower);
+    let rows_of_text = |text: &str, file: &str| {
+        let scene = mocap::Importer::new().read(text.as_bytes(), file).unwrap();
+        Thresholds::default().examine(&scene, file)
+    };
+    let files = [("a.bvh", &text), ("b.bvh", &text), ("slower.bvh", &slower)];
+    let clips = files.into_iter().flat_map(|(file, text)| rows_of_text(text, file));
+    let corpus = Corpus::new(clips.collect(), &Thresholds::default());
+    let rows: Vec<&ClipRow> = corpus.rows().collect();
+    assert_eq!(rows[0].twin_of.as_deref(), Some("slower.bvh"), "{rows:?}");
+    for row in &rows[..2] {
+        assert_eq!(row.twin_reason.as_deref(), Some("retimed"), "{row:?}");
+    }
+}
