@@ -9,8 +9,8 @@ The positions of the joints that fixtures/skeletons/truth.json maps by hand go t
 are NumPy's alone. Rest poses of files differ in where a bone's axes are about itself, so from the roll of each bone its median
 over the clip is taken away, in the file and in the solution. Counted are the frames in which the knee or the elbow is bent by 20
 degrees or more. Two more columns say what can be known: `hinge` is the fraction in which the axis of the bent limb is within 10
-degrees of its median in the file's own bone, which is all that positions say; `flips` are changes of roll of more than 60 degrees
-from one frame to the next that the file does not have.
+degrees of its median in the file's own bone, which is all that positions say; `flips` are turns of a solved bone about itself of
+more than 60 degrees from one frame to the next, beyond the shortest turn of its direction, that the file does not have.
 """
 import json, os, subprocess, sys, tempfile
 import numpy as np
@@ -107,6 +107,15 @@ def across(turns, direction):
     return np.einsum("tij,j->ti", turns, axis)
 
 
+def twist(axis, along):
+    """By how many degrees a bone turns about itself from each frame to the next, beyond the shortest turn of its direction."""
+    before, after = along[:-1], along[1:]
+    # Rodrigues' formula for the shortest rotation from one direction to the next.
+    turn, cosine = np.cross(before, after), np.sum(before * after, -1, keepdims=True)
+    carried = axis[:-1] * cosine + np.cross(turn, axis[:-1]) + turn * np.sum(turn * axis[:-1], -1, keepdims=True) / (1 + cosine)
+    return np.abs(about(after, carried, axis[1:]))
+
+
 def solve(program, file, bones, folder):
     """The solution of the joints' places, and the rotation of its world."""
     above = {"spine": "hips", "chest": "spine", "upperChest": "chest", "neck": "upperChest", "head": "neck"}
@@ -176,7 +185,8 @@ def main():
                     hinge = about(along, mine, np.cross(thigh, shin))
                     # A solution of 6 degrees of freedom may also be off in direction, which is not counted here.
                     good, known_by_hinge = off_median(roll[bent]) <= NEAR, off_median(hinge[bent]) <= NEAR
-                    flips = int((np.abs(wrapped(np.diff(roll))) > FLIP).sum())
+                    turned = twist(across(theirs, along), along)
+                    flips = int(((turned > FLIP) & (np.abs(wrapped(np.diff(roll))) > FLIP)).sum())
                     row = np.array([bent.sum(), good.sum(), known_by_hinge.sum(), flips])
                     kind = bone.replace("left", "").replace("right", "")
                     total[kind] = total.get(kind, 0) + row
