@@ -61,6 +61,14 @@ pub(crate) fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
+/// Whether two positions tell the direction from one to the other. A bone that is too short for how far it is from the
+/// origin has only its rotation: of the seven digits of 32 bits too few are left for its direction.
+fn is_told(start: Vec3, end: Vec3) -> bool {
+    /// Of the farther of the two from the origin.
+    const SHORTEST: f32 = 1e-4;
+    start.distance(end) > SHORTEST * start.abs().max(end.abs()).max_element()
+}
+
 /// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
 /// T-pose.
 pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
@@ -75,6 +83,7 @@ pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
         segment.first()
     };
     // Where the bone points now, not where its joint turns it: joints in between may bend it, and its end may move.
+    let end = end.filter(|end| is_told(from.position(joint), from.position(*end)));
     let direction = end.and_then(|end| from.direction(bone, joint, end));
     match (twisted, end, direction) {
         (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),

@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 
+use mocap::figure::Humanoid;
 use mocap::scene::{NodeKind, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier};
 use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
@@ -396,4 +397,31 @@ fn a_take_of_no_length_in_32_bits_is_one_pose() {
         .read(&written.into_bytes().unwrap(), "pose.glb")
         .unwrap();
     assert_eq!(again.animations[0].duration, 0.0);
+}
+
+/// Positions of 32 bits do not tell the direction of a shin of 40 cm that is 400 km away: its rotation does.
+#[test]
+fn a_bone_too_short_for_its_distance_has_its_own_rotation_in_a_vrm_animation() {
+    let mut source = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    Conversion::new().apply(&mut source).unwrap();
+    for (bone, found) in Humanoid::of(&source).bones {
+        source.nodes[found.joint.index()].humanoid_bone = Some(bone);
+    }
+    for (index, node) in source.nodes.iter_mut().enumerate() {
+        if !["LeftLeg", "RightLeg"].contains(&node.name.as_str()) {
+            continue;
+        }
+        let offset = 1e6 * node.transform.w_axis.truncate();
+        node.transform.w_axis = offset.extend(1.0);
+        let own = |channel: &&mut mocap::scene::Channel| channel.node.is_some_and(|node| node.index() == index);
+        let channel = source.animations[0].channels.iter_mut().find(own).unwrap();
+        channel.position_keys.values = vec![offset];
+    }
+    let written = Exporter::new()
+        .write(&source, Format::Vrma)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let verified = Verification::of(&source, &written).unwrap();
+    assert!(verified.turn_error.unwrap() < 1e-4, "{verified:?}");
 }

@@ -306,20 +306,46 @@ pub(crate) const PT: Input = Input {
     ..PKL
 };
 
-/// Arrays in text, which `verify` reads.
+/// Arrays and positions in text, as a motion, or else as `verify` reads them.
 pub(crate) const CSV: Input = Input {
     name: "csv",
     folders: &[],
     made: made::csv,
     words: CSV_WORDS,
-    read: |bytes, _| verified(bytes, "csv"),
+    read: |bytes, importer| {
+        let read = importer.clone().format(mocap::Format::Csv).read(bytes, "fuzz.csv");
+        read.or_else(|_| verified(bytes, "csv"))
+    },
+    ..NPZ
+};
+
+/// The model of a body, for a motion that is known.
+pub(crate) const BODY: Input = Input {
+    name: "body",
+    folders: &[],
+    made: made::bodies,
+    base: 64 << 20,
+    words: &[
+        "v_template",
+        "J_regressor",
+        "shapedirs",
+        "kintree_table",
+        "shape",
+        "descr",
+    ],
+    read: |bytes, importer| {
+        // A body is a file. Each process has its own.
+        let path = env::temp_dir().join(format!("mocap-fuzz-{}.body", process::id()));
+        fs::write(&path, bytes).expect("the folder of temporary files can be written");
+        importer.clone().body(path).import(fixture("arrays/shaped_smplh.npz"))
+    },
     ..NPZ
 };
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
     &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL,
-    &PT, &CSV, &FBX_OUT,
+    &PT, &CSV, &BODY, &FBX_OUT,
 ];
 
 impl Input {

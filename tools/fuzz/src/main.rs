@@ -1,6 +1,6 @@
 //! A fuzzer for the stable toolchain: changes the fixtures of a format at random, for a number of seconds or of inputs.
 //! All formats are tried side by side, a process each, as many at a time as there are cores. Half of the changes to
-//! glTF, C3D, FBX and packed clips are to their structure.
+//! glTF, C3D, FBX, packed clips and archives are to their structure.
 //!
 //! An input that runs through something new joins the seeds, where the library was compiled to count that (`guided`);
 //! elsewhere one about which the library says something new.

@@ -5,6 +5,7 @@ mod c3d;
 mod fbx;
 mod gltf;
 mod mclip;
+mod zip;
 
 use fastrand::Rng;
 
@@ -16,6 +17,7 @@ pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec
         "c3d" => c3d::mutate(bytes, random),
         "fbx" => fbx::mutate(bytes, random),
         "mclip" => mclip::mutate(bytes, random),
+        "npz" | "pt" | "body" => zip::mutate(bytes, random),
         // A scene of any format, known by its first bytes.
         "fbx_out" if bytes.starts_with(b"Kaydara") => fbx::mutate(bytes, random),
         "fbx_out" if bytes.starts_with(b"glTF") || bytes.starts_with(b"{") => gltf::mutate(bytes, random),

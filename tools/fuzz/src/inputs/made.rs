@@ -159,7 +159,14 @@ pub(super) fn csv() -> Vec<Vec<u8>> {
     vec![
         motion.to_csv().into_bytes(),
         motion.to_csv_for_spreadsheet().into_bytes(),
+        b"frame,time,joint,x,y,z\n0,0,hip,0,1,0\n0,0,knee,0,0.5,0\n1,0.1,hip,0,1,0.1\n".to_vec(),
+        b"time;a_x;a_y;a_z;b_x;b_y;b_z;c_x;c_y;c_z\n0;1;2;3;;;;7;8;9\n0.1;1;2;3;4;5;6;7;8;9\n".to_vec(),
     ]
+}
+
+/// Models of bodies, in an archive and in a pickle.
+pub(super) fn bodies() -> Vec<Vec<u8>> {
+    ["arrays/body_smplh.npz", "arrays/body_smpl.pkl"].map(read).into()
 }
 
 /// The source of the arrays.
