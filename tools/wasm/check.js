@@ -171,6 +171,27 @@ for (const path of sample.some(all, 8)) {
   });
 }
 
+check("same", "arrays stand on the body that is given, and positions are solved, as with the program", () => {
+  const arrays = (name) => join(fixtures, "arrays", name);
+  const file = (path) => ({ name: basename(path), bytes: readFileSync(path) });
+  const bvh = (path, options) => kept(mocap.read(readFileSync(path), basename(path), options)).toBvh();
+  const expected = (path, ...options) => written(".bvh", "convert", "--quiet", path, ...options);
+  // Angles in degrees of rotations of 32 bits, by another sine and another arc tangent.
+  const share = 1e-4;
+  for (const [motion, body] of [
+    [arrays("phuma_69.npy"), real("cmu_12_01_walk.bvh")],
+    [arrays("smplx_protocol_4.pkl"), arrays("body_smpl.pkl")],
+    // Two files of one name are told apart.
+    [arrays("smplx_protocol_4.pkl"), arrays("smplx_protocol_4.pkl")],
+  ]) {
+    assertNearText(bvh(motion, { body: file(body) }), expected(motion, "--body", body), share);
+  }
+  assert.throws(() => bvh(real("cmu_short.bvh"), { body: file(real("cmu_short.bvh")) }), { code: "invalid-value" });
+  const points = arrays("points_smpl22.npy");
+  assertNearText(bvh(points, { joints: "smpl22", lengths: "moving" }), expected(points, "--joint-set", "smpl22", "--lengths", "moving"), share);
+  assert.throws(() => bvh(points, { joints: "no-such" }), { code: "invalid-value" });
+});
+
 check("same", "diagnostics and assumptions are those of `mocap check`", () => {
   const paths = sample.some(all, 4);
   const { stdout } = spawnSync(process.env.MOCAP, ["check", "--json", ...paths], { encoding: "utf8", maxBuffer: 1 << 28 });

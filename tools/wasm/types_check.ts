@@ -15,6 +15,7 @@ function walk(bytes: Uint8Array): Float32Array {
 try {
   walk(new Uint8Array());
   const motion = mocap.read([{ name: "01.asf", bytes: "" }, { name: "01_01.amc", bytes: new ArrayBuffer(0) }]);
+  mocap.read("", "take.npy", { body: { name: "SMPL.pkl", bytes: "" }, joints: "smpl22", lengths: "moving" });
   motion.edit(["mirror", { step: "smooth", "cut-off": 8 }, "concat"], { others: [motion] }).reports?.at(0);
   const character = mocap.readCharacter(new Uint8Array(), "hero.vrm");
   const moved = motion.retarget(character, { scale: 1.1, feet: "free", limbAngles: true });

@@ -40,6 +40,17 @@ export interface ReadOptions {
   format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "trc" | "fbx" | "usd" | "mclip" | "npz" | "npy" | "torch" | "pickle" | "csv" | "parquet" | "mot";
   /** The animation to keep of several: its index from 0, or its name. */
   clip?: number | string;
+  /**
+   * The body on which arrays of rotations are put, such as those of SMPL: a model of SMPL, SMPL-H or SMPL-X, or a file with a
+   * figure in any format. Default: a body of generic proportions.
+   */
+  body?: File;
+  /** The joints of a file of positions, from which rotations are solved. A name that is none of these is that of one of the files, a JSON. */
+  joints?: "smpl22" | "smpl24" | "coco17" | "h36m" | "mediapipe33" | "openpose25" | (string & {});
+  /** The lengths of a skeleton that is solved from positions of joints. Default: `"median"`. */
+  lengths?: "median" | "moving";
+  /** Solves a skeleton from markers: `"auto"` by the labels of known sets, or the name of one of the files, a JSON. */
+  markers?: "auto" | (string & {});
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
   skeletonMesh?: "skinned" | "segmented" | "none";
   /** Read the meshes of a glTF file. */

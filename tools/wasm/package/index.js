@@ -398,10 +398,16 @@ export class Mocap {
   #call(call, args) {
     const isList = Array.isArray(args[0]);
     const files = isList ? [...args[0]] : [{ bytes: args[0], name: args[1] ?? "" }];
-    const options = (isList ? args[1] : args[2]) ?? {};
+    const options = { ...(isList ? args[1] : args[2]) };
     // The file that refers to the others comes first.
     const first = files.findIndex((file) => !BESIDE.test(file.name));
     if (first > 0) files.unshift(...files.splice(first, 1));
+    if (options.body) {
+      // Its name may be that of another file, and its folder tells them apart.
+      const name = files.some((file) => file.name === options.body.name) ? `body/${options.body.name}` : options.body.name;
+      files.push({ name, bytes: options.body.bytes });
+      options.body = name;
+    }
     const request = { call, files: files.map((file) => file.name), options };
     return this.#alive.call(request, files.map((file) => bytesOf(file.bytes)));
   }

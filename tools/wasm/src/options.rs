@@ -10,6 +10,7 @@ use mocap::job::JointNames;
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
+use mocap::solve::Lengths;
 use mocap::{
     Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Limits, SkeletonMesh, WriteOption, bvh,
 };
@@ -36,6 +37,11 @@ pub(crate) struct ReadOptions {
     hash: Option<bool>,
     format: Option<Format>,
     clip: Option<Clip>,
+    /// The name of one of the files.
+    body: Option<String>,
+    joints: Option<String>,
+    lengths: Option<Lengths>,
+    markers: Option<String>,
     pub(crate) skeleton_mesh: Option<MeshKind>,
     pub(crate) gltf_meshes: bool,
 }
@@ -76,6 +82,18 @@ impl ReadOptions {
             });
         if let Some(rate) = self.retime {
             importer = importer.retime(rate);
+        }
+        if let Some(body) = &self.body {
+            importer = importer.body(body);
+        }
+        if let Some(joints) = &self.joints {
+            importer = importer.joints(joints);
+        }
+        if let Some(lengths) = self.lengths {
+            importer = importer.lengths(lengths);
+        }
+        if let Some(markers) = &self.markers {
+            importer = importer.markers(markers);
         }
         if let Some(collapse) = self.collapse_keys {
             importer = importer.collapse_keys(collapse);
