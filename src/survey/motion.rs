@@ -17,6 +17,8 @@ use crate::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 const SLOW: f32 = 0.2;
 const ANOTHER_FLOOR: f32 = 0.03;
 
+/// The shortest time for which somebody stands who does not turn while running, in seconds.
+const A_STAND: f64 = 1.0;
 /// Half the time of the shortest step of a run, in seconds.
 const A_STEP: f64 = 0.1;
 
@@ -206,7 +208,9 @@ impl Body {
                 let around = frame.saturating_sub(near)..(frame + near + 1).min(motion.frames);
                 around.into_iter().all(|other| height(other) >= height(*frame))
             };
-            let is_rare = 3 * standing.len() < motion.frames - motion.first;
+            let frames = motion.frames - motion.first;
+            let is_short = 3 * standing.len() < frames && standing.len() < motion.frames_in(A_STAND);
+            let is_rare = is_short || 8 * standing.len() < frames;
             let lowest = (motion.first..motion.frames).filter(is_lowest);
             standing = match is_rare {
                 true => lowest.collect(),
