@@ -251,7 +251,11 @@ impl Exporter {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        let written = match is_at_rest_for(scene, row) {
+        // Of a file that is passed through the nodes stay as they are.
+        let is_lost = !row.keeps_shear && scene.original.is_none();
+        let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
+        let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
+        let mut written = match is_at_rest_for(scene, row) {
             true => write(scene, &options)?,
             false => {
                 let mut at_rest = scene.clone();
@@ -259,6 +263,9 @@ impl Exporter {
                 write(&at_rest, &options)?
             }
         };
+        written
+            .warnings
+            .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
         read_back::check(&row.read, &written.files, &scene.nodes, scene.animations.iter())
             .map_err(|error| error.with_path(path))?;
         Ok(written)
@@ -267,6 +274,22 @@ impl Exporter {
 
 /// The length of the vector of a quaternion above which a rest pose is rotated: the rounding of a decomposed matrix.
 const ROTATED: f32 = 1e-4;
+
+/// The warning of a format whose nodes have translation, rotation and scale alone.
+fn lost_shear(row: &FormatInfo, unsheared: &process::Unsheared) -> Diagnostic {
+    let nodes = match unsheared.nodes {
+        1 => "a node".to_owned(),
+        nodes => format!("{nodes} nodes"),
+    };
+    let message = format!(
+        "the axes of {nodes} shear at rest, which {} cannot say: they are up to {:.2} degrees from right angles, and at \
+         right angles in the file",
+        row.name, unsheared.degrees
+    );
+    Diagnostic::new(Code::Unrepresentable, message)
+        .in_joint(&unsheared.most)
+        .help("write .usda, which keeps them; or apply the transforms where the file was made")
+}
 
 /// Whether a format can have the rest pose of a scene. Where it cannot, joints get frames along the axes of the world,
 /// in which the rest pose has no rotations; nothing moves by that.

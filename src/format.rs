@@ -101,6 +101,9 @@ pub struct FormatInfo {
     pub states_origin: bool,
     /// Whether a written file can have rotations in its rest pose. BVH has OFFSETs alone.
     pub(crate) has_rest_rotations: bool,
+    /// Whether a file is written from rest transforms whose axes shear without losing that: where it has matrices, or
+    /// positions alone, or a rest pose of its own.
+    pub(crate) keeps_shear: bool,
 }
 
 impl fmt::Debug for FormatInfo {

@@ -62,6 +62,7 @@ const ROW: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 pub(super) const NPY: FormatInfo = ROW;

@@ -58,6 +58,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 fn sniff(bytes: &[u8]) -> bool {

@@ -23,6 +23,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {

@@ -47,4 +47,5 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: false,
+    keeps_shear: false,
 };

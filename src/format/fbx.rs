@@ -49,6 +49,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: true,
     has_rest_rotations: true,
+    keeps_shear: false,
 };
 
 /// The user's property of a node with its name in the scene, where the file has another.

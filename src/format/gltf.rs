@@ -65,6 +65,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: true,
     has_rest_rotations: true,
+    keeps_shear: false,
 };
 
 pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
@@ -90,4 +91,5 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     states_bones: true,
     states_origin: true,
     has_rest_rotations: true,
+    keeps_shear: true,
 };

@@ -34,6 +34,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: false,
 };
 
 /// The files of the row, with the first animation.

@@ -39,6 +39,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 /// The first word of every file.

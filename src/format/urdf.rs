@@ -46,6 +46,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: false,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

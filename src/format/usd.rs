@@ -41,6 +41,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_bones: false,
     states_origin: true,
     has_rest_rotations: true,
+    keeps_shear: true,
 };
 
 /// The first bytes of the binary form.

@@ -37,6 +37,8 @@ pub(super) struct Joint<'a> {
     /// What it is on the face of a VRM animation.
     pub(super) face: Option<Face>,
     rest: (DVec3, DQuat, DVec3),
+    /// Where nothing drives it, its matrix, whose axes may shear.
+    still: Option<DMat4>,
     translation: Option<Track<'a, Vec3>>,
     rotation: Option<Track<'a, Quat>>,
     scale: Option<Track<'a, Vec3>>,
@@ -69,6 +71,7 @@ impl<'a> Skeleton<'a> {
             Joint {
                 shows: !node.meshes.is_empty(),
                 face: node.face.clone(),
+                still: Some(matrix),
                 ..Joint::at_rest(
                     node.name.clone(),
                     node.parent.map(NodeId::index),
@@ -84,6 +87,7 @@ impl<'a> Skeleton<'a> {
             end = animation.duration / rate;
             for (node, channel) in Binding::new(scene, animation).driven() {
                 let (joint, channel) = (&mut joints[node.index()], &animation.channels[channel]);
+                joint.still = None;
                 joint.translation = Track::of_keys(&channel.position_keys, rate);
                 joint.rotation = Track::of_keys(&channel.rotation_keys, rate);
                 joint.scale = Track::of_keys(&channel.scaling_keys, rate);
@@ -124,6 +128,7 @@ impl Skeleton<'static> {
             joints.push(Joint {
                 shows: file.shows(node.index),
                 face: faces.remove(&node.index),
+                still: Some(at.matrix.as_dmat4()),
                 ..Joint::at_rest(file.source_name(node.index), parent, kind, rest)
             });
         }
@@ -138,6 +143,7 @@ impl Skeleton<'static> {
             };
             end = track.times.last().map_or(end, |last| f64::max(end, f64::from(*last)));
             let (joint, times) = (&mut joints[place], Times::Seconds(track.times));
+            joint.still = None;
             if matches!(track.bent, Some((Bend::Step, _))) {
                 stepped.get_or_insert_with(|| joint.name.clone());
             }
@@ -250,6 +256,7 @@ impl Joint<'_> {
             shows: false,
             face: None,
             rest,
+            still: None,
             translation,
             rotation,
             scale,
@@ -263,6 +270,9 @@ impl Joint<'_> {
     }
 
     fn node_to_parent(&self, seconds: f64) -> DMat4 {
+        if let Some(still) = self.still {
+            return still;
+        }
         let vector = |track: &Option<Track<Vec3>>, rest| {
             track
                 .as_ref()

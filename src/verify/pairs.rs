@@ -66,7 +66,9 @@ impl Pairs {
     }
 
     fn of_list(list: Vec<(usize, usize)>, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
-        if list.is_empty() {
+        // A scene without a node has nothing to pair.
+        let is_empty = ours.joints.is_empty() && theirs.joints.is_empty();
+        if list.is_empty() && !is_empty {
             let message = "the file has no joint of its source";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
                 .help("compare it with the file it was made from")
@@ -283,12 +285,15 @@ impl Matching<'_, '_> {
             let parent = paired_above(self.theirs, &self.of_theirs, theirs);
             above.and_then(|above| self.of_ours[above]) == parent
         };
-        let mut free = candidates
+        let free = candidates
             .0
             .iter()
             .take(MOST_CANDIDATES)
-            .filter(|theirs| self.of_theirs[**theirs].is_none());
-        if let Some(&theirs) = free.find(|theirs| is_below(**theirs)) {
+            .filter(|theirs| self.of_theirs[**theirs].is_none() && is_below(**theirs));
+        // The root of every FBX file is a group that may have the name of a joint below it.
+        let is_group = |skeleton: &Skeleton, joint: usize| skeleton.joints[joint].kind == NodeKind::Group;
+        let is_alike = |theirs: &&usize| is_group(self.theirs, **theirs) == is_group(self.ours, ours);
+        if let Some(&theirs) = free.clone().find(is_alike).or_else(|| free.clone().next()) {
             self.of_ours[ours] = Some(theirs);
             self.of_theirs[theirs] = Some(ours);
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use mocap::files::ReplacePolicy;
 use mocap::gltf::{BufferPlace, Provenance};
 use mocap::scene::NodeKind;
-use mocap::verify::Verifier;
+use mocap::verify::{Verification, Verifier};
 use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
 
 use crate::program::Folder;
@@ -281,5 +281,48 @@ fn the_lists_of_the_program_are_those_of_the_table() {
                 .is_ok(),
             "{extension}"
         );
+    }
+}
+
+/// Shear of a rest pose is kept or said to be lost, in every format; `verify` sees it, and the skin stays whole.
+#[test]
+fn shear_at_rest_is_kept_or_said() {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    let mut source = importer.import("fixtures/real/cmu_short.bvh").unwrap();
+    // A joint that the motion does not drive, and whose children it does.
+    let hip = source.nodes.iter().position(|node| node.name == "LHipJoint").unwrap();
+    source.animations[0]
+        .channels
+        .retain(|channel| channel.node_name != "LHipJoint");
+    source.nodes[hip].transform.y_axis.x = 0.5;
+    source.add_skeleton_mesh(SkeletonMesh::Skinned);
+    let mut scene = source.clone();
+    Conversion::new().apply(&mut scene).unwrap();
+    for (row, extension) in written() {
+        let Ok(written) = Exporter::new().write_as(&scene, format!("a.{extension}")) else {
+            assert_eq!(row.format, Format::Mclip, "a bound is kept with uniform scales alone");
+            continue;
+        };
+        let said = written
+            .warnings
+            .iter()
+            .find(|warning| warning.message.contains("shear"));
+        let keeps = [Format::Usd, Format::Vrma, Format::Trc].contains(&row.format);
+        assert_eq!(said.is_none(), keeps, "{extension}: {:?}", written.warnings);
+        if let Some(said) = said {
+            assert_eq!(
+                (said.code, said.joint.as_deref()),
+                (Code::Unrepresentable, Some("LHipJoint"))
+            );
+            // The arc tangent of 0.5.
+            assert!(said.message.contains("26.57 degrees"), "{}", said.message);
+        }
+        if [Format::Gltf, Format::Fbx, Format::Usd].contains(&row.format) {
+            // The buffer of a `.gltf` is a file beside it.
+            let Ok(bytes) = written.into_bytes() else { continue };
+            let verified = Verification::of(&source, &bytes).unwrap();
+            assert_eq!(verified.max_error < 1e-4, keeps, "{extension}: {verified:?}");
+            assert!(verified.findings.is_empty(), "{extension}: {:?}", verified.findings);
+        }
     }
 }

@@ -20,6 +20,28 @@ fn sizes_of_pictures_are_looked_at_before_memory_is_asked_for() {
     }
 }
 
+/// A plot has a row for each joint, and a message no more names than can be read.
+#[test]
+fn a_plot_of_thousands_of_joints_is_refused() {
+    const JOINTS: usize = 3000;
+    let joint = |index| format!("JOINT j{index} {{ OFFSET 0 1 0 CHANNELS 1 Xrotation End Site {{ OFFSET 0 1 0 }} }}\n");
+    let joints: String = (0..JOINTS).map(joint).collect();
+    let root = "HIERARCHY ROOT r { OFFSET 0 0 0 CHANNELS 1 Yrotation\n";
+    let row = "7 ".repeat(JOINTS + 1);
+    let folder = Folder::with(&[]);
+    let text = format!("{root}{joints}}}\nMOTION\nFrames: 2\nFrame Time: 0.1\n{row}\n{row}\n");
+    folder.write("many.bvh", text.as_bytes());
+    let all: String = (0..JOINTS).map(|index| format!(" --joint j{index}")).collect();
+    let said = folder.ends_with(1, &format!("plot many.bvh -o a.png{all}"));
+    assert!(said.contains("the size of the picture is not valid"), "{said}");
+    let said = folder.ends_with(2, "plot many.bvh -o a.png --joint nobody");
+    assert!(
+        said.contains("more; mocap dump prints all") && said.len() < 1500,
+        "{}",
+        said.len()
+    );
+}
+
 #[test]
 fn more_threads_than_a_system_has_are_fewer() {
     let folder = Folder::with(&["a.bvh", "b.bvh"]);

@@ -14,8 +14,8 @@ use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
 use self::kinds::KINDS;
 use crate::sample::Sample;
 
-/// The formats, and the name under which another program wrote the file.
-const FORMATS: [&str; 12] = [
+/// The formats, and the name under which another program wrote the file. Parquet needs its feature.
+const FORMATS: &[&str] = &[
     "glb",
     "glb of another program",
     "gltf",
@@ -28,6 +28,8 @@ const FORMATS: [&str; 12] = [
     "trc",
     "npz",
     "csv",
+    #[cfg(feature = "parquet")]
+    "parquet",
 ];
 
 const LYING: &str = "the up axis of a file without provenance is found from its first frame";
@@ -56,6 +58,9 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("an end site is missing", "trc", CHOICE),
     ("an end site is missing", "npz", CHOICE),
     ("an end site is missing", "csv", CHOICE),
+    ("Z up for Y up", "parquet", LYING),
+    ("lying on the ground", "parquet", LYING),
+    ("an end site is missing", "parquet", CHOICE),
     ("a joint is missing", "npz", CHOICE),
     ("a joint is missing", "csv", CHOICE),
     ("a joint is missing", "vrma", BONES),
@@ -70,6 +75,8 @@ fn written(scene: &Scene, path: &Path) -> Option<Vec<u8>> {
     match path.extension()?.to_str()? {
         "npz" => Some(motion().ok()?.to_npz()),
         "csv" => Some(motion().ok()?.to_csv().into()),
+        #[cfg(feature = "parquet")]
+        "parquet" => motion().ok()?.to_parquet("walk").ok(),
         _ => {
             Exporter::new().overwrite(true).export(scene, path).ok()?;
             std::fs::read(path).ok()
@@ -89,7 +96,7 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
     Conversion::new().apply(&mut scene).unwrap();
     let cells: Vec<_> = KINDS
         .iter()
-        .flat_map(|kind| FORMATS.map(|format| (kind, format)))
+        .flat_map(|kind| FORMATS.iter().map(move |format| (kind, *format)))
         .collect();
     let mut wrong = Vec::new();
     let mut whole: HashMap<&str, Option<Vec<u8>>> = HashMap::new();
@@ -129,7 +136,18 @@ fn a_file_that_was_cut_off_is_refused_in_every_format() {
     let mut scene = mocap::import(&source).unwrap();
     Conversion::new().apply(&mut scene).unwrap();
     for extension in [
-        "glb", "fbx", "bvh", "mclip", "vrma", "usda", "usdz", "trc", "npz", "csv",
+        "glb",
+        "fbx",
+        "bvh",
+        "mclip",
+        "vrma",
+        "usda",
+        "usdz",
+        "trc",
+        "npz",
+        "csv",
+        #[cfg(feature = "parquet")]
+        "parquet",
     ] {
         let path = folder.path().join(format!("out.{extension}"));
         let bytes = written(&scene, &path).unwrap();

@@ -425,3 +425,37 @@ fn a_bone_too_short_for_its_distance_has_its_own_rotation_in_a_vrm_animation() {
     let verified = Verification::of(&source, &written).unwrap();
     assert!(verified.turn_error.unwrap() < 1e-4, "{verified:?}");
 }
+
+/// The root that every FBX file has is a group, and may have the name of a joint of the source.
+#[test]
+fn a_joint_with_the_name_of_the_root_of_fbx_is_no_other_joint() {
+    let nodes = json!([
+        { "name": "RootNode", "children": [1], "translation": [0, 1, 0] },
+        { "name": "lever", "translation": [0.2, 0, 0] },
+    ]);
+    let source = Importer::new()
+        .read(gltf(nodes, &[]).to_string().as_bytes(), "a.gltf")
+        .unwrap();
+    let written = Exporter::new()
+        .write(&source, Format::Fbx)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let verified = Verification::of(&source, &written).unwrap();
+    assert!(verified.is_within(1e-6) && verified.joints == 2, "{verified:?}");
+}
+
+#[test]
+fn a_scene_without_nodes_is_one_in_gltf() {
+    let file = json!({ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "name": "empty" }] });
+    let source = Importer::new().read(file.to_string().as_bytes(), "a.gltf").unwrap();
+    let written = Exporter::new()
+        .write(&source, Format::Gltf)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let verified = Verification::of(&source, &written).unwrap();
+    assert!(verified.is_within(0.0) && verified.joints == 0, "{verified:?}");
+    let another = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    assert!(Verification::of(&another, &written).is_err());
+}

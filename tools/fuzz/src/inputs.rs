@@ -306,15 +306,16 @@ pub(crate) const PT: Input = Input {
     ..PKL
 };
 
-/// Arrays and positions in text, as a motion, or else as `verify` reads them.
+/// Arrays and positions in text, as a motion, and as `verify` reads them.
 pub(crate) const CSV: Input = Input {
     name: "csv",
     folders: &[],
     made: made::csv,
     words: CSV_WORDS,
     read: |bytes, importer| {
+        let verified = verified(bytes, "csv");
         let read = importer.clone().format(mocap::Format::Csv).read(bytes, "fuzz.csv");
-        read.or_else(|_| verified(bytes, "csv"))
+        read.or(verified)
     },
     ..NPZ
 };

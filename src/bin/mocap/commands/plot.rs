@@ -27,14 +27,23 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     )
 }
 
+/// Names that are listed at most where one is not among them.
+const MOST_NAMES: usize = 60;
+
 /// The joints of these names.
 pub(super) fn joints_named(scene: &Scene, names: &[String]) -> Result<Vec<NodeId>, Failure> {
     let find = |name: &String| {
         let index = scene.nodes.iter().position(|node| node.name == *name);
         index.map(NodeId::new).ok_or_else(|| {
-            let names: Vec<_> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
+            let names: Vec<_> = (scene.nodes.iter().map(|node| node.name.as_str()))
+                .take(MOST_NAMES)
+                .collect();
+            let more = match scene.nodes.len() - names.len() {
+                0 => String::new(),
+                more => format!(" and {more} more; mocap dump prints all"),
+            };
             let known = names.join(", ");
-            Failure::Usage(format!("no joint is called \"{name}\"; the joints are {known}"))
+            Failure::Usage(format!("no joint is called \"{name}\"; the joints are {known}{more}"))
         })
     };
     names.iter().map(find).collect()
