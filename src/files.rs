@@ -16,7 +16,7 @@ use tempfile::TempPath;
 
 #[cfg(feature = "parquet")]
 pub(crate) use self::array_mark::PARQUET_CREATOR;
-pub(crate) use self::array_mark::{ANGLES_MARK, ARRAY_MARK, DATABASE_MARK};
+pub(crate) use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK};
 pub use self::confined::{check_confined, confine};
 pub(crate) use self::csv_table::{PointColumns, Records, is_csv_of_points, is_own_csv, point_of};
 pub(crate) use self::existing::percent_decoded;

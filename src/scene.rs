@@ -73,7 +73,9 @@ mod humanoid_bone;
 mod mesh;
 mod metadata;
 mod original;
+mod recorded;
 pub(crate) mod robot;
+mod solved;
 
 use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -88,6 +90,8 @@ pub use self::metadata::{
 pub(crate) use self::metadata::{UNNAMED_MOTION, format_name};
 pub use self::original::Original;
 pub(crate) use self::original::{OriginalFile, SKELETON_MATERIAL};
+pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recorded};
+pub use self::solved::{Solved, SolvedJoint, SolvedMarker, SwappedMarkers};
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.

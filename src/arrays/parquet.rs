@@ -1,8 +1,11 @@
 //! Parquet files of Arrow tables, compressed with Snappy.
 
+use std::collections::HashMap;
 use std::fs::File;
+use std::sync::Arc;
 
-use arrow_array::RecordBatch;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
@@ -10,6 +13,7 @@ use parquet::file::metadata::ParquetMetaDataReader;
 use parquet::file::properties::WriterProperties;
 
 use crate::arrays::Arrays;
+use crate::biomechanics::TimeSeries;
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::PARQUET_CREATOR;
 
@@ -30,6 +34,31 @@ impl Arrays {
     pub fn to_parquet(&self, clip: &str) -> Result<Vec<u8>> {
         to_parquet(&[self.to_table_with_header(clip)])
     }
+}
+
+impl TimeSeries {
+    /// A Parquet file: `time` in seconds, then the columns, whose fields have their `unit` as metadata.
+    ///
+    /// # Errors
+    /// As [`Arrays::to_parquet`].
+    pub fn to_parquet(&self) -> Result<Vec<u8>> {
+        let times = (0..self.frames()).map(|frame| frame as f64 / self.frame_rate);
+        let mut fields = vec![field("time", "s")];
+        let mut columns: Vec<ArrayRef> = vec![Arc::new(times.collect::<Float64Array>())];
+        for (index, (name, unit)) in std::iter::zip(&self.columns, &self.units).enumerate() {
+            let values = self.values.chunks(self.columns.len()).map(|row| row[index]);
+            fields.push(field(name, unit));
+            columns.push(Arc::new(values.collect::<Float64Array>()));
+        }
+        let table = RecordBatch::try_new(Arc::new(Schema::new(fields)), columns);
+        let table = table.map_err(|error| Diagnostic::new(Code::Unrepresentable, error.to_string()))?;
+        to_parquet(&[table])
+    }
+}
+
+fn field(name: &str, unit: &str) -> Field {
+    let unit = HashMap::from([("unit".to_owned(), unit.to_owned())]);
+    Field::new(name, DataType::Float64, false).with_metadata(unit)
 }
 
 /// A Parquet file with the rows of `tables`, which have the schema of the first.

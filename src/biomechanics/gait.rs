@@ -2,7 +2,8 @@
 //!
 //! Events are those of Zeni, Richards and Higginson (2008): the heel strikes when the foot is farthest before the
 //! pelvis, and the toes leave the ground when they are farthest behind it. That holds on a treadmill too. The heel is
-//! seen at the ankle, the toes at the ball of the foot.
+//! seen at the ankle, the toes at the ball of the foot. Where the file itself has the events, as C3D files of
+//! laboratories do, they are taken instead.
 //!
 //! Lengths and widths of steps are those of Huxham and others (2006): a stride goes from a strike of a foot to its next
 //! one, and the strike of the other foot between them divides it; its distance from the line of the stride is the
@@ -11,6 +12,7 @@
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
+use super::events::FileEvents;
 use super::segments::{Segment, Segments};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Figure;
@@ -114,6 +116,8 @@ pub struct Gait {
     pub cadence: Option<f64>,
     /// Whether the feet strike in turn, in most of the strides; if not, this may be no walk.
     pub alternates: bool,
+    /// Whether the events are those of the file; or else they are found in the motion.
+    pub events_of_file: bool,
     /// Whether the body stays where it is, as on a treadmill: then there are no lengths and no speeds.
     pub in_place: bool,
     /// The left foot.
@@ -138,7 +142,8 @@ impl Gait {
     /// As [`of`](Self::of).
     pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
         let segments = Segments::of(scene, figure)?;
-        let feet = [Side::Left, Side::Right].map(|side| Foot::of(&segments, side));
+        let events = FileEvents::of(scene);
+        let feet = [Side::Left, Side::Right].map(|side| Foot::of(&segments, side, events.as_ref()));
         let [Some(left), Some(right)] = feet else {
             let message = "the body has not two feet, by whose positions steps are found";
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
@@ -163,6 +168,7 @@ impl Gait {
         Ok(Self {
             cadence: MeanAndDeviation::of(steps).map(|time| 60.0 / time.mean),
             alternates: 2 * in_turn > strides.len(),
+            events_of_file: events.is_some(),
             in_place,
             left: of_side(&left),
             right: of_side(&right),
@@ -199,10 +205,9 @@ impl SideOfGait {
         let of = |measure: &dyn Fn(&Stride) -> Option<f64>| {
             MeanAndDeviation::of(strides.clone().filter_map(measure).collect())
         };
-        let times = |frames: &[usize]| frames.iter().map(|frame| foot.time(*frame)).collect();
         Self {
-            heel_strikes: times(&foot.strikes),
-            toe_offs: times(&foot.toe_offs),
+            heel_strikes: foot.strikes.clone(),
+            toe_offs: foot.toe_offs.clone(),
             stride_time: of(&|stride| Some(stride.time())),
             stride_length: of(&|stride| stride.length),
             step_time: of(&Stride::step_time),
@@ -214,18 +219,18 @@ impl SideOfGait {
     }
 }
 
-/// A foot, and the frames of its events.
+/// A foot, and the times of its events in seconds.
 struct Foot<'a> {
     side: Side,
     ankle: &'a [DVec3],
-    strikes: Vec<usize>,
-    toe_offs: Vec<usize>,
+    strikes: Vec<f64>,
+    toe_offs: Vec<f64>,
     frame_rate: f64,
 }
 
 impl<'a> Foot<'a> {
     /// `None` where the body has no such foot.
-    fn of(segments: &'a Segments, side: Side) -> Option<Self> {
+    fn of(segments: &'a Segments, side: Side, events: Option<&FileEvents>) -> Option<Self> {
         let index = usize::from(side == Side::Right);
         let (ankle, ball) = (&segments.ankles[index], &segments.balls[index]);
         let forward = forward(segments)?;
@@ -237,40 +242,47 @@ impl<'a> Foot<'a> {
                 .collect()
         };
         let turns_of = |positions: &[DVec3]| turns(&before_pelvis(positions), LEAST_SWING * segments.leg);
+        let times = |frames: Vec<usize>| frames.iter().map(|frame| *frame as f64 / segments.frame_rate).collect();
         if ankle.is_empty() || ball.is_empty() {
             return None;
         }
+        let (strikes, toe_offs) = match events {
+            Some(events) => (events.strikes[index].clone(), events.toe_offs[index].clone()),
+            None => (times(turns_of(ankle).0), times(turns_of(ball).1)),
+        };
         Some(Self {
             side,
             ankle,
-            strikes: turns_of(ankle).0,
-            toe_offs: turns_of(ball).1,
+            strikes,
+            toe_offs,
             frame_rate: segments.frame_rate,
         })
     }
 
-    fn time(&self, frame: usize) -> f64 {
-        frame as f64 / self.frame_rate
+    /// Where the ankle is on the ground, in the frame nearest to a time.
+    fn at(&self, time: f64) -> DVec2 {
+        let frame = (time * self.frame_rate).round() as usize;
+        on_ground(self.ankle[frame.min(self.ankle.len() - 1)])
     }
 
     /// The strides of this foot, with the strikes of the other one between.
     fn strides(&self, other: &Self) -> impl Iterator<Item = Stride> {
         let strikes = self.strikes.windows(2).map(|pair| [pair[0], pair[1]]);
         strikes
-            .filter(|[first, second]| self.time(second - first) <= LONGEST_STRIDE)
+            .filter(|[first, second]| second - first <= LONGEST_STRIDE)
             .map(|[first, second]| {
-                let between = |frames: &[usize]| frames.iter().copied().find(|frame| (first..second).contains(frame));
+                let between = |times: &[f64]| times.iter().copied().find(|time| (first..second).contains(time));
                 let other_strike = between(&other.strikes);
-                let [begin, end] = [first, second].map(|frame| on_ground(self.ankle[frame]));
+                let [begin, end] = [first, second].map(|time| self.at(time));
                 let along = (end - begin).try_normalize();
-                let from_begin = other_strike.map(|frame| on_ground(other.ankle[frame]) - begin);
+                let from_begin = other_strike.map(|time| other.at(time) - begin);
                 let of_step = |measure: fn(DVec2, DVec2) -> f64| Some(measure(from_begin?, along?));
                 let length = begin.distance(end);
                 Stride {
                     side: self.side,
-                    strikes: [first, second].map(|frame| self.time(frame)),
-                    toe_off: between(&self.toe_offs).map(|frame| self.time(frame)),
-                    other_strike: other_strike.map(|frame| self.time(frame)),
+                    strikes: [first, second],
+                    toe_off: between(&self.toe_offs),
+                    other_strike,
                     length: Some(length),
                     step_length: of_step(DVec2::dot).map(|before| length - before),
                     step_width: of_step(|offset, along| offset.perp_dot(along).abs()),

@@ -1,8 +1,8 @@
-//! Joint angles as text: OpenSim's motion files, and comma-separated values.
+//! Columns over time as text: OpenSim's motion and storage files, and comma-separated values.
 
 use std::fmt::Write;
 
-use super::JointAngles;
+use super::{JointAngles, TimeSeries};
 use crate::files::ANGLES_MARK;
 
 impl JointAngles {
@@ -17,25 +17,75 @@ impl JointAngles {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn to_mot(&self) -> String {
-        let mut text = format!(
-            "{ANGLES_MARK}\nversion=1\nnRows={}\nnColumns={}\ninDegrees=yes\nendheader\n",
-            self.frames(),
-            self.columns.len() + 1
-        );
-        self.rows(&mut text, '\t');
-        text
+        self.rows().of_opensim(ANGLES_MARK, "yes")
     }
 
     /// Comma-separated values: `time` in seconds, then the columns.
     pub fn to_csv(&self) -> String {
-        let mut text = String::new();
-        self.rows(&mut text, ',');
+        self.rows().of_csv()
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        Rows {
+            frame_rate: self.frame_rate,
+            columns: &self.columns,
+            values: &self.values,
+            is_measured: false,
+        }
+    }
+}
+
+impl TimeSeries {
+    /// A motion or storage file of OpenSim, `.mot` or `.sto`: a header, the names of the columns, and a row for each
+    /// sample, separated by tabs.
+    pub fn to_mot(&self) -> String {
+        self.rows().of_opensim(self.title, "no")
+    }
+
+    /// Comma-separated values: `time` in seconds, then the columns.
+    pub fn to_csv(&self) -> String {
+        self.rows().of_csv()
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        Rows {
+            frame_rate: self.frame_rate,
+            columns: &self.columns,
+            values: &self.values,
+            is_measured: true,
+        }
+    }
+}
+
+/// What both have.
+struct Rows<'a> {
+    frame_rate: f64,
+    columns: &'a [String],
+    values: &'a [f64],
+    /// Values of any unit, in single precision; or else angles and lengths with six decimals.
+    is_measured: bool,
+}
+
+impl Rows<'_> {
+    fn of_opensim(&self, title: &str, in_degrees: &str) -> String {
+        let mut text = format!(
+            "{title}\nversion=1\nnRows={}\nnColumns={}\ninDegrees={in_degrees}\nendheader\n",
+            self.values.len() / self.columns.len().max(1),
+            self.columns.len() + 1
+        );
+        self.write(&mut text, '\t');
         text
     }
 
-    fn rows(&self, text: &mut String, separator: char) {
+    fn of_csv(&self) -> String {
+        let mut text = String::new();
+        self.write(&mut text, ',');
+        text
+    }
+
+    fn write(&self, text: &mut String, separator: char) {
         text.push_str("time");
-        for column in &self.columns {
+        for column in self.columns {
             text.push(separator);
             text.push_str(column);
         }
@@ -45,7 +95,10 @@ impl JointAngles {
             let _ = write!(text, "{:.6}", frame as f64 / self.frame_rate);
             for value in row {
                 // Adding zero turns the -0 of a small negative number into 0.
-                let _ = write!(text, "{separator}{:.6}", (value * 1e6).round() / 1e6 + 0.0);
+                let _ = match self.is_measured {
+                    true => write!(text, "{separator}{}", *value as f32 + 0.0),
+                    false => write!(text, "{separator}{:.6}", (value * 1e6).round() / 1e6 + 0.0),
+                };
             }
             text.push('\n');
         }

@@ -21,8 +21,12 @@ const PARQUET_END: &[u8] = b"PAR1";
 /// The first line of a motion file of OpenSim, `.mot`, with joint angles.
 pub(crate) const ANGLES_MARK: &str = "mocap joint angles";
 
+/// As above, with analog channels and with ground reaction forces.
+pub(crate) const ANALOG_MARK: &str = "mocap analog";
+pub(crate) const FORCES_MARK: &str = "mocap forces";
+
 /// The files that have one of these.
-pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet", "mot"];
+pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet", "mot", "sto"];
 
 /// Bytes at each end of a file in which the mark stands.
 const SEARCHED: usize = 32;
@@ -50,7 +54,9 @@ pub(super) fn has_mark(path: &Path) -> bool {
         true => has_creator(&ends),
         false => {
             ends.starts_with(DATABASE_MARK)
-                || ends.starts_with(ANGLES_MARK.as_bytes())
+                || [ANGLES_MARK, ANALOG_MARK, FORCES_MARK]
+                    .iter()
+                    .any(|mark| ends.starts_with(mark.as_bytes()))
                 || memchr::memmem::find(&ends, ARRAY_MARK.as_bytes()).is_some()
         }
     };

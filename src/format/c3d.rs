@@ -10,9 +10,9 @@
 //! or else 16-bit integers to be multiplied by it. A negative residual means that the point was not seen.
 //!
 //! A marker becomes a node with position keys below one group. The file has no skeleton, and the reader does not
-//! compute one: markers are on the skin, and finding the joints needs a model of the person (`solve`). Analog samples
-//! and events are left out. Positions are in the file's unit, rotated so that +Y is up; `POINT:Y_SCREEN` states the
-//! file's up axis, and without it +Z is assumed.
+//! compute one: markers are on the skin, and finding the joints needs a model of the person (`solve`). Events, analog
+//! samples and force plates are in the scene's metadata (`Recorded`). Positions are in the file's unit, rotated so that
+//! +Y is up; `POINT:Y_SCREEN` states the file's up axis, and without it +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files, so this crate has its own reader, which checks every count against the bytes that follow.
@@ -20,6 +20,7 @@
 mod bytes;
 mod parameters;
 mod points;
+mod recorded;
 mod scene;
 
 use std::ops::Range;
@@ -80,7 +81,8 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     let parameters = read_parameters(bytes, section, processor, warnings)?;
     let header = Header::read(bytes, processor, &parameters, options, warnings)?;
     let points = points::read(bytes, processor, &header, parameters.labels().len(), warnings)?;
-    Ok(scene::build(&parameters, &header, points, warnings))
+    let recorded = recorded::read(bytes, processor, &header, &parameters, points.frames, warnings);
+    Ok(scene::build(&parameters, &header, points, recorded, warnings))
 }
 
 /// The parameters of a section whose length the file states. Where they do not end within it, and end before the data,
@@ -172,6 +174,9 @@ struct Header {
     /// The scale factor of integers; `None` where coordinates are 32-bit numbers.
     scale: Option<f64>,
     frame_rate: f64,
+    /// The rate that the file states, and its first frame, from 1.
+    stated_rate: f64,
+    first: u64,
 }
 
 impl Header {
@@ -240,11 +245,24 @@ impl Header {
             data: (data_block as usize - 1).saturating_mul(BLOCK),
             scale: (scale >= 0.0).then_some(scale),
             frame_rate: options.frame_rate_or(rate)?,
+            stated_rate: rate,
+            first: parameters.first_frame().unwrap_or_else(|| u64::from(first)),
         };
         if let Some(samples) = parameters.analog_samples(rate) {
             header.choose_samples(samples, bytes.len(), warnings);
         }
         Ok(header)
+    }
+
+    /// Seconds from the first frame to a time that counts from frame 1, at the rate at which the motion is read.
+    fn since_first(&self, time: f64) -> f64 {
+        let before = self.first.saturating_sub(1) as f64;
+        let scale = if self.stated_rate > 0.0 {
+            self.stated_rate
+        } else {
+            self.frame_rate
+        };
+        (time * scale - before) / self.frame_rate
     }
 
     /// Bytes of a number in the data.

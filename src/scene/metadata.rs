@@ -4,11 +4,12 @@ mod applied_step;
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
-use super::Animation;
+use super::{Animation, Recorded, Solved};
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -34,6 +35,12 @@ pub struct Metadata {
     pub assumptions: Vec<Assumption>,
     /// The steps that changed positions or times since then, in order.
     pub steps: Vec<AppliedStep>,
+    /// Events, analog channels and force plates of the file.
+    #[serde(skip)]
+    pub recorded: Option<Arc<Recorded>>,
+    /// How well a skeleton that was solved from markers explains them.
+    #[serde(skip)]
+    pub solved: Option<Arc<Solved>>,
 }
 
 /// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.

@@ -1,6 +1,7 @@
 //! Markers on the skin into a skeleton with rotations.
 //!
-//! 1. Labels become landmarks of the body, by the names that known sets of markers have for them.
+//! 1. Labels become landmarks of the body, by the names that known sets of markers have for them; where they tell
+//!    nothing, by the distances that stay the same.
 //! 2. In some tens of frames the centres of joints come from landmarks by regressions (hips, shoulders) and from the
 //!    normals of bent limbs (knees, elbows), and rotations from them as of any positions of joints.
 //! 3. Lengths, centres and the offsets of markers on their bones are refined with the poses of these frames.
@@ -10,12 +11,16 @@
 mod body;
 mod calibrate;
 mod centres;
+mod cloud;
 mod fit;
+mod guess;
 mod landmarks;
 mod model;
 mod report;
 mod take;
 mod track;
+
+use std::sync::Arc;
 
 use glam::Quat;
 
@@ -90,15 +95,17 @@ impl Known {
 /// Puts a skeleton in the place of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
 /// up.
 pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
-    let mut take = Take::of_scene(scene, &known.named)?;
+    let may_guess = known.named.is_empty() && known.standing.is_none();
+    let mut take = Take::of_scene(scene, &known.named, may_guess)?;
     let standing = match &known.standing {
-        Some(standing) => Some(Take::of_scene(standing, &known.named)?),
+        Some(standing) => Some(Take::of_scene(standing, &known.named, false)?),
         None => None,
     };
     known.check(&[Some(&take), standing.as_ref()])?;
     let mut chosen = chosen(&take, standing.as_ref())?;
     let name = match take.set {
         Some(set) => format!("{} markers of {set}", take.landmarks.len()),
+        None if take.guess.is_some() => format!("{} markers that were guessed", take.landmarks.len()),
         None => format!("{} markers", take.landmarks.len()),
     };
     let set = body::joint_set(name, &chosen.centres[0], &chosen.take);
@@ -116,9 +123,11 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let mut seen = chosen.take.clone();
     seen.keep_first(take.landmarks.len());
     let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen);
-    calibrate(&mut model, &mut frames);
+    let known_joints = calibrate(&mut model, &mut frames);
     let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
-    report::say(scene, &take, &model, &tracked);
+    let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
+    report::say(scene, &take, &solved, &tracked);
+    scene.metadata.solved = Some(Arc::new(solved));
 
     let metres = take.metres as f32;
     for (offset, joint) in std::iter::zip(&mut rest.offsets, &model.joints) {

@@ -88,8 +88,21 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "arrays",
         &[
-            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "graph", "edit", "robot",
-            "convert", "solve", "format",
+            "error",
+            "limits",
+            "options",
+            "files",
+            "scene",
+            "math",
+            "pose",
+            "figure",
+            "graph",
+            "edit",
+            "robot",
+            "convert",
+            "biomechanics",
+            "solve",
+            "format",
         ],
     ),
     (

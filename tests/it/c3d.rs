@@ -531,7 +531,10 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
     for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (2, 3e38), (0, 0.0)] {
         let scene = read(&analog(used, rate)).unwrap();
         assert!(
-            scene.warnings.iter().all(|warning| warning.code != Code::HeaderCount),
+            scene
+                .warnings
+                .iter()
+                .all(|warning| !warning.message.contains("that of the parameters was used")),
             "{used} {rate}"
         );
     }

@@ -79,9 +79,17 @@ const CASES: &[Case] = &[
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
-/// Commands that take no motion of the table's; `solve` is `convert` for positions, `mcp` serves the others, and
-/// `record` hears a network.
-const OTHERS: &[&str] = &["formats", "mcp", "merge-manifest", "record", "solve"];
+/// Commands that take no motion of the table's; `solve` is `convert` for positions, `mcp` serves the others, `analog`
+/// and `forces` take C3D alone, and `record` hears a network.
+const OTHERS: &[&str] = &[
+    "analog",
+    "forces",
+    "formats",
+    "mcp",
+    "merge-manifest",
+    "record",
+    "solve",
+];
 
 impl Case {
     fn name(&self) -> &str {

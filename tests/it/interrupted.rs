@@ -44,7 +44,7 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
     }
 }
 
-/// The inputs are `walk.bvh`, the folder `clips`, `character.bvh`, `robot.urdf`, and `job.json`.
+/// The inputs are `walk.bvh`, the folder `clips`, `character.bvh`, `plates.c3d`, `robot.urdf`, and `job.json`.
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
     one("convert walk.bvh out.gltf"),
@@ -70,6 +70,8 @@ const CASES: &[Case] = &[
     one("fk walk.bvh -o out.npz"),
     one("fk walk.bvh -o out.csv"),
     one("angles walk.bvh -o out.mot"),
+    one("forces plates.c3d -o out.mot"),
+    one("analog plates.c3d -o out.csv"),
     #[cfg(feature = "parquet")]
     one("fk walk.bvh -o out.parquet"),
     #[cfg(feature = "parquet")]
@@ -122,6 +124,7 @@ fn inputs(source: &str) -> Files {
         "points.npy".into(),
         fs::read("fixtures/arrays/points_smpl22.npy").unwrap(),
     );
+    files.insert("plates.c3d".into(), fs::read("fixtures/made/plates.c3d").unwrap());
     files.insert(
         "character.bvh".into(),
         fs::read("fixtures/real/biovision_example1.bvh").unwrap(),

@@ -17,6 +17,8 @@ mod broken;
 mod bvh_out;
 mod bvh_rest;
 mod c3d;
+#[cfg(feature = "cli")]
+mod c3d_recorded;
 mod changed_skeletons;
 mod clean;
 mod compressed_characters;

@@ -3,6 +3,7 @@
 
 use mocap::figure::Humanoid;
 use mocap::glam::Vec3;
+use mocap::scene::{Confidence, Topic};
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
 const TAKE: &str = "fixtures/markers/cmu_01_01.c3d";
@@ -87,6 +88,60 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
         off.sort_by(f32::total_cmp);
         assert!(off[off.len() / 2] < 45.0, "{ours}: {off:?}");
     }
+}
+
+#[test]
+fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
+    /// The line of a TRC file that has the labels.
+    const LABELS: usize = 3;
+    let unlabelled = |text: String| {
+        let rename = |(index, line): (usize, &str)| match index {
+            LABELS => {
+                let mut count = 0;
+                let cells = line.split('\t').enumerate().map(|(column, cell)| match (column, cell) {
+                    (0 | 1, cell) | (_, cell @ "") => cell.to_owned(),
+                    _ => {
+                        count += 1;
+                        format!("M{count}")
+                    }
+                });
+                cells.collect::<Vec<_>>().join("\t")
+            }
+            _ => line.to_owned(),
+        };
+        text.lines().enumerate().map(rename).collect::<Vec<_>>().join("\n")
+    };
+    let (labelled, guessed) = (solved(|text| text).unwrap(), solved(unlabelled).unwrap());
+    let said = guessed
+        .metadata
+        .assumptions
+        .iter()
+        .find(|said| said.topic == Topic::Markers)
+        .unwrap();
+    assert!(said.reason.starts_with("a guess"), "{}", said.reason);
+    assert_eq!(said.confidence, Some(Confidence::Likely));
+    for bone in ["hips", "leftFoot", "rightLowerLeg", "leftHand", "rightLowerArm", "head"] {
+        for frame in [0, FRAMES / 2, FRAMES - 1] {
+            let off = position(&guessed, bone, frame).distance(position(&labelled, bone, frame));
+            // Millimetres.
+            assert!(off < 30.0, "{bone} in frame {frame}: {off}");
+        }
+    }
+}
+
+#[test]
+fn the_report_has_markers_joints_and_swaps() {
+    let scene = solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap();
+    let solved = scene.metadata.solved.as_ref().unwrap();
+    assert_eq!(solved.swaps.len(), 1);
+    assert_eq!((solved.swaps[0].first, solved.swaps[0].last), (10, 19));
+    assert_eq!(solved.markers.len(), 41);
+    // At 6 Hz a second has six of the frames.
+    assert_eq!(solved.rms_of_seconds.len(), FRAMES / 6);
+    let knee = solved.joints.iter().find(|joint| joint.name == "leftLowerLeg").unwrap();
+    // The left thigh of CMU's own skeleton of this person: 7.1578 inches / 0.45, fixtures/real/cmu_01.asf.
+    assert!((knee.length - 0.404).abs() < 0.04, "{}", knee.length);
+    assert!(knee.is_told && knee.deviation.unwrap() < 0.015, "{knee:?}");
 }
 
 #[test]

@@ -24,9 +24,10 @@ mod write;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use mocap::edit::{EditStep, Smooth};
 use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 
-pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs};
+pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
@@ -91,6 +92,10 @@ pub(crate) enum Command {
     Angles(AnglesArgs),
     /// Print the table of a gait laboratory: heel strikes, toe offs, cadence, speed, lengths of steps
     Gait(GaitArgs),
+    /// Write the forces of the ground from the force plates of a C3D file, for OpenSim or as a table
+    Forces(SeriesArgs),
+    /// Write the analog channels of a C3D file, such as electromyograms, for OpenSim or as a table
+    Analog(SeriesArgs),
     /// Write many motions as arrays into Parquet files
     #[cfg(feature = "parquet")]
     Pack(PackArgs),
@@ -151,6 +156,9 @@ pub(crate) struct ConvertArgs {
     pub(crate) write: WriteArgs,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
+    /// Steps between reading and writing.
+    #[arg(skip)]
+    pub(crate) steps: Vec<EditStep>,
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
@@ -174,6 +182,10 @@ pub(crate) struct SolveArgs {
     /// of {"name", "parent", "bone", "points"} [default: markers, whose labels are looked up]
     #[arg(long, value_name = "SET|FILE", conflicts_with_all = ["joint-set", "markers"])]
     joints: Option<String>,
+    /// Smooth the solved motion as a whole: a Butterworth filter of this cut-off in Hz, forwards and backwards
+    /// [without a number: 6]
+    #[arg(long, value_name = "HZ", num_args = 0..=1, default_missing_value = "6", require_equals = true)]
+    smooth: Option<f64>,
     #[command(flatten)]
     pub(crate) convert: ConvertArgs,
 }
@@ -181,7 +193,15 @@ pub(crate) struct SolveArgs {
 impl SolveArgs {
     /// Tells the reader the joints, or to find them from markers.
     pub(crate) fn settle(&mut self) {
-        let Self { joints, convert } = self;
+        let Self {
+            joints,
+            smooth,
+            convert,
+        } = self;
+        convert.steps = smooth
+            .map(|cut_off| Smooth::new().cut_off(cut_off).into())
+            .into_iter()
+            .collect();
         if joints.is_some() {
             convert.read.joints = joints.take();
         }

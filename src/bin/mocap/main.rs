@@ -95,6 +95,8 @@ fn main() -> ExitCode {
         Command::Fk(args) => commands::fk::run(args, &given),
         Command::Angles(args) => commands::angles::angles(args),
         Command::Gait(args) => commands::angles::gait(args),
+        Command::Forces(args) => commands::series::forces(args),
+        Command::Analog(args) => commands::series::analog(args),
         #[cfg(feature = "parquet")]
         Command::Pack(args) => commands::pack::run(args, &given),
         #[cfg(not(feature = "parquet"))]

@@ -12,7 +12,8 @@ use crate::format::text::decode_name;
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
     Texts(Vec<String>),
-    Numbers(Vec<f64>),
+    /// With the sizes of their array, the fastest first.
+    Numbers(Vec<f64>, Vec<usize>),
 }
 
 /// All parameters.
@@ -102,19 +103,22 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
         2 => {
             let (words, _) = bytes.take(count.saturating_mul(2))?.as_chunks::<2>();
             let number = |&word: &[u8; 2]| f64::from(processor.word(word).cast_signed());
-            Values::Numbers(words.iter().map(number).collect())
+            Values::Numbers(words.iter().map(number).collect(), dimensions)
         }
         4 => {
             let (words, _) = bytes.take(count.saturating_mul(4))?.as_chunks::<4>();
-            Values::Numbers(words.iter().map(|&word| processor.real(word)).collect())
+            Values::Numbers(words.iter().map(|&word| processor.real(word)).collect(), dimensions)
         }
         // Type 1 is bytes; the reader needs no values of other types.
-        _ => Values::Numbers(bytes.take(count)?.iter().map(|&byte| f64::from(byte)).collect()),
+        _ => Values::Numbers(
+            bytes.take(count)?.iter().map(|&byte| f64::from(byte)).collect(),
+            dimensions,
+        ),
     })
 }
 
 /// Text without trailing blanks and NUL bytes.
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes
         .iter()
         .rposition(|&byte| !matches!(byte, 0 | b' '))
@@ -130,7 +134,7 @@ impl Parameters {
 
     fn numbers(&self, group: &str, name: &str) -> Option<&[f64]> {
         match self.get(group, name)? {
-            Values::Numbers(numbers) => Some(numbers),
+            Values::Numbers(numbers, _) => Some(numbers),
             Values::Texts(_) => None,
         }
     }
@@ -138,7 +142,7 @@ impl Parameters {
     fn texts(&self, group: &str, name: &str) -> Option<&[String]> {
         match self.get(group, name)? {
             Values::Texts(texts) => Some(texts),
-            Values::Numbers(_) => None,
+            Values::Numbers(..) => None,
         }
     }
 
@@ -155,39 +159,68 @@ impl Parameters {
 
     /// The number of frames of long recordings, which the header cannot hold: first and last frame as two words each.
     pub(super) fn frames(&self) -> Option<u64> {
-        let field = |name: &str| match self.numbers("TRIAL", name)? {
+        let last = self.field("ACTUAL_END_FIELD")?;
+        last.checked_sub(self.first_frame()?).map(|frames| frames + 1)
+    }
+
+    /// The number of the first frame of long recordings.
+    pub(super) fn first_frame(&self) -> Option<u64> {
+        self.field("ACTUAL_START_FIELD")
+    }
+
+    fn field(&self, name: &str) -> Option<u64> {
+        match self.numbers("TRIAL", name)? {
             // These words are unsigned.
             &[low, high, ..] => Some(u64::from(low as i16 as u16) + (u64::from(high as i16 as u16) << 16)),
             _ => None,
-        };
-        let (first, last) = (field("ACTUAL_START_FIELD")?, field("ACTUAL_END_FIELD")?);
-        last.checked_sub(first).map(|frames| frames + 1)
+        }
     }
 
-    /// The names of the points: 255 in `LABELS`, as many in `LABELS2`, and so on.
-    pub(super) fn labels(&self) -> Vec<&str> {
-        let mut labels = Vec::new();
-        let mut name = "LABELS".to_owned();
-        let mut part = 1;
-        while let Some(texts) = self.texts("POINT", &name) {
-            labels.extend(texts.iter().map(String::as_str));
-            part += 1;
-            name = format!("LABELS{part}");
+    /// The texts of a parameter: 255 in `LABELS`, as many in `LABELS2`, and so on.
+    pub(super) fn all_texts(&self, group: &str, name: &str) -> Vec<&str> {
+        let parts = parts(name).map_while(|part| self.texts(group, &part));
+        parts.flatten().map(String::as_str).collect()
+    }
+
+    /// As [`all_texts`](Self::all_texts), of numbers.
+    pub(super) fn all_numbers(&self, group: &str, name: &str) -> Vec<f64> {
+        let parts = parts(name).map_while(|part| self.numbers(group, &part));
+        parts.flatten().copied().collect()
+    }
+
+    /// The numbers of an array with one thing after the other, and how many belong to each: all sizes but that after
+    /// the first `sizes`, which some writers leave out for one thing alone.
+    pub(super) fn array(&self, group: &str, name: &str, sizes: usize) -> Option<(&[f64], usize)> {
+        match self.get(group, name)? {
+            Values::Numbers(numbers, dimensions) => Some((numbers, dimensions.iter().take(sizes).product())),
+            Values::Texts(_) => None,
         }
-        labels
+    }
+
+    /// The names of the points.
+    pub(super) fn labels(&self) -> Vec<&str> {
+        self.all_texts("POINT", "LABELS")
+    }
+
+    /// Analog channels.
+    pub(super) fn analog_channels(&self) -> Option<usize> {
+        // A word without a sign.
+        Some(usize::from(self.number("ANALOG", "USED")? as i64 as u16))
     }
 
     /// Analog samples in a record: those of each channel at its rate, which is a multiple of that of the points.
     pub(super) fn analog_samples(&self, point_rate: f64) -> Option<usize> {
-        // A word without a sign.
-        let channels = self.number("ANALOG", "USED")? as i64 as u16;
+        let channels = self.analog_channels()?;
         let samples = (self.number("ANALOG", "RATE")? / point_rate).round();
         let is_possible = (1.0..=f64::from(u16::MAX)).contains(&samples);
-        is_possible.then(|| usize::from(channels) * samples as usize)
+        is_possible.then(|| channels * samples as usize)
     }
+}
 
-    /// Whether the file has events.
-    pub(super) fn has_events(&self) -> bool {
-        self.number("EVENT", "USED").is_some_and(|used| used > 0.0)
-    }
+/// The names of a parameter that is continued: `LABELS`, `LABELS2`, and so on.
+fn parts(name: &str) -> impl Iterator<Item = String> {
+    (1..).map(move |part| match part {
+        1 => name.to_owned(),
+        part => format!("{name}{part}"),
+    })
 }

@@ -1,15 +1,23 @@
 //! Makes nodes and channels of points.
 
+use std::sync::Arc;
+
 use super::Header;
 use super::parameters::Parameters;
 use super::points::Points;
 use crate::format::points;
 use crate::format::warnings::Warnings;
 use crate::math::up_axis::to_y_up;
-use crate::scene::{Assumption, Format, Scene, Topic, UpAxis};
+use crate::scene::{Assumption, Format, Recorded, Scene, Topic, UpAxis};
 
 /// One group with one node for each point.
-pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, warnings: &mut Warnings) -> Scene {
+pub(super) fn build(
+    parameters: &Parameters,
+    header: &Header,
+    points: Points,
+    recorded: Option<Recorded>,
+    warnings: &mut Warnings,
+) -> Scene {
     let mut scene = Scene::default();
     scene.metadata.format = Some(Format::C3d);
     scene.metadata.metres_per_unit = parameters.text("POINT", "UNITS").and_then(points::metres);
@@ -26,16 +34,10 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
     if up == UpAxis::Z {
         assume(Topic::UpAxis, "+Z was up, and is +Y now", reason);
     }
-    if header.samples > 0 {
-        assume(
-            Topic::Analog,
-            "analog samples were left out",
-            "a scene cannot hold them",
-        );
+    if let Some(recorded) = &recorded {
+        say(recorded, assume);
     }
-    if parameters.has_events() {
-        assume(Topic::Events, "events were left out", "a scene cannot hold them");
-    }
+    scene.metadata.recorded = recorded.map(Arc::new);
 
     let names = names(parameters, points.tracks.len());
     let tracks = std::iter::zip(names, points.tracks).map(|(name, track)| points::Track {
@@ -52,8 +54,24 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
     scene
 }
 
+/// Says what is there beside motion, which outputs of motion cannot hold.
+fn say(recorded: &Recorded, mut assume: impl FnMut(Topic, &str, &str)) {
+    let (channels, plates) = (recorded.channels.len(), recorded.plates.len());
+    if channels > 0 {
+        let rate = recorded.analog_rate;
+        let choice = format!("{channels} analog channels at {rate} Hz, {plates} force plates");
+        let reason = "outputs of motion cannot hold them: mocap analog and mocap forces write them";
+        assume(Topic::Analog, &choice, reason);
+    }
+    if !recorded.events.is_empty() {
+        let choice = format!("{} events", recorded.events.len());
+        let reason = "outputs of motion cannot hold them: mocap info --json lists them";
+        assume(Topic::Events, &choice, reason);
+    }
+}
+
 /// The up axis is the screen's y axis, if the file states it.
-fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
+pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     match parameters.text("POINT", "Y_SCREEN") {
         Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN says so"),
         Some("+Z" | "Z") => (UpAxis::Z, "POINT:Y_SCREEN says so"),

@@ -66,11 +66,20 @@ impl Unknowns {
     }
 }
 
-/// Refines the body and the poses.
-pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) {
+/// How well the offset of a joint is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Certainty {
+    /// The standard deviation in metres, from the covariance, and from its regression alone.
+    pub(super) deviation: f64,
+    pub(super) before: f64,
+}
+
+/// Refines the body and the poses, and says how well each joint is known then.
+pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<Certainty>> {
     let first = model.clone();
     let unknowns = Unknowns::of(model);
     let mut fit = Fit::default();
+    let mut known = vec![None; model.joints.len()];
     for _ in 0..STEPS {
         let mut matrix = vec![0.0; unknowns.count * unknowns.count];
         let mut right = vec![0.0; unknowns.count];
@@ -88,6 +97,7 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) {
         });
         cholesky::solve(&mut matrix, &mut right, unknowns.count);
         let Some(largest) = fit::largest(&right) else { break };
+        known = certainties(model, &unknowns, &matrix);
         change(model, &unknowns, &right);
         // How far markers slide is told by the take, once the body is near.
         model.slides = (squares / f64::max(3.0 * seen, 1.0))
@@ -100,6 +110,30 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) {
     for frame in frames {
         fit.fit(model, &mut frame.pose, &frame.seen);
     }
+    known
+}
+
+/// The deviations of joints, of which `factor` is Cholesky's factor of the inverse covariance of the body.
+fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option<Certainty>> {
+    let variance = |column: usize| {
+        let mut unit = vec![0.0; unknowns.count];
+        unit[column] = 1.0;
+        cholesky::forward(factor, &mut unit, unknowns.count);
+        unit.iter().map(|value| value * value).sum::<f64>()
+    };
+    let certainty = |(joint, column): (&super::model::Joint, &Option<usize>)| {
+        let column = (*column)?;
+        let (size, before) = match joint.freedom {
+            Freedom::Fixed => return None,
+            Freedom::Length => (1, LENGTH_SPREAD),
+            Freedom::Position(deviation) => (3, deviation * 3.0_f64.sqrt()),
+        };
+        let deviation = (column..column + size).map(variance).sum::<f64>().sqrt();
+        Some(Certainty { deviation, before })
+    };
+    std::iter::zip(&model.joints, &unknowns.offsets)
+        .map(certainty)
+        .collect()
 }
 
 /// Adds what a frame says of the body, after its pose has followed.

@@ -69,11 +69,11 @@ impl Fit {
         for _ in 0..ITERATIONS {
             self.normal_equations(model, pose, seen);
             for row in 0..size {
-                let hold = if row < 3 { 1.0 } else { 1.0 / (HOLDS * HOLDS) };
+                let hold = if row >= model.root { 1.0 } else { 1.0 / (HOLDS * HOLDS) };
                 self.matrix[row * size + row] += hold;
                 self.right[row] -= hold * self.moved[row];
             }
-            cholesky::solve(&mut self.matrix, &mut self.right, size);
+            cholesky::solve_envelope(&mut self.matrix, &mut self.right, &model.envelope);
             let Some(largest) = largest(&self.right) else { break };
             if largest > LARGEST_STEP {
                 self.right.iter_mut().for_each(|step| *step *= LARGEST_STEP / largest);

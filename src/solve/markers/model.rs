@@ -65,9 +65,14 @@ pub(super) struct Model {
     pub(super) markers: Vec<Marker>,
     /// Standard deviation of a coordinate of a marker about its offset, in metres.
     pub(super) slides: f64,
-    /// The first of the three unknowns of a joint's rotation, after the three of the root's position.
+    /// The first of the three unknowns of a joint's rotation: those of children stand before those of their parents, so
+    /// that normal equations are solved along the tree.
     pub(super) unknown: Vec<Option<usize>>,
     pub(super) unknowns: usize,
+    /// The first of the three unknowns of the root's position, which are the last.
+    pub(super) root: usize,
+    /// For each unknown the first before it, or itself, with which it has to do.
+    pub(super) envelope: Vec<usize>,
     /// The joints that move a joint and what hangs on it: itself first, the root last.
     chains: Vec<Vec<usize>>,
 }
@@ -81,25 +86,37 @@ const BESIDE_HINGE: f64 = 0.087;
 
 impl Model {
     pub(super) fn new(joints: Vec<Joint>, markers: Vec<Marker>) -> Self {
-        let mut unknowns = 3;
-        let unknown = joints
-            .iter()
-            .map(|joint| {
-                joint.bend.map(|_| {
-                    unknowns += 3;
-                    unknowns - 3
-                })
-            })
-            .collect();
-        let chains = (0..joints.len())
+        let mut root = 0;
+        let mut unknown = vec![None; joints.len()];
+        for (index, joint) in joints.iter().enumerate().rev() {
+            unknown[index] = joint.bend.map(|_| {
+                root += 3;
+                root - 3
+            });
+        }
+        let unknowns = root + 3;
+        let chains: Vec<Vec<usize>> = (0..joints.len())
             .map(|joint| std::iter::successors(Some(joint), |joint| joints[*joint].parent).collect())
             .collect();
+        let mut envelope: Vec<usize> = (0..unknowns).map(|row| row / 3 * 3).collect();
+        envelope[root..].fill(0);
+        for chain in &chains {
+            let mut lowest = root;
+            for first in chain.iter().filter_map(|joint| unknown[*joint]) {
+                lowest = lowest.min(first);
+                envelope[first..first + 3]
+                    .iter_mut()
+                    .for_each(|own| *own = lowest.min(*own));
+            }
+        }
         Self {
             joints,
             markers,
             slides: SLIDES,
             unknown,
             unknowns,
+            root,
+            envelope,
             chains,
         }
     }
@@ -125,12 +142,11 @@ impl Model {
         world.positions[joint] + world.rotations[joint] * offset
     }
 
-    /// How a marker moves with each unknown of the pose.
+    /// How a marker moves with each unknown of the pose, in their order.
     pub(super) fn moves(&self, marker: usize, world: &World, columns: &mut Vec<(usize, DVec3)>) {
         columns.clear();
         let at = self.marker(marker, world);
-        columns.extend(DVec3::AXES.into_iter().enumerate());
-        for &joint in self.chains[self.markers[marker].joint].iter().rev() {
+        for &joint in &self.chains[self.markers[marker].joint] {
             let Some(unknown) = self.unknown[joint] else { continue };
             let arm = at - world.positions[joint];
             columns.extend(
@@ -140,6 +156,12 @@ impl Model {
                     .map(|(axis, unit)| (unknown + axis, unit.cross(arm))),
             );
         }
+        columns.extend(
+            DVec3::AXES
+                .into_iter()
+                .enumerate()
+                .map(|(axis, unit)| (self.root + axis, unit)),
+        );
     }
 
     /// How a marker moves with each unknown of the body: `offsets` are the first unknowns of the offsets of joints,
@@ -216,7 +238,7 @@ impl Model {
 
     /// Moves a pose by a step of its unknowns.
     pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[f64]) {
-        pose.root += DVec3::new(step[0], step[1], step[2]);
+        pose.root += DVec3::from_slice(&step[self.root..]);
         for (joint, local) in pose.local.iter_mut().enumerate() {
             let Some(unknown) = self.unknown[joint] else { continue };
             let turn = DVec3::from_slice(&step[unknown..unknown + 3]);

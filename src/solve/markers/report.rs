@@ -1,11 +1,13 @@
 //! What is said of a solved take: how well the body explains its markers, and which of them to look at.
 
+use super::calibrate::Certainty;
 use super::model::Model;
 use super::take::Take;
 use super::track::Tracked;
 use crate::error::{Code, Diagnostic};
 use crate::math::median::wide_median;
-use crate::scene::{Assumption, Confidence, Scene, Topic};
+use crate::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
+use crate::solve::set::JointSet;
 
 /// A marker farther from its body than this on the average, in metres, is worth a word.
 const LOOSE: f64 = 0.03;
@@ -13,21 +15,89 @@ const LOOSE: f64 = 0.03;
 /// Swaps that are named one by one.
 const NAMED: usize = 20;
 
-/// Adds the report to the scene: a sentence, and a warning for each marker and each swap that is worth a look.
-pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Tracked) {
-    let label = |marker: usize| take.labels[marker].as_str();
-    let rms = |marker: usize| {
-        let squares = tracked.distances[marker]
+/// Metres of a deviation below which a joint is worth no word.
+const KNOWN: f64 = 0.005;
+
+/// The report as data.
+pub(super) fn solved(
+    scene: &Scene,
+    take: &Take,
+    (set, model, known): (&JointSet, &Model, &[Option<Certainty>]),
+    tracked: &Tracked,
+) -> Solved {
+    let mut solved = Solved::default();
+    for (marker, distances) in tracked.distances.iter().enumerate() {
+        let seen = distances
             .iter()
-            .flatten()
-            .map(|distance| distance * distance);
-        (squares.clone().sum::<f64>() / squares.count().max(1) as f64).sqrt()
-    };
+            .enumerate()
+            .filter_map(|(frame, distance)| Some((frame, (*distance)?)));
+        let (worst_frame, worst) = seen
+            .clone()
+            .fold((0, 0.0), |most, own| if own.1 > most.1 { own } else { most });
+        solved.markers.push(SolvedMarker {
+            label: take.labels[marker].clone(),
+            landmark: take.landmarks[marker].name.clone(),
+            rms: rms(seen.clone().map(|(_, distance)| distance)),
+            worst,
+            worst_frame,
+            seen: seen.count() as f64 / take.frames.max(1) as f64,
+            far: tracked.ghosts[marker],
+        });
+    }
+    let rate = scene
+        .animations
+        .first()
+        .map_or(1.0, |animation| animation.ticks_per_second);
+    let second = (rate.round() as usize).max(1);
+    solved.rms_of_seconds = (0..take.frames)
+        .step_by(second)
+        .map(|first| {
+            let last = (first + second).min(take.frames);
+            rms(tracked
+                .distances
+                .iter()
+                .flat_map(|track| track[first..last].iter().flatten().copied()))
+        })
+        .collect();
+    for (joint, own) in set
+        .joints
+        .iter()
+        .enumerate()
+        .filter(|(_, joint)| joint.parent.is_some())
+    {
+        solved.joints.push(SolvedJoint {
+            name: own.name.clone(),
+            length: model.joints[joint].offset.length(),
+            deviation: known[joint].map(|known| known.deviation),
+            is_told: known[joint].is_some_and(|known| known.deviation < 0.5 * known.before),
+        });
+    }
+    for swap in &tracked.swaps {
+        solved.swaps.push(SwappedMarkers {
+            labels: [swap.markers.0, swap.markers.1].map(|marker| take.labels[marker].clone()),
+            first: swap.first,
+            last: swap.last,
+        });
+    }
+    solved
+}
+
+fn rms(distances: impl Iterator<Item = f64>) -> f64 {
+    let (mut squares, mut count) = (0.0, 0);
+    for distance in distances {
+        squares += distance * distance;
+        count += 1;
+    }
+    (squares / f64::from(count.max(1))).sqrt()
+}
+
+/// Adds the report to the scene: sentences, and a warning for each marker and each swap that is worth a look.
+pub(super) fn say(scene: &mut Scene, take: &Take, solved: &Solved, tracked: &Tracked) {
+    let label = |marker: usize| take.labels[marker].as_str();
     let all = tracked.distances.iter().flatten();
     let seen = all.clone().flatten().count();
     let mut distances: Vec<f64> = all.clone().flatten().copied().collect();
-    let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
-    let mean = (squares / seen.max(1) as f64).sqrt();
+    let mean = rms(distances.iter().copied());
     let median = wide_median(&mut distances);
     let places = (take.frames * take.tracks.len()).max(1);
     let text = format!(
@@ -40,20 +110,26 @@ pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Track
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Markers,
         choice: text,
-        reason: match take.set {
-            Some(set) => format!("the labels are those of {set}"),
-            None => "the labels are known one by one, and are those of no known set".to_owned(),
+        reason: match (take.set, take.guess) {
+            (_, Some(_)) => format!(
+                "a guess: the labels tell nothing; {} of {} markers are landmarks by the distances that stay the same",
+                take.landmarks.len(),
+                take.landmarks.len() + take.unknown.len()
+            ),
+            (Some(set), _) => format!("the labels are those of {set}"),
+            _ => "the labels are known one by one, and are those of no known set".to_owned(),
         },
-        confidence: Some(if take.set.is_some() {
-            Confidence::Sure
-        } else {
-            Confidence::Likely
+        confidence: Some(match (take.set, take.guess) {
+            (_, Some(_)) if !is_plausible(solved, median) => Confidence::Unsure,
+            (Some(_), None) => Confidence::Sure,
+            _ => Confidence::Likely,
         }),
     });
+    say_joints(scene, solved);
     let mut warn = |code: Code, joint: &str, message: String| {
         scene.warnings.push(Diagnostic::new(code, message).in_joint(joint));
     };
-    for (marker, _) in model.markers.iter().enumerate() {
+    for (marker, own) in solved.markers.iter().enumerate() {
         let gaps = tracked.distances[marker]
             .iter()
             .filter(|distance| distance.is_none())
@@ -65,11 +141,11 @@ pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Track
             );
             warn(Code::Gap, label(marker), message);
         }
-        if rms(marker) > LOOSE || tracked.ghosts[marker] > 0 {
+        if own.rms > LOOSE || own.far > 0 {
             let message = format!(
                 "the marker is {:.0} mm RMS from its body, and in {} frames so far that it has little weight",
-                rms(marker) * 1000.0,
-                tracked.ghosts[marker]
+                own.rms * 1000.0,
+                own.far
             );
             warn(Code::LooseMarker, label(marker), message);
         }
@@ -88,6 +164,17 @@ pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Track
         let message = format!("{} more swaps of markers", tracked.swaps.len() - NAMED);
         warn(Code::SwappedMarkers, "", message);
     }
+    if take.guess.is_some() {
+        let pairs =
+            std::iter::zip(&take.landmarks, &take.labels).map(|(landmark, label)| format!("{label} {}", landmark.name));
+        let message = format!(
+            "the labels tell nothing: landmarks were guessed: {}",
+            pairs.collect::<Vec<_>>().join(", ")
+        );
+        scene.warnings.push(
+            Diagnostic::new(Code::LooseMarker, message).help("look at the motion; --markers FILE names landmarks"),
+        );
+    }
     if !take.unknown.is_empty() {
         let message = format!(
             "{} markers of no known name were left out: {}",
@@ -99,6 +186,64 @@ pub(super) fn say(scene: &mut Scene, take: &Take, model: &Model, tracked: &Track
                 .help("name them: --markers FILE, an object from labels to landmarks"),
         );
     }
+}
+
+/// Whether a guess goes with a body: the median of its markers is near to it, both arms are there, and both sides are
+/// alike.
+fn is_plausible(solved: &Solved, distance: f64) -> bool {
+    /// Metres, and the part of a length.
+    const NEAR: f64 = 0.010;
+    const ALIKE: f64 = 0.12;
+    let length = |name: &str| {
+        solved
+            .joints
+            .iter()
+            .find(|joint| joint.name == name)
+            .map(|joint| joint.length)
+    };
+    let are_alike = |bone: &str| match (length(&format!("left{bone}")), length(&format!("right{bone}"))) {
+        (Some(left), Some(right)) => (left - right).abs() < ALIKE * left.max(right),
+        _ => false,
+    };
+    distance < NEAR && ["LowerLeg", "Foot", "LowerArm", "Hand"].into_iter().all(are_alike)
+}
+
+/// Lengths of limbs, and which joints the motion does not tell.
+fn say_joints(scene: &mut Scene, solved: &Solved) {
+    let length = |names: [&str; 2]| -> String {
+        let of = |name: &str| solved.joints.iter().find(|joint| joint.name == name);
+        let lengths = names.map(|name| of(name).map_or("-".to_owned(), |joint| format!("{:.1}", joint.length * 100.0)));
+        lengths.join(" and ")
+    };
+    let limbs = [
+        ("thighs", ["leftLowerLeg", "rightLowerLeg"]),
+        ("shanks", ["leftFoot", "rightFoot"]),
+        ("upper arms", ["leftLowerArm", "rightLowerArm"]),
+        ("forearms", ["leftHand", "rightHand"]),
+    ];
+    let there = limbs
+        .into_iter()
+        .map(|(name, names)| (name, length(names)))
+        .filter(|(_, length)| length != "- and -");
+    let lengths: Vec<String> = there.map(|(name, length)| format!("{name} {length} cm")).collect();
+    let vague: Vec<String> = (solved.joints.iter())
+        .filter(|joint| !joint.is_told)
+        .filter_map(|joint| Some((joint, joint.deviation.filter(|deviation| *deviation > KNOWN)?)))
+        .map(|(joint, deviation)| format!("{} {:.0} mm", joint.name, deviation * 1000.0))
+        .collect();
+    let reason = match vague.is_empty() {
+        true => "the motion tells every joint".to_owned(),
+        false => format!(
+            "the motion hardly tells, and regressions hold, within a deviation: {}",
+            vague.join(", ")
+        ),
+    };
+    scene.metadata.assumptions.push(Assumption {
+        topic: Topic::Markers,
+        choice: lengths.join(", "),
+        reason,
+        confidence: None,
+    });
 }
 
 /// The error for markers from which no legs can be found.
@@ -114,6 +259,10 @@ pub(super) fn missing(take: &Take, standing: Option<&Take>) -> Diagnostic {
         ([], _) => "no frame in which all are seen".to_owned(),
         (missing, []) => format!("none of the known labels; missing: {}", missing.join(", ")),
         (missing, labels) => format!("{}; missing: {}", labels.join(", "), missing.join(", ")),
+    };
+    let found = match take.guess {
+        Some(Err(why)) => format!("{found}; by distances that stay: {why}"),
+        _ => found,
     };
     Diagnostic::new(Code::InvalidValue, "the markers do not tell where the legs are")
         .expected_found("markers on the pelvis, the knees and the ankles, by names of a known set", found)

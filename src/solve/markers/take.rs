@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::landmarks::{self, Landmark};
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{NodeId, NodeKind, Scene};
+use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 /// Where landmarks are, frame by frame.
 #[derive(Clone, Debug)]
@@ -16,72 +16,80 @@ pub(super) struct Take {
     /// The labels of the file.
     pub(super) labels: Vec<String>,
     /// Of each landmark, in metres; none where it was not seen.
-    pub(super) tracks: Vec<Vec<Option<DVec3>>>,
+    pub(super) tracks: Vec<Track>,
     by_name: HashMap<String, usize>,
     /// Labels that no set knows.
     pub(super) unknown: Vec<String>,
     /// The set of the labels.
     pub(super) set: Option<&'static str>,
+    /// Whether the landmarks were guessed from distances, or why they could not be; none where labels tell them.
+    pub(super) guess: Option<std::result::Result<(), &'static str>>,
     /// Metres in a unit of the scene.
     pub(super) metres: f64,
 }
+
+/// Where a marker is, frame by frame; none where it was not seen.
+type Track = Vec<Option<DVec3>>;
+
+/// With fewer labels that are known, they tell nothing.
+const KNOWN: usize = 8;
 
 /// The landmark of each label that a file of markers names.
 pub(super) type Named = HashMap<String, Landmark>;
 
 impl Take {
-    /// The landmarks of a scene's first animation.
-    pub(super) fn of_scene(scene: &Scene, named: &Named) -> Result<Self> {
+    /// The landmarks of a scene's first animation, by their labels; where those tell nothing and `may_guess`, by the
+    /// distances that stay the same.
+    pub(super) fn of_scene(scene: &Scene, named: &Named, may_guess: bool) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
         };
+        let frames = animation.frame_count();
+        let nodes = scene
+            .nodes
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| node.kind != NodeKind::Group);
+        let (labels, tracks): (Vec<String>, Vec<Track>) = nodes
+            .map(|(index, node)| (node.name.clone(), track(animation, NodeId::new(index), frames)))
+            .unzip();
         let known = landmarks::by_key();
+        let keys: Vec<String> = labels.iter().map(|label| landmarks::key(label)).collect();
+        let by_label = keys
+            .iter()
+            .map(|key| named.get(key).or_else(|| known.get(key)).cloned());
+        let mut by_label: Vec<Option<Landmark>> = by_label.collect();
+        let mut guess = None;
+        if may_guess && by_label.iter().flatten().count() < KNOWN {
+            match super::guess::landmarks(&tracks) {
+                Ok(found) => {
+                    by_label = found;
+                    guess = Some(Ok(()));
+                }
+                Err(why) => guess = Some(Err(why)),
+            }
+        }
         let mut take = Self {
-            frames: animation.frame_count(),
+            frames,
             landmarks: Vec::new(),
             labels: Vec::new(),
             tracks: Vec::new(),
             by_name: HashMap::new(),
             unknown: Vec::new(),
-            set: None,
+            set: landmarks::set_name(&keys),
+            guess,
             metres: 1.0,
         };
-        let mut keys = Vec::new();
-        for (index, node) in scene
-            .nodes
-            .iter()
-            .enumerate()
-            .filter(|(_, node)| node.kind != NodeKind::Group)
-        {
-            let key = landmarks::key(&node.name);
-            let landmark = named.get(&key).or_else(|| known.get(&key));
-            keys.push(key);
+        for ((label, track), landmark) in labels.into_iter().zip(tracks).zip(by_label) {
             let Some(landmark) = landmark.filter(|landmark| !take.by_name.contains_key(&landmark.name)) else {
-                take.unknown.push(node.name.clone());
+                take.unknown.push(label);
                 continue;
             };
-            let channel = animation
-                .channels
-                .iter()
-                .find(|channel| channel.node == Some(NodeId::new(index)));
-            let mut track = vec![None; take.frames];
-            if let Some(position_keys) = channel.map(|channel| &channel.position_keys) {
-                for (key, position) in position_keys.values.iter().enumerate() {
-                    if let Some(place) = track.get_mut(position_keys.tick(key).max(0.0) as usize) {
-                        *place = Some(position.as_dvec3());
-                    }
-                }
-                // A marker that never moves has one key.
-                if let [only] = position_keys.values.as_slice() {
-                    track.fill(Some(only.as_dvec3()));
-                }
-            }
             take.by_name.insert(landmark.name.clone(), take.landmarks.len());
-            take.landmarks.push(landmark.clone());
-            take.labels.push(node.name.clone());
+            take.landmarks.push(landmark);
+            take.labels.push(label);
             take.tracks.push(track);
         }
-        take.set = landmarks::set_name(&keys);
         take.metres = scene.metadata.metres_per_unit.unwrap_or_else(|| take.guessed_unit());
         for place in take.tracks.iter_mut().flatten().flatten() {
             *place *= take.metres;
@@ -176,6 +184,26 @@ impl Take {
             *place = rotation(*place);
         }
     }
+}
+
+/// The positions of a node, frame by frame.
+fn track(animation: &Animation, node: NodeId, frames: usize) -> Track {
+    let mut track = vec![None; frames];
+    let channel = animation.channels.iter().find(|channel| channel.node == Some(node));
+    if let Some(position_keys) = channel.map(|channel| &channel.position_keys) {
+        for (key, position) in position_keys.values.iter().enumerate() {
+            if let Some(place) = track.get_mut(position_keys.tick(key).max(0.0) as usize) {
+                *place = Some(position.as_dvec3());
+            }
+        }
+        // A marker that never moves has one key, at the first frame.
+        if let [only] = position_keys.values.as_slice()
+            && position_keys.tick(0) == 0.0
+        {
+            track.fill(Some(only.as_dvec3()));
+        }
+    }
+    track
 }
 
 /// Where a point of a rigid body is, of which three points or more are known before and now.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mocap::arrays::{Arrays, BodyArrays, Rotation};
-use mocap::biomechanics::{Gait, JointAngles};
+use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
@@ -167,6 +167,31 @@ impl Scene {
         let angles = py.detach(|| JointAngles::of(&self.scene));
         let angles = angles.map_err(|error| to_python(py, &error))?;
         Ok((angles.frame_rate, angles.columns, PyArray1::from_vec(py, angles.values)))
+    }
+
+    /// Samples per second, the names of the columns of the analog channels or of the forces of the ground, and their
+    /// values, row by row.
+    fn time_series<'py>(
+        &self,
+        py: Python<'py>,
+        of_ground: bool,
+    ) -> PyResult<(f64, Vec<String>, Bound<'py, PyArray1<f64>>)> {
+        let series = py.detach(|| match of_ground {
+            true => TimeSeries::ground_forces(&self.scene),
+            false => TimeSeries::analog(&self.scene),
+        });
+        let series = series.map_err(|error| to_python(py, &error))?;
+        Ok((series.frame_rate, series.columns, PyArray1::from_vec(py, series.values)))
+    }
+
+    /// Events, analog channels without their values, and force plates as JSON; `null` where there are none.
+    fn recorded(&self) -> PyResult<String> {
+        json(&self.scene.metadata.recorded.as_deref())
+    }
+
+    /// What is known of a skeleton that was solved from markers as JSON; `null` of others.
+    fn solved(&self) -> PyResult<String> {
+        json(&self.scene.metadata.solved.as_deref())
     }
 
     /// The walk as JSON.

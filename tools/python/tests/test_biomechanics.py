@@ -31,3 +31,14 @@ def test_a_walk_has_steps():
 def test_what_is_no_walk_is_an_error():
     with pytest.raises(mocap.MocapError):
         mocap.read(REAL / "lecture_Test.bvh").joint_angles()
+
+
+def test_forces_and_events_of_a_laboratory() -> None:
+    scene = mocap.read(REAL / "py_c3d_motion.c3d")
+    forces = scene.ground_forces()
+    # What ezc3d finds at the same sample, less the mean of the frames that FORCE_PLATFORM:ZERO names.
+    assert forces["ground_force_1_vy"][1244] == pytest.approx(817.35, abs=0.01)
+    assert scene.analog()["FX1"][0] == pytest.approx(-26.66)
+    recorded = scene.recorded
+    assert recorded is not None and [event["label"] for event in recorded["events"]] == ["RIC", "RHS", "RTO"]
+    assert mocap.read(REAL / "cmu_short.bvh").recorded is None

@@ -61,6 +61,23 @@ pub(crate) struct AnglesArgs {
     pub(crate) read: Reading,
 }
 
+/// Of `mocap analog` and `mocap forces`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct SeriesArgs {
+    /// The C3D file; - is standard input
+    pub(crate) input: PathBuf,
+    /// The file to write: .mot or .sto, as OpenSim has it, .csv or .parquet; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Format of standard output [default: csv]
+    #[arg(long, value_name = "FORMAT", value_parser = ["mot", "sto", "csv", "parquet"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct GaitArgs {
     /// The motion file; - is standard input

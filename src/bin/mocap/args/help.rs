@@ -10,7 +10,10 @@ const GROUPS: &[(&str, &[&str])] = &[
         &["convert", "retarget", "robot", "edit", "clean", "graph", "solve", "run"],
     ),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
-    ("Compute", &["fk", "angles", "gait", "pack", "pose", "dump"]),
+    (
+        "Compute",
+        &["fk", "angles", "gait", "forces", "analog", "pack", "pose", "dump"],
+    ),
     ("Prove", &["check", "survey", "verify"]),
 ];
 

@@ -24,6 +24,7 @@ impl ConvertArgs {
         job.source = sources(inputs, &self.source, &self.map);
         job.source.frames = self.change.frames.clone();
         job.source.frames.root = root_motion(self.change.in_place, self.change.root_motion);
+        job.steps.clone_from(&self.steps);
         self.write.fill(&mut job.write, output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;

@@ -80,6 +80,9 @@ fn print(file: &Path, gait: &Gait) -> io::Result<()> {
     if let Some(cadence) = gait.cadence {
         writeln!(out, "cadence: {cadence:.1} steps/min")?;
     }
+    if gait.events_of_file {
+        writeln!(out, "the events are those of the file")?;
+    }
     if !gait.alternates {
         writeln!(out, "the feet do not strike in turn: this may be no walk")?;
     }

@@ -125,6 +125,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     let mut hear = |said: Said<'_>| match said {
         Said::Warnings(_, warnings) => heard.warnings.extend(warnings.iter().cloned()),
         Said::Note(note) => heard.notes.push(note.to_owned()),
+        Said::Step(step) => heard.notes.push(step.to_string()),
         _ => {}
     };
     let threads = args.batch.spread.threads;

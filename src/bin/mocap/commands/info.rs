@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use mocap::render::{Clip, ScreenOptions};
-use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
+use mocap::scene::{Animation, Assumption, NodeKind, Recorded, RootOffsetUsed, Solved};
 use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
@@ -27,6 +27,12 @@ struct InfoView<'a> {
     duration_ticks: f64,
     duration_seconds: f64,
     clips: Vec<ClipView<'a>>,
+    /// Events, analog channels and force plates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<&'a Recorded>,
+    /// What is known of a skeleton that was solved from markers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    solved: Option<&'a Solved>,
     root_offset: Option<&'a RootOffsetUsed>,
     assumptions: Vec<Assumption>,
     warnings: &'a [Diagnostic],
@@ -70,6 +76,8 @@ impl<'a> InfoView<'a> {
             duration_ticks: animation.map_or(0.0, |animation| animation.duration),
             duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
             clips: scene.animations.iter().map(ClipView::new).collect(),
+            recorded: scene.metadata.recorded.as_deref(),
+            solved: scene.metadata.solved.as_deref(),
             root_offset: scene.metadata.root_offset.as_ref(),
             assumptions: scene.assumptions(),
             warnings: &scene.warnings,

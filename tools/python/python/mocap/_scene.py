@@ -152,10 +152,55 @@ class Scene:
         table = values.reshape(-1, len(names))
         return {"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))}
 
+    def analog(self) -> dict[str, NDArray[np.float64]]:
+        """The analog channels of a C3D file: a column of ``float64`` for each; ``time`` is in seconds.
+
+        Their units, with the events and the force plates of the file, are in :attr:`recorded`.
+
+        Raises:
+            MocapError: Where the file has none.
+        """
+        return self._time_series(of_ground=False)
+
+    def ground_forces(self) -> dict[str, NDArray[np.float64]]:
+        """The forces of the ground on the body, by the force plates of a C3D file, in newtons and metres, +Y up.
+
+        For plate 1 ``ground_force_1_vx`` ... is the force, ``ground_force_1_px`` ... the centre of pressure,
+        ``ground_moment_1_mx`` ... the free moment, as OpenSim names them; ``time`` is in seconds.
+
+        Raises:
+            MocapError: Where the file has no force plates of a known type.
+        """
+        return self._time_series(of_ground=True)
+
+    def _time_series(self, of_ground: bool) -> dict[str, NDArray[np.float64]]:
+        rate, names, values = self._native.time_series(of_ground)
+        table = values.reshape(-1, len(names))
+        return {"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))}
+
+    @property
+    def recorded(self) -> dict[str, Any] | None:
+        """What a C3D file has beside markers: ``events`` with ``time`` in seconds, ``channels`` and ``plates``.
+
+        ``None`` for files that have nothing of it.
+        """
+        recorded: dict[str, Any] | None = json.loads(self._native.recorded())
+        return recorded
+
+    @property
+    def solved(self) -> dict[str, Any] | None:
+        """How well a skeleton that was solved from markers explains them.
+
+        Keys: ``markers``, ``rms_of_seconds``, ``joints`` with lengths and deviations in metres, and ``swaps``; ``None`` for
+        other scenes.
+        """
+        solved: dict[str, Any] | None = json.loads(self._native.solved())
+        return solved
+
     def gait(self) -> dict[str, Any]:
         """The heel strikes and toe offs of a walk, its strides, and the means of a gait laboratory.
 
-        Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``in_place``, and ``left`` and ``right`` with ``heel_strikes`` and
+        Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``events_of_file``, ``in_place``, and ``left`` and ``right`` with ``heel_strikes`` and
         ``toe_offs`` in seconds, and with ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``,
         ``step_time`` in seconds, ``stance`` in per cent, ``speed`` in metres per second: each of these has ``mean``,
         ``deviation`` and ``count``, or is ``None``.

@@ -1,0 +1,43 @@
+//! `mocap forces` and `mocap analog`: what a C3D file has beside markers, as columns over time.
+
+use mocap::Scene;
+use mocap::biomechanics::TimeSeries;
+
+use super::import_motion;
+use crate::args::SeriesArgs;
+use crate::{Failure, report, streams};
+
+pub(crate) fn forces(args: &SeriesArgs) -> Result<(), Failure> {
+    write(args, TimeSeries::ground_forces)
+}
+
+pub(crate) fn analog(args: &SeriesArgs) -> Result<(), Failure> {
+    write(args, TimeSeries::analog)
+}
+
+fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -> Result<(), Failure> {
+    let format = super::output_format(&args.output, args.to.as_deref(), "csv")?;
+    let to_bytes: fn(&TimeSeries) -> mocap::Result<Vec<u8>> = match format.as_str() {
+        "mot" | "sto" => |series| Ok(series.to_mot().into_bytes()),
+        "csv" => |series| Ok(series.to_csv().into_bytes()),
+        #[cfg(feature = "parquet")]
+        "parquet" => TimeSeries::to_parquet,
+        #[cfg(not(feature = "parquet"))]
+        "parquet" => return Err(super::without_parquet()),
+        _ => return Err(super::unknown_extension(&args.output, ".mot, .sto, .csv or .parquet")),
+    };
+    streams::check_output(&[&args.input], &args.output, args.force)?;
+    let scene = import_motion(&args.read, &args.input)?;
+    let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
+    streams::write(&args.output, &to_bytes(&series)?)?;
+    series.notes.iter().for_each(|note| report::say(note));
+    report::say(&format!(
+        "{} -> {}: {} samples of {} columns at {} Hz",
+        args.input.display(),
+        args.output.display(),
+        series.frames(),
+        series.columns.len(),
+        series.frame_rate,
+    ));
+    Ok(())
+}

@@ -1,0 +1,237 @@
+//! Markers of no known names, and which of them keep their distances.
+
+use glam::DVec3;
+
+use crate::math::median::wide_median;
+
+/// Frames that are looked at.
+const FRAMES: usize = 300;
+
+/// A marker takes part that is seen in this part of the frames.
+const SEEN: f64 = 0.3;
+
+/// The most markers whose distances are compared: all pairs in all these frames.
+const MOST: usize = 200;
+
+/// The part of the frames in which the body is taller, in which it stands.
+const STANDS: f64 = 0.6;
+
+/// Markers over some frames.
+pub(super) struct Cloud {
+    /// Which markers of the file these are.
+    pub(super) markers: Vec<usize>,
+    /// Frame, then marker.
+    pub(super) frames: Vec<Vec<Option<DVec3>>>,
+    pub(super) up: DVec3,
+    /// The height of the body, in the unit of the file.
+    pub(super) stature: f64,
+    /// Frames in which the body stands.
+    pub(super) upright: Vec<usize>,
+    /// Of each marker above the ground where the body stands, in parts of the height of the body.
+    pub(super) heights: Vec<f64>,
+    /// Of each pair, marker by marker: how much their distance changes, and its median, in parts of the height.
+    spread: Vec<f64>,
+    distance: Vec<f64>,
+}
+
+impl Cloud {
+    /// `None` where there are too few markers for a body, or too many.
+    pub(super) fn of(tracks: &[Vec<Option<DVec3>>]) -> Option<Self> {
+        const FEWEST: usize = 12;
+        let count = tracks.first().map_or(0, Vec::len);
+        let is_seen = |marker: &usize| tracks[*marker].iter().flatten().count() as f64 > SEEN * count as f64;
+        let markers: Vec<usize> = (0..tracks.len()).filter(is_seen).collect();
+        if !(FEWEST..=MOST).contains(&markers.len()) {
+            return None;
+        }
+        let cloud = Self::of_markers(tracks, markers)?;
+        let kept: Vec<usize> = (0..cloud.count())
+            .filter(|marker| cloud.is_of_body(*marker))
+            .map(|marker| cloud.markers[marker])
+            .collect();
+        match kept.len() {
+            same if same == cloud.count() => Some(cloud),
+            FEWEST.. => Self::of_markers(tracks, kept),
+            _ => None,
+        }
+    }
+
+    fn of_markers(tracks: &[Vec<Option<DVec3>>], markers: Vec<usize>) -> Option<Self> {
+        let count = tracks.first().map_or(0, Vec::len);
+        let frames: Vec<Vec<Option<DVec3>>> = (0..count)
+            .step_by((count / FRAMES).max(1))
+            .map(|frame| markers.iter().map(|marker| tracks[*marker][frame]).collect())
+            .collect();
+        let mut cloud = Self {
+            up: tallest_axis(&frames)?,
+            heights: Vec::new(),
+            stature: 0.0,
+            upright: Vec::new(),
+            spread: Vec::new(),
+            distance: Vec::new(),
+            markers,
+            frames,
+        };
+        cloud.stand()?;
+        cloud.compare();
+        Some(cloud)
+    }
+
+    /// Whether two other markers keep their distances to this one, as no reflection does that stands in the room.
+    fn is_of_body(&self, marker: usize) -> bool {
+        /// In parts of the height of the body.
+        const LOOSE: f64 = 0.02;
+        let others = (0..self.count()).filter(|other| *other != marker && self.spread(marker, *other) < LOOSE);
+        others.take(2).count() == 2
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.markers.len()
+    }
+
+    /// How much the distance of two markers changes, in parts of the height of the body.
+    pub(super) fn spread(&self, a: usize, b: usize) -> f64 {
+        self.spread[a * self.count() + b]
+    }
+
+    /// The median of their distance, in parts of the height.
+    pub(super) fn distance(&self, a: usize, b: usize) -> f64 {
+        self.distance[a * self.count() + b]
+    }
+
+    /// Finds height, ground and the frames in which the body stands.
+    fn stand(&mut self) -> Option<()> {
+        let height = |place: &Option<DVec3>| place.map(|place| place.dot(self.up));
+        let ends: Vec<(f64, f64)> = self
+            .frames
+            .iter()
+            .map(|frame| {
+                // The lowest one and the highest one may be reflections.
+                let mut heights: Vec<f64> = frame.iter().filter_map(height).collect();
+                heights.sort_by(f64::total_cmp);
+                let last = heights.len().saturating_sub(2);
+                let at = |place: usize| heights.get(place).copied().unwrap_or(0.0);
+                (at(1.min(last)), at(last))
+            })
+            .collect();
+        let tall: Vec<f64> = ends.iter().map(|(low, high)| high - low).collect();
+        self.stature = percentile(tall.clone(), 0.95);
+        let stands = percentile(tall.clone(), STANDS);
+        let ground = percentile(ends.iter().map(|(low, _)| *low).collect(), 0.05);
+        self.upright = (0..tall.len()).filter(|frame| tall[*frame] >= stands).collect();
+        if !(self.stature.is_finite() && self.stature > 0.0) {
+            return None;
+        }
+        let of_marker = |marker: usize| {
+            let seen = self
+                .upright
+                .iter()
+                .filter_map(|frame| height(&self.frames[*frame][marker]));
+            let mut seen: Vec<f64> = seen.collect();
+            let middle = if seen.is_empty() {
+                ground
+            } else {
+                wide_median(&mut seen)
+            };
+            (middle - ground) / self.stature
+        };
+        self.heights = (0..self.markers.len()).map(of_marker).collect();
+        Some(())
+    }
+
+    /// The distances of all pairs.
+    fn compare(&mut self) {
+        /// From the 10th percentile to the 90th are so many standard deviations.
+        const DEVIATIONS: f64 = 2.56;
+        let count = self.count();
+        self.spread = vec![0.0; count * count];
+        self.distance = vec![0.0; count * count];
+        for a in 0..count {
+            for b in 0..a {
+                let pairs = self
+                    .frames
+                    .iter()
+                    .filter_map(|frame| Some(frame[a]?.distance(frame[b]?)));
+                let pairs: Vec<f64> = pairs.collect();
+                let (spread, middle) = match pairs.len() {
+                    0 => (1.0, 1.0),
+                    _ => {
+                        let range = percentile(pairs.clone(), 0.9) - percentile(pairs.clone(), 0.1);
+                        (range / DEVIATIONS / self.stature, percentile(pairs, 0.5) / self.stature)
+                    }
+                };
+                for place in [a * count + b, b * count + a] {
+                    (self.spread[place], self.distance[place]) = (spread, middle);
+                }
+            }
+        }
+    }
+
+    /// The spread of the loosest link on the tightest path from a marker to each other, over `allowed` alone: the tree
+    /// of rigid bodies (single linkage).
+    pub(super) fn links(&self, from: usize, allowed: &[usize]) -> Vec<f64> {
+        let mut best = vec![f64::MAX; self.count()];
+        let mut open: Vec<usize> = allowed.iter().copied().filter(|marker| *marker != from).collect();
+        best[from] = 0.0;
+        let mut last = from;
+        while !open.is_empty() {
+            for &marker in &open {
+                best[marker] = best[marker].min(best[last].max(self.spread(last, marker)));
+            }
+            let Some(place) = (0..open.len()).min_by(|a, b| best[open[*a]].total_cmp(&best[open[*b]])) else {
+                break;
+            };
+            last = open.swap_remove(place);
+        }
+        best
+    }
+
+    /// The middle of some markers in a frame.
+    pub(super) fn middle(&self, markers: &[usize], frame: usize) -> Option<DVec3> {
+        let seen = markers.iter().filter_map(|marker| self.frames[frame][*marker]);
+        let (sum, count) = seen.fold((DVec3::ZERO, 0), |(sum, count), place| (sum + place, count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
+    /// The median, over `frames`, of where a marker is along an axis from an origin, both frame by frame, in parts of
+    /// the height.
+    pub(super) fn along(&self, marker: usize, axes: &[DVec3], from: &[Option<DVec3>], frames: &[usize]) -> f64 {
+        let place = |frame: &usize| {
+            let own = self.frames[*frame][marker]? - from[*frame]?;
+            Some(own.dot(axes[*frame]) / self.stature)
+        };
+        let mut places: Vec<f64> = frames.iter().filter_map(place).collect();
+        if places.is_empty() {
+            0.0
+        } else {
+            wide_median(&mut places)
+        }
+    }
+}
+
+/// The axis along which the markers of a body that mostly stands reach farthest.
+fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
+    let reach = |axis: &DVec3| {
+        let of_frame = |frame: &Vec<Option<DVec3>>| {
+            let places = frame.iter().flatten().map(|place| place.dot(*axis));
+            let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), own| (low.min(own), high.max(own)));
+            high - low
+        };
+        percentile(frames.iter().map(of_frame).collect(), 0.5)
+    };
+    // Ties, and all but lying bodies, are for +Y, as readers turn what they know.
+    [DVec3::Y, DVec3::Z, DVec3::X].into_iter().reduce(|best, other| {
+        if reach(&other) > 1.2 * reach(&best) {
+            other
+        } else {
+            best
+        }
+    })
+}
+
+/// The value below which this part of the values is.
+pub(super) fn percentile(mut values: Vec<f64>, part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1) as f64;
+    values.get((last * part).round() as usize).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,474 @@
+//! Which marker is which landmark, where labels tell nothing: by the distances that stay the same, and by where markers
+//! are while the body stands.
+//!
+//! 1. Markers of one bone keep their distances, and those beside a joint keep theirs to both bones. The tree of these
+//!    links (single linkage) has each leg as a chain from its foot, and the rest of the body around the head.
+//! 2. Feet tell where the body looks, and with that left and right.
+//! 3. In each part landmarks are told by height, by side, and by to what they are rigid: an ankle to shank and foot, an
+//!    elbow to upper arm and forearm.
+//!
+//! Heights are those of standing adults: Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of
+//! Human Movement: ankle 0.039, knee 0.285, hip 0.53, shoulder 0.82 of the height of the body.
+
+use glam::DVec3;
+
+use super::cloud::{Cloud, percentile};
+use super::landmarks::{Landmark, named};
+
+/// Heights in parts of that of the body: of feet, below; of a knee, and how far around it; of legs, below; of the
+/// pelvis; of shoulders, above; of the head, above; of the chest, above.
+const FEET: f64 = 0.10;
+const KNEE: f64 = 0.285;
+const KNEES: std::ops::Range<f64> = 0.2..0.4;
+const LEGS: f64 = 0.52;
+const PELVIS: std::ops::Range<f64> = 0.48..0.68;
+const SHOULDERS: f64 = 0.72;
+const HEAD: f64 = 0.86;
+const CHEST: f64 = 0.55;
+
+/// Distances of markers on one bone change by less than this, in parts of the height of the body: about 20 mm on the
+/// pelvis, whose skin slides, 7 mm on the head and 10 mm on the trunk.
+const RIGID: f64 = 0.012;
+const RIGID_HEAD: f64 = 0.004;
+const RIGID_TRUNK: f64 = 0.006;
+
+/// How far beside the middle of the body a marker of its middle is, and those of shoulders are.
+const MIDDLE: f64 = 0.035;
+const BESIDE: std::ops::Range<f64> = 0.07..0.16;
+
+/// The landmarks of the markers, in their order, or what was not found.
+pub(super) fn landmarks(tracks: &[Vec<Option<DVec3>>]) -> Result<Vec<Option<Landmark>>, &'static str> {
+    let cloud = Cloud::of(tracks).ok_or("fewer than 12 markers that are seen often, or more than 200")?;
+    let mut guess = Guess {
+        names: vec![None; cloud.count()],
+        forward: Vec::new(),
+        left: Vec::new(),
+        centre: Vec::new(),
+        cloud,
+    };
+    let upper = guess.legs()?;
+    guess.pelvis(&upper)?;
+    guess.head(&upper);
+    guess.trunk_and_arms(&upper);
+    Ok(guess.landmarks(tracks.len()))
+}
+
+struct Guess {
+    cloud: Cloud,
+    /// Names of landmarks, of the markers of the cloud.
+    names: Vec<Option<String>>,
+    /// Where the body looks and its left, in each frame.
+    forward: Vec<DVec3>,
+    left: Vec<DVec3>,
+    /// The middle of the pelvis, and before it is found that of both legs.
+    centre: Vec<Option<DVec3>>,
+}
+
+/// A leg: all of its markers, and those of which something is known.
+struct Leg {
+    markers: Vec<usize>,
+    foot: Vec<usize>,
+    knee: usize,
+    ankle: usize,
+    toe: usize,
+    heel: usize,
+}
+
+impl Guess {
+    fn name(&mut self, marker: usize, side: &str, name: &str) {
+        self.names[marker] = Some(format!("{side}{name}"));
+    }
+
+    /// Sorts markers by where they are along an axis, the farthest first.
+    fn sort(&self, markers: &mut [usize], axes: &[DVec3]) {
+        let key = |marker: usize| self.cloud.along(marker, axes, &self.centre, &self.cloud.upright);
+        markers.sort_by(|a, b| key(*b).total_cmp(&key(*a)));
+    }
+
+    /// Finds both legs and where the body looks; the rest are the markers of the upper body.
+    fn legs(&mut self) -> Result<Vec<usize>, &'static str> {
+        let cloud = &self.cloud;
+        let all: Vec<usize> = (0..cloud.count()).collect();
+        let low: Vec<usize> = all
+            .iter()
+            .copied()
+            .filter(|marker| cloud.heights[*marker] < FEET)
+            .collect();
+        let lowest = |marker: &&usize, other: &&usize| cloud.heights[**marker].total_cmp(&cloud.heights[**other]);
+        let (Some(&one), Some(&top)) = (low.iter().min_by(lowest), all.iter().max_by(lowest)) else {
+            return Err("no markers on the feet");
+        };
+        let links = cloud.links(one, &low);
+        let other = low
+            .iter()
+            .copied()
+            .max_by(|a, b| links[*a].total_cmp(&links[*b]))
+            .unwrap_or(one);
+        let (from_one, from_other) = (cloud.links(one, &low), cloud.links(other, &low));
+        let (one, other): (Vec<usize>, Vec<usize>) = low
+            .iter()
+            .partition(|marker| from_one[**marker] <= from_other[**marker]);
+        let feet = [one, other];
+        let from_top = cloud.links(top, &all);
+        let mut chains = [Vec::new(), Vec::new()];
+        let mut upper = Vec::new();
+        let from_feet = [0, 1].map(|foot: usize| feet[foot].first().map(|first| cloud.links(*first, &all)));
+        for marker in all.into_iter().filter(|marker| !low.contains(marker)) {
+            let to = [0, 1].map(|foot: usize| from_feet[foot].as_ref().map_or(f64::MAX, |links| links[marker]));
+            let nearer = usize::from(to[1] < to[0]);
+            match cloud.heights[marker] < LEGS && to[nearer] < from_top[marker] {
+                true => chains[nearer].push(marker),
+                false => upper.push(marker),
+            }
+        }
+        let [one, other] = [0, 1].map(|foot: usize| self.leg(&feet[foot], &chains[foot]));
+        let legs = [one?, other?];
+        self.look(&legs)?;
+        for (leg, side) in legs.iter().zip(self.sides(&legs)) {
+            self.name_leg(leg, side);
+        }
+        Ok(upper)
+    }
+
+    fn leg(&self, foot: &[usize], chain: &[usize]) -> Result<Leg, &'static str> {
+        let cloud = &self.cloud;
+        let beside = |marker: &&usize| (cloud.heights[**marker] - KNEE).abs();
+        let knees = chain.iter().filter(|marker| KNEES.contains(&cloud.heights[**marker]));
+        let knee = *knees
+            .min_by(|a, b| beside(a).total_cmp(&beside(b)))
+            .ok_or("no marker beside a knee")?;
+        let shank: Vec<usize> = (chain.iter().copied())
+            .filter(|marker| cloud.heights[*marker] <= cloud.heights[knee])
+            .collect();
+        let to_shank = |marker: usize| {
+            let spreads = shank
+                .iter()
+                .filter(|other| **other != marker)
+                .map(|other| cloud.spread(marker, *other));
+            spreads.fold(f64::MAX, f64::min)
+        };
+        let low = |marker: &usize| cloud.heights[*marker] < 1.5 * FEET && *marker != knee;
+        let candidates = foot.iter().copied().chain(chain.iter().copied().filter(low));
+        let ankle = candidates
+            .min_by(|a, b| to_shank(*a).total_cmp(&to_shank(*b)))
+            .ok_or("no marker beside an ankle")?;
+        let rest = || foot.iter().copied().filter(move |marker| *marker != ankle);
+        let far = |a: &usize, b: &usize| cloud.distance(*a, ankle).total_cmp(&cloud.distance(*b, ankle));
+        let toe = rest().max_by(far).ok_or("no markers on a foot")?;
+        let behind = |marker: &usize| cloud.distance(*marker, ankle) - cloud.distance(*marker, toe);
+        let heel = rest()
+            .filter(|marker| *marker != toe)
+            .min_by(|a, b| behind(a).total_cmp(&behind(b)));
+        Ok(Leg {
+            markers: foot.iter().chain(chain).copied().collect(),
+            foot: foot.to_vec(),
+            knee,
+            ankle,
+            toe,
+            heel: heel.unwrap_or(ankle),
+        })
+    }
+
+    /// The body looks where both feet point.
+    fn look(&mut self, legs: &[Leg; 2]) -> Result<(), &'static str> {
+        let cloud = &self.cloud;
+        let mut last = DVec3::ZERO;
+        for places in &cloud.frames {
+            let points = |leg: &Leg| {
+                let along = places[leg.toe]? - places[leg.heel]?;
+                Some(along.reject_from(cloud.up).normalize_or_zero())
+            };
+            let sum: DVec3 = legs.iter().filter_map(points).sum();
+            last = sum.try_normalize().unwrap_or(last);
+            self.forward.push(last);
+            self.left.push(cloud.up.cross(last));
+        }
+        let both: Vec<usize> = legs.iter().flat_map(|leg| &leg.markers).copied().collect();
+        self.centre = (0..cloud.frames.len())
+            .map(|frame| cloud.middle(&both, frame))
+            .collect();
+        let is_known = self.forward.iter().any(|forward| *forward != DVec3::ZERO);
+        is_known
+            .then_some(())
+            .ok_or("the feet do not tell where the body looks")
+    }
+
+    /// Which leg is the left one.
+    fn sides(&self, legs: &[Leg; 2]) -> [&'static str; 2] {
+        let mean = |leg: &Leg| {
+            let places = leg.markers.iter().map(|marker| self.side(*marker));
+            places.sum::<f64>() / leg.markers.len() as f64
+        };
+        if mean(&legs[0]) > mean(&legs[1]) {
+            ["L", "R"]
+        } else {
+            ["R", "L"]
+        }
+    }
+
+    /// How far a marker is to the left of the middle of the body.
+    fn side(&self, marker: usize) -> f64 {
+        self.cloud.along(marker, &self.left, &self.centre, &self.cloud.upright)
+    }
+
+    fn name_leg(&mut self, leg: &Leg, side: &str) {
+        for &marker in &leg.markers {
+            let is_above = self.cloud.heights[marker] > self.cloud.heights[leg.knee];
+            let name = match (leg.foot.contains(&marker), is_above) {
+                (true, _) => "MT5",
+                (_, true) => "THI",
+                _ => "TIB",
+            };
+            self.name(marker, side, name);
+        }
+        self.name(leg.heel, side, "HEE");
+        self.name(leg.toe, side, "TOE");
+        self.name(leg.ankle, side, "ANK");
+        self.name(leg.knee, side, "KNE");
+    }
+
+    /// Four rigid markers, or three, around the middle of the body.
+    fn pelvis(&mut self, upper: &[usize]) -> Result<(), &'static str> {
+        /// So many candidates are tried, those nearest to the middle.
+        const TRIED: usize = 20;
+        let cloud = &self.cloud;
+        let sides: Vec<f64> = (0..cloud.count()).map(|marker| self.side(marker)).collect();
+        let mut near: Vec<usize> = (upper.iter().copied())
+            .filter(|marker| PELVIS.contains(&cloud.heights[*marker]))
+            .collect();
+        near.sort_by(|a, b| sides[*a].abs().total_cmp(&sides[*b].abs()));
+        near.truncate(TRIED);
+        let cost = |markers: &[usize]| {
+            let pairs = markers
+                .iter()
+                .flat_map(|a| markers.iter().map(move |b| cloud.spread(*a, *b)));
+            let loosest = pairs.fold(0.0, f64::max);
+            let mean = markers.iter().map(|marker| sides[*marker]).sum::<f64>() / markers.len() as f64;
+            let is_on = |sign: f64| markers.iter().any(|marker| sign * sides[*marker] > 0.02);
+            let cost = loosest + (mean.abs() - 0.02).max(0.0);
+            (is_on(1.0) && is_on(-1.0) && cost < RIGID).then_some(cost)
+        };
+        let best = [4, 3].into_iter().find_map(|size| best_of(&near, size, &cost));
+        let mut found = best.ok_or("no three or four markers that are rigid on the pelvis")?;
+        self.centre = (0..cloud.frames.len())
+            .map(|frame| self.cloud.middle(&found, frame))
+            .collect();
+        let (forward, left) = (self.forward.clone(), self.left.clone());
+        self.sort(&mut found, &forward);
+        let (front, back) = found.split_at_mut(2);
+        self.sort(front, &left);
+        self.sort(back, &left);
+        let names = if back.len() == 2 {
+            &["LASI", "RASI", "LPSI", "RPSI"][..]
+        } else {
+            &["LASI", "RASI", "SACR"]
+        };
+        for (marker, name) in found.into_iter().zip(names) {
+            self.name(marker, "", name);
+        }
+        Ok(())
+    }
+
+    fn head(&mut self, upper: &[usize]) {
+        let cloud = &self.cloud;
+        let Some(top) = upper
+            .iter()
+            .copied()
+            .max_by(|a, b| cloud.heights[*a].total_cmp(&cloud.heights[*b]))
+        else {
+            return;
+        };
+        let is_head = |marker: &usize| cloud.heights[*marker] > HEAD && cloud.spread(*marker, top) < RIGID_HEAD;
+        let mut head: Vec<usize> = upper.iter().copied().filter(is_head).collect();
+        let (forward, left) = (self.forward.clone(), self.left.clone());
+        self.sort(&mut head, &forward);
+        if head.len() < 4 {
+            let names = ["HEAD", "HEDF", "HEDS"];
+            head.into_iter()
+                .zip(names)
+                .for_each(|(marker, name)| self.name(marker, "", name));
+            return;
+        }
+        let (front, rest) = head.split_at_mut(2);
+        let back = rest.len() - 2;
+        let back = &mut rest[back..];
+        self.sort(front, &left);
+        self.sort(back, &left);
+        let found = [front[0], front[1], back[0], back[1]];
+        for (marker, name) in found.into_iter().zip(["LFHD", "RFHD", "LBHD", "RBHD"]) {
+            self.name(marker, "", name);
+        }
+    }
+
+    fn trunk_and_arms(&mut self, upper: &[usize]) {
+        let rest: Vec<usize> = upper
+            .iter()
+            .copied()
+            .filter(|marker| self.names[*marker].is_none())
+            .collect();
+        let sides: Vec<f64> = (0..self.cloud.count()).map(|marker| self.side(marker)).collect();
+        let shoulder = |sign: f64| {
+            let heights = &self.cloud.heights;
+            let beside = |marker: &usize| heights[*marker] > SHOULDERS && BESIDE.contains(&(sign * sides[*marker]));
+            let found = rest.iter().copied().filter(beside);
+            found.max_by(|a, b| heights[*a].total_cmp(&heights[*b]))
+        };
+        let (Some(left), Some(right)) = (shoulder(1.0), shoulder(-1.0)) else {
+            return;
+        };
+        let shoulders = [left, right];
+        self.name(left, "L", "SHO");
+        self.name(right, "R", "SHO");
+        let middle = self.trunk(&rest, shoulders, &sides);
+        let narrow = 0.75 * sides[left].abs().min(sides[right].abs());
+        let is_trunk = |guess: &Self, marker: usize| {
+            let rigid = shoulders
+                .iter()
+                .chain(&middle)
+                .filter(|other| guess.cloud.spread(marker, **other) < RIGID_TRUNK);
+            rigid.count() >= 4 && sides[marker].abs() < narrow
+        };
+        let mut free = Vec::new();
+        for marker in rest.into_iter().filter(|marker| !shoulders.contains(marker)) {
+            if self.names[marker].is_some() {
+                continue;
+            }
+            match middle.contains(&marker) || is_trunk(&*self, marker) {
+                true => self.name(marker, if sides[marker] > 0.0 { "L" } else { "R" }, "BAC"),
+                false => free.push(marker),
+            }
+        }
+        let of_shoulder = shoulders.map(|shoulder| {
+            let allowed: Vec<usize> = free.iter().copied().chain([shoulder]).collect();
+            self.cloud.links(shoulder, &allowed)
+        });
+        for (side, name) in [(0, "L"), (1, "R")] {
+            let is_own = |marker: &usize| of_shoulder[side][*marker] <= of_shoulder[1 - side][*marker];
+            let arm: Vec<usize> = free.iter().copied().filter(is_own).collect();
+            self.arm(&arm, shoulders[side], name);
+        }
+    }
+
+    /// Names chest and back, and returns the markers in the middle of the trunk.
+    fn trunk(&mut self, rest: &[usize], shoulders: [usize; 2], sides: &[f64]) -> Vec<usize> {
+        let cloud = &self.cloud;
+        let is_middle = |marker: &usize| {
+            let loose = shoulders
+                .iter()
+                .map(|shoulder| cloud.spread(*marker, *shoulder))
+                .fold(0.0, f64::max);
+            cloud.heights[*marker] > CHEST && sides[*marker].abs() < MIDDLE && loose < RIGID
+        };
+        let middle: Vec<usize> = rest
+            .iter()
+            .copied()
+            .filter(is_middle)
+            .filter(|marker| !shoulders.contains(marker))
+            .collect();
+        let front = |marker: usize| cloud.along(marker, &self.forward, &self.centre, &cloud.upright);
+        let mean = middle.iter().map(|marker| front(*marker)).sum::<f64>() / middle.len().max(1) as f64;
+        let (mut chest, mut back): (Vec<usize>, Vec<usize>) = middle.iter().partition(|marker| front(**marker) > mean);
+        for markers in [&mut chest, &mut back] {
+            markers.sort_by(|a, b| cloud.heights[*b].total_cmp(&cloud.heights[*a]));
+        }
+        for (markers, [high, low]) in [(chest, ["CLAV", "STRN"]), (back, ["C7", "T10"])] {
+            if let [first, .., last] = *markers.as_slice() {
+                self.name(last, "", low);
+                self.name(first, "", high);
+            } else if let [only] = *markers.as_slice() {
+                self.name(only, "", high);
+            }
+        }
+        middle
+    }
+
+    fn arm(&mut self, markers: &[usize], shoulder: usize, side: &str) {
+        let cloud = &self.cloud;
+        let mut far = markers.to_vec();
+        far.sort_by(|a, b| cloud.distance(*b, shoulder).total_cmp(&cloud.distance(*a, shoulder)));
+        far.truncate(2);
+        let to_hand = |marker: usize| {
+            let others = far.iter().filter(|other| **other != marker);
+            let count = others.clone().count().max(1) as f64;
+            others.map(|other| cloud.spread(marker, *other)).sum::<f64>() / count
+        };
+        let both = |marker: &usize| cloud.spread(*marker, shoulder) + to_hand(*marker);
+        let candidates = markers.iter().copied().filter(|marker| !far.contains(marker));
+        let Some(elbow) = candidates.min_by(|a, b| both(a).total_cmp(&both(b))) else {
+            return;
+        };
+        let is_below = |marker: &usize| to_hand(*marker) < cloud.spread(*marker, shoulder);
+        let rest = markers.iter().copied().filter(|marker| *marker != elbow);
+        let (mut below, above): (Vec<usize>, Vec<usize>) = rest.partition(is_below);
+        below.sort_by(|a, b| cloud.distance(*b, elbow).total_cmp(&cloud.distance(*a, elbow)));
+        let finger = if below.len() >= 4 { Some(below.remove(0)) } else { None };
+        let forearm = below.split_off(below.len().min(2));
+        self.sort_wrist(&mut below);
+        for (found, name) in [
+            (forearm, "FRM"),
+            (above, "UPA"),
+            (vec![elbow], "ELB"),
+            (finger.into_iter().collect(), "FIN"),
+        ] {
+            found.into_iter().for_each(|marker| self.name(marker, side, name));
+        }
+        for (marker, name) in below.into_iter().zip(["WRA", "WRB"]) {
+            self.name(marker, side, name);
+        }
+    }
+
+    /// Where a hand hangs its thumb is in front.
+    fn sort_wrist(&self, wrist: &mut [usize]) {
+        /// The part of the frames in which it is lowest.
+        const HANGS: f64 = 0.3;
+        let cloud = &self.cloud;
+        let height = |frame: usize| cloud.middle(wrist, frame).map(|middle| middle.dot(cloud.up));
+        let limit = percentile((0..cloud.frames.len()).filter_map(height).collect(), HANGS);
+        let frames: Vec<usize> = (0..cloud.frames.len())
+            .filter(|frame| height(*frame).is_some_and(|own| own <= limit))
+            .collect();
+        let front = |marker: usize| cloud.along(marker, &self.forward, &self.centre, &frames);
+        wrist.sort_by(|a, b| front(*b).total_cmp(&front(*a)));
+    }
+
+    /// The landmarks of all markers of the file; the second of a name has a number.
+    fn landmarks(self, count: usize) -> Vec<Option<Landmark>> {
+        let mut found = vec![None; count];
+        let mut taken = std::collections::HashMap::<String, usize>::new();
+        for (name, marker) in self.names.into_iter().zip(self.cloud.markers) {
+            let Some(mut landmark) = name.and_then(|name| named(&name)) else {
+                continue;
+            };
+            let times = taken.entry(landmark.name.clone()).or_default();
+            *times += 1;
+            if *times > 1 {
+                landmark.name = format!("{} {times}", landmark.name);
+            }
+            found[marker] = Some(landmark);
+        }
+        found
+    }
+}
+
+/// The best choice of so many markers, by the least cost.
+fn best_of(markers: &[usize], size: usize, cost: &impl Fn(&[usize]) -> Option<f64>) -> Option<Vec<usize>> {
+    fn choose(markers: &[usize], size: usize, chosen: &mut Vec<usize>, visit: &mut impl FnMut(&[usize])) {
+        if size == 0 {
+            return visit(chosen);
+        }
+        for (place, &marker) in markers.iter().enumerate() {
+            chosen.push(marker);
+            choose(&markers[place + 1..], size - 1, chosen, visit);
+            chosen.pop();
+        }
+    }
+    let mut best: Option<(f64, Vec<usize>)> = None;
+    choose(markers, size, &mut Vec::new(), &mut |chosen| {
+        if let Some(cost) = cost(chosen)
+            && best.as_ref().is_none_or(|(least, _)| cost < *least)
+        {
+            best = Some((cost, chosen.to_vec()));
+        }
+    });
+    best.map(|(_, chosen)| chosen)
+}

@@ -1,0 +1,172 @@
+//! What C3D files have beside markers: events, analog channels and force plates, beside the numbers of another reader.
+
+#![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
+
+use mocap::Importer;
+use mocap::biomechanics::TimeSeries;
+
+use crate::program::Folder;
+
+/// Numbers of sample 40, as ezc3d finds them in the file that `tools/markers/plates.py` makes: of plates of type 2, 3
+/// and 4 the force in newtons, the centre of pressure in millimetres and the free moment in newton millimetres, all
+/// with +Z up.
+const PLATES: [[[f64; 3]; 3]; 3] = [
+    [
+        [-57.85903, -33.69977, 779.14866],
+        [169.27582, 140.04022, 0.0],
+        [0.0, 0.0, -1122.45364],
+    ],
+    [
+        [-45.31587, -49.29313, 779.14866],
+        [874.75088, 134.74319, 0.0],
+        [0.0, 0.0, -1122.45377],
+    ],
+    [
+        [-28.64519, -61.2984, 779.74288],
+        [1580.28755, 124.41176, 0.0],
+        [0.0, 0.0, -1136.52079],
+    ],
+];
+
+#[test]
+fn plates_give_the_forces_that_another_reader_finds() {
+    const SAMPLE: usize = 40;
+    let scene = mocap::import("fixtures/made/plates.c3d").unwrap();
+    let forces = TimeSeries::ground_forces(&scene).unwrap();
+    assert_eq!(
+        (forces.frame_rate, forces.frames(), forces.columns.len()),
+        (400.0, 80, 27)
+    );
+    for (plate, expected) in PLATES.iter().enumerate() {
+        let kinds = [
+            ("ground_force_*_v", 1.0),
+            ("ground_force_*_p", 1e-3),
+            ("ground_moment_*_m", 1e-3),
+        ];
+        for ((name, metres), [x, y, z]) in kinds.into_iter().zip(expected) {
+            for (axis, value) in [("x", *x), ("y", *z), ("z", -y)] {
+                let name = format!("{}{axis}", name.replace('*', &(plate + 1).to_string()));
+                let found = forces.column(&name).unwrap().nth(SAMPLE).unwrap();
+                assert!(
+                    (found - value * metres).abs() < 1e-4,
+                    "{name}: {found} {}",
+                    value * metres
+                );
+            }
+        }
+    }
+    let analog = TimeSeries::analog(&scene).unwrap();
+    let found = analog.column("EMG").unwrap().nth(SAMPLE).unwrap();
+    assert!((found / -2.542_101_590_941_384e-5 - 1.0).abs() < 1e-5, "{found}");
+    // Nobody stands there yet.
+    assert_eq!(forces.column("ground_force_1_px").unwrap().next(), Some(0.0));
+    let recorded = scene.metadata.recorded.unwrap();
+    // Frame 11 is the first, so that 0.14 s after frame 1 are 0.04 s after it.
+    let events: Vec<(&str, &str, f64)> = recorded
+        .events
+        .iter()
+        .map(|event| (event.label.as_str(), event.context.as_str(), event.time))
+        .collect();
+    assert_eq!(
+        [events[0].0, events[0].1, events[2].1],
+        ["Foot Strike", "Left", "Right"]
+    );
+    assert!(
+        (events[0].2 - 0.04).abs() < 1e-6 && (events[2].2 - 0.15).abs() < 1e-6,
+        "{events:?}"
+    );
+    // Rates of a caller stretch all times alike.
+    let faster = Importer::new()
+        .retime(200.0)
+        .import("fixtures/made/plates.c3d")
+        .unwrap();
+    let recorded = faster.metadata.recorded.unwrap();
+    assert_eq!(recorded.analog_rate, 800.0);
+    assert!((recorded.events[0].time - 0.02).abs() < 1e-6);
+}
+
+/// Samples of two plates, less the mean of frames 1 to 10, which `FORCE_PLATFORM:ZERO` names: ezc3d's forces at sample
+/// 1244 are (-39.5116, 22.4299, 838.5556), and (-26.1762, 0.0525, 21.2040) in the mean of the first 40.
+#[test]
+fn a_baseline_is_taken_out_of_real_plates() {
+    let forces = TimeSeries::ground_forces(&mocap::import("fixtures/real/py_c3d_motion.c3d").unwrap()).unwrap();
+    for (axis, value) in [("x", -13.3353), ("y", 817.3516), ("z", -22.3773)] {
+        let found = forces
+            .column(&format!("ground_force_1_v{axis}"))
+            .unwrap()
+            .nth(1244)
+            .unwrap();
+        assert!((found - value).abs() < 1e-3, "{axis}: {found}");
+    }
+}
+
+#[test]
+fn broken_plates_and_channels_are_left_out_with_a_word() {
+    let bytes = std::fs::read("fixtures/made/plates.c3d").unwrap();
+    let read = |bytes: &[u8]| Importer::new().read(bytes, "plates.c3d").unwrap();
+    let place = |name: &str| {
+        bytes
+            .windows(name.len())
+            .position(|window| window == name.as_bytes())
+            .unwrap()
+    };
+    // The name, the offset of the next, type and sizes stand before the values.
+    let mut unknown = bytes.clone();
+    unknown[place("TYPE") + 4 + 2 + 3] = 99;
+    let forces = TimeSeries::ground_forces(&read(&unknown)).unwrap();
+    assert!(
+        forces
+            .notes
+            .iter()
+            .any(|note| note.contains("plate 1") && note.contains("type 99")),
+        "{:?}",
+        forces.notes
+    );
+    assert_eq!(forces.columns.len(), 18);
+    let mut far = bytes.clone();
+    far[place("CHANNEL") + 7 + 2 + 4] = 200;
+    let scene = read(&far);
+    assert!(
+        scene
+            .warnings
+            .iter()
+            .any(|warning| warning.message.contains("1 of 3 force plates were left out"))
+    );
+    // Cut within the data: the complete frames alone, with their samples.
+    let scene = read(&bytes[..bytes.len() - 4000]);
+    let recorded = scene.metadata.recorded.unwrap();
+    let frames = scene.animations[0].frame_count();
+    assert!(
+        frames < 20
+            && recorded
+                .channels
+                .iter()
+                .all(|channel| channel.values.len() == 4 * frames)
+    );
+    let none = TimeSeries::ground_forces(&mocap::import("fixtures/real/optotrak.c3d").unwrap()).unwrap_err();
+    assert!(none.to_string().contains("no force plates"), "{none}");
+}
+
+#[test]
+fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
+    let folder = Folder::of_real(&[]);
+    folder.write("p.c3d", &std::fs::read("fixtures/made/plates.c3d").unwrap());
+    for name in ["f.mot", "f.sto", "f.csv", "f.mot", "f.sto"] {
+        let output = folder.run(&format!("forces p.c3d -o {name} --quiet"));
+        assert!(
+            output.status.success(),
+            "{name}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+    let text = String::from_utf8(folder.read("f.mot")).unwrap();
+    assert!(text.starts_with(
+        "mocap forces\nversion=1\nnRows=80\nnColumns=28\ninDegrees=no\nendheader\ntime\tground_force_1_vx\t"
+    ));
+    folder.refuses("forces p.c3d -o p.c3d", 2, "p.c3d");
+    folder.refuses("forces p.c3d -o f.bvh", 2, ".parquet");
+    folder.write("their.mot", b"Coordinates\nversion=1\n");
+    folder.refuses("analog p.c3d -o their.mot", 1, "their.mot");
+    folder.write("w.bvh", &std::fs::read("fixtures/real/cmu_short.bvh").unwrap());
+    folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
+}
