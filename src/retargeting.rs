@@ -16,7 +16,7 @@
 //! for clip in retargeting.clips() {
 //!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
 //! }
-//! let file: Vec<u8> = retargeting.character_file()?.unwrap(); // everything of the character, and the clips
+//! let file: Vec<u8> = retargeting.character_file()?.unwrap().into_bytes()?; // the character, and the clips
 //! # let _ = file;
 //! # Ok::<(), mocap::Error>(())
 //! ```
@@ -376,14 +376,12 @@ impl Retargeting {
     }
 
     /// The file of the character with the clips, each with its provenance; everything else in it stays byte by byte.
-    /// `None` for a skeleton and a robot, which have no file.
+    /// `None` for a skeleton and a robot, which have no file. Its notes say what of a face the character cannot show.
     ///
     /// # Errors
     /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
-    pub fn character_file(&self) -> Result<Option<Vec<u8>>> {
-        let options = GltfOptions::new().buffer(BufferPlace::Embedded);
-        let written = self.character_files(&options, "")?;
-        written.map(Written::into_bytes).transpose()
+    pub fn character_file(&self) -> Result<Option<Written>> {
+        self.character_files(&GltfOptions::new().buffer(BufferPlace::Embedded), "")
     }
 
     /// As [`Self::character_file`] for an output of this name, with the clips stored as `options` say.
@@ -393,17 +391,20 @@ impl Retargeting {
         };
         let clips = self.clips.iter();
         let clips = clips.map(|clip| (&clip.animation, &clip.provenance, &*clip.face));
-        let (files, report, notes) = character.clip_files(clips, self.options.replace_animations, options, name)?;
-        Ok(Some(Written {
-            warnings: report.warnings,
-            error: report.achieved,
-            notes,
-            ..Written::of(files)
-        }))
+        let replace = self.options.replace_animations;
+        character.clip_files(clips, replace, options, name).map(Some)
     }
 
-    /// The target as a scene in its own unit and axes, with the clips alone. It records the motion of the first.
+    /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the sources
+    /// that it lacks. It records the motion of the first.
     pub fn scene(&self) -> Scene {
+        let mut scene = self.body_scene();
+        self.add_faces(&mut scene);
+        scene
+    }
+
+    /// The same without nodes for faces.
+    pub(crate) fn body_scene(&self) -> Scene {
         let mut scene = self.with_clips();
         self.record(&mut scene);
         scene
@@ -414,10 +415,12 @@ impl Retargeting {
     /// # Errors
     /// As [`Conversion::apply`].
     pub fn scene_in_metres(&self) -> Result<Scene> {
-        self.scene_converted(&Conversion::new())
+        let mut scene = self.scene_converted(&Conversion::new())?;
+        self.add_faces(&mut scene);
+        Ok(scene)
     }
 
-    /// The same in the unit and the axes of a conversion.
+    /// The same in the unit and the axes of a conversion, without nodes for faces.
     pub(crate) fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
         let mut scene = self.with_clips();
         match &self.figure {

@@ -6,10 +6,10 @@ use std::fs;
 
 use mocap::compress::ErrorBound;
 use mocap::glam::{DQuat, DVec3, Vec3};
-use mocap::gltf::{Character, Compression, GltfOptions, GltfReport, Provenance};
+use mocap::gltf::{Character, Compression, GltfOptions, Provenance};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Keys};
-use mocap::{Code, Conversion, Importer};
+use mocap::{Code, Conversion, Importer, Result, Scene, Written};
 use serde_json::Value;
 
 /// The largest error, in metres, and what single precision adds.
@@ -48,9 +48,12 @@ fn import(bytes: &[u8], name: &str) -> Character {
     Importer::new().import_character(&path).unwrap()
 }
 
-/// What [`Character::with_clips`] takes.
-fn by_reference(clips: &[(Animation, Provenance)]) -> impl Iterator<Item = (&Animation, &Provenance)> {
-    clips.iter().map(|(clip, provenance)| (clip, provenance))
+fn with_clip(character: &Character, (clip, from): &(Animation, Provenance), options: &GltfOptions) -> Result<Written> {
+    let motions = Scene {
+        animations: vec![clip.clone()],
+        ..character.scene().clone()
+    };
+    character.with_clips(&motions, std::slice::from_ref(from), false, options)
 }
 
 fn walk(character: &Character) -> (Animation, Provenance) {
@@ -270,25 +273,26 @@ fn largest_error(character: &Character, animation: &Animation, file: &File) -> (
 fn a_compressed_clip_of_a_character_keeps_the_bound_and_the_rest_of_the_file() {
     for (bytes, name) in characters() {
         let character = import(&bytes, name);
-        let clips = [walk(&character)];
-        let write = |options: &GltfOptions| -> (Vec<u8>, GltfReport) {
-            character.with_clips(by_reference(&clips), false, options).unwrap()
+        let clip = walk(&character);
+        let write = |options: &GltfOptions| {
+            let written = with_clip(&character, &clip, options).unwrap();
+            (written.error.clone(), written.into_bytes().unwrap())
         };
-        let (plain, report) = write(&GltfOptions::default());
+        let (error, plain) = write(&GltfOptions::default());
         let before: Option<File> = name.ends_with(".glb").then(|| File::new(&bytes));
-        assert_eq!((report.achieved, report.bytes), (None, plain.len()));
-        let (error, joint) = largest_error(&character, &clips[0].0, &File::new(&plain));
+        assert_eq!(error, None);
+        let (error, joint) = largest_error(&character, &clip.0, &File::new(&plain));
         assert!(error < ROUNDING, "{name}, {joint}: {error}");
         for compression in compressions() {
             let what = format!("{name}, {compression:?}");
-            let (written, report) = write(&options(compression));
-            let achieved = report.achieved.unwrap();
+            let (error, written) = write(&options(compression));
+            let achieved = error.unwrap();
             let [of_plain, of_written] = [plain.len(), written.len()].map(|length| length - bytes.len());
             // Floats have fewer keys, and times of each track's own.
             let most = of_plain * if compression == Compression::None { 9 } else { 7 } / 10;
             assert!(of_written < most, "{what}: {of_written} of {of_plain} bytes");
             let file = File::new(&written);
-            let (error, joint) = largest_error(&character, &clips[0].0, &file);
+            let (error, joint) = largest_error(&character, &clip.0, &file);
             assert!(
                 error <= BOUND + ROUNDING && error <= achieved.max_error + ROUNDING,
                 "{what}, {joint}: {error}"
@@ -320,17 +324,17 @@ fn a_compressed_clip_of_a_character_keeps_the_bound_and_the_rest_of_the_file() {
 fn a_joint_of_a_character_has_a_bound_of_its_own() {
     let (bytes, name) = characters().swap_remove(0);
     let character = import(&bytes, name);
-    let clips = [walk(&character)];
+    let clip = walk(&character);
     let joint = "wrist.L";
     let error = |bound: ErrorBound| {
         let mut options = GltfOptions::default();
         (options.compression, options.error_bound) = (Compression::Int16, Some(bound));
-        let file = File::new(&character.with_clips(by_reference(&clips), false, &options).unwrap().0);
+        let file = File::new(&with_clip(&character, &clip, &options).unwrap().into_bytes().unwrap());
         let error = |frame| {
-            let found = file.positions(frame as f64 / clips[0].0.ticks_per_second);
-            found[joint].distance(expected(&character, &clips[0].0, frame)[joint])
+            let found = file.positions(frame as f64 / clip.0.ticks_per_second);
+            found[joint].distance(expected(&character, &clip.0, frame)[joint])
         };
-        (0..clips[0].0.frame_count()).map(error).fold(0.0, f64::max)
+        (0..clip.0.frame_count()).map(error).fold(0.0, f64::max)
     };
     let (without, with) = (
         error(ErrorBound::new(0.02)),
@@ -346,17 +350,13 @@ fn a_joint_of_a_character_has_a_bound_of_its_own() {
 fn what_cannot_be_compressed_is_said() {
     let (bytes, name) = characters().swap_remove(0);
     let character = import(&bytes, name);
-    let clips = [walk(&character)];
+    let clip = walk(&character);
     let mut too_fine = options(Compression::Int16);
     too_fine.error_bound = Some(1e-7.into());
-    let error = character
-        .with_clips(by_reference(&clips), false, &too_fine)
-        .unwrap_err();
+    let error = with_clip(&character, &clip, &too_fine).unwrap_err();
     assert_eq!(error.code(), Code::ErrorBound);
     if cfg!(not(feature = "meshopt")) {
-        let error = character
-            .with_clips(by_reference(&clips), false, &options(Compression::Meshopt))
-            .unwrap_err();
+        let error = with_clip(&character, &clip, &options(Compression::Meshopt)).unwrap_err();
         assert_eq!(error.code(), Code::MissingFeature);
     }
 }
@@ -367,14 +367,11 @@ fn what_cannot_be_compressed_is_said() {
 fn clips_are_added_to_a_file_with_streams() {
     for (bytes, name) in characters() {
         let first = import(&bytes, name);
-        let clips = [walk(&first)];
-        let (once, _) = first
-            .with_clips(by_reference(&clips), false, &options(Compression::Meshopt))
-            .unwrap();
+        let clip = walk(&first);
+        let add = |onto: &Character| with_clip(onto, &clip, &options(Compression::Meshopt)).unwrap();
+        let once = add(&first).into_bytes().unwrap();
         let second = import(&once, name);
-        let (twice, _) = second
-            .with_clips(by_reference(&clips), false, &options(Compression::Meshopt))
-            .unwrap();
+        let twice = add(&second).into_bytes().unwrap();
         let file = File::new(&twice);
         for list in ["extensionsUsed", "extensionsRequired"] {
             assert_eq!(
@@ -383,7 +380,7 @@ fn clips_are_added_to_a_file_with_streams() {
                 "{name}"
             );
         }
-        let (error, joint) = largest_error(&second, &clips[0].0, &file);
+        let (error, joint) = largest_error(&second, &clip.0, &file);
         assert!(error <= BOUND + ROUNDING, "{name}, {joint}: {error}");
         let read = Importer::new().read(&twice, name).unwrap();
         assert_eq!(read.animations.len(), second.scene().animations.len() + 1, "{name}");

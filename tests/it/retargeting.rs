@@ -51,7 +51,7 @@ fn clips_have_names_that_no_other_clip_of_the_output_has() {
     for clip in retargeting.clips() {
         assert_eq!(clip.report.body().unwrap().clip, clip.animation.name);
     }
-    let file = retargeting.character_file().unwrap().unwrap();
+    let file = retargeting.character_file().unwrap().unwrap().into_bytes().unwrap();
 
     // Those of the character count too, unless they go.
     let moving = Importer::new().read_character(
@@ -68,7 +68,7 @@ fn clips_have_names_that_no_other_clip_of_the_output_has() {
         let source = more.prepare(import(SHORT)).unwrap();
         more.add(source.named("run")).unwrap();
         assert_eq!(names(more.clips()), [expected]);
-        let written = more.character_file().unwrap().unwrap();
+        let written = more.character_file().unwrap().unwrap().into_bytes().unwrap();
         let written = Importer::new().read(&written, "more.gltf").unwrap();
         assert_eq!(written.animations.len(), clips);
     }
@@ -170,7 +170,7 @@ fn the_program_and_the_library_give_the_same_bytes() {
     };
     let retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
     let program = run(&["retarget", SHORT, CHARACTER, "--embed"], "out.gltf");
-    assert!(retargeting.character_file().unwrap().unwrap() == program);
+    assert!(retargeting.character_file().unwrap().unwrap().into_bytes().unwrap() == program);
 
     let robot = Importer::new().import_robot(ROBOT).unwrap();
     let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();

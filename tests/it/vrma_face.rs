@@ -2,7 +2,9 @@
 
 use mocap::edit::{EditStep, Mirror};
 use mocap::glam::{EulerRot, Quat, Vec3};
+use mocap::gltf::GltfOptions;
 use mocap::job::{Job, Maker};
+use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::{Face, HumanoidBone, NodeId, NodeKind};
 use mocap::verify::{FindingKind, Verification};
 use mocap::vrma::VrmaOptions;
@@ -285,4 +287,24 @@ fn the_eyes_of_a_character_turn_with_the_gaze() {
         (right.x - sine(30.0 / 9.0)).abs() < 1e-3 && (right.y + sine(10.0 / 9.0)).abs() < 1e-3,
         "{right}"
     );
+}
+
+/// What JavaScript and Python do: a scene of the motion on the character, which goes into the character's file.
+#[test]
+fn the_scene_of_a_motion_on_a_character_keeps_the_face() {
+    let character = Importer::new()
+        .import_character("fixtures/characters/human_vrm0.vrm")
+        .unwrap();
+    let retargeting = Retargeting::new(fixture(), character.clone(), RetargetingOptions::new()).unwrap();
+    let scene = retargeting.scene();
+    assert_eq!(scene.validate(), []);
+    assert_eq!(at(&scene, "happy", 1.0).0.x, 1.0);
+    let provenance: Vec<_> = retargeting.clips().iter().map(|clip| clip.provenance.clone()).collect();
+    let options = GltfOptions::default();
+    let written = character.with_clips(&scene, &provenance, false, &options).unwrap();
+    let of_retargeting = retargeting.character_file().unwrap().unwrap();
+    assert_eq!(written.notes, of_retargeting.notes);
+    let bytes = written.into_bytes().unwrap();
+    assert!(values(&bytes, "Body", "weights").contains(&1.0));
+    assert!(bytes == of_retargeting.into_bytes().unwrap());
 }

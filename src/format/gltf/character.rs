@@ -11,9 +11,9 @@ use super::write::{BufferPlace, GltfOptions, GltfReport};
 use super::{Provenance, json, meshes};
 use crate::error::{Diagnostic, Result};
 use crate::figure::Humanoid;
-use crate::format::{ReadOptions, Source, WrittenFile, read_back};
+use crate::format::{ReadOptions, Source, Written, WrittenFile, read_back};
 use crate::pose::FaceTrack;
-use crate::scene::{Animation, Scene};
+use crate::scene::{Animation, NodeId, Scene};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
@@ -111,42 +111,50 @@ impl Character {
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
     }
 
-    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from. Then `mocap
-    /// verify` knows, and an output may be written again: see [`ReplacePolicy`](crate::files::ReplacePolicy).
+    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from, as `provenance`
+    /// has it in their order. Then `mocap verify` knows, and an output may be written again: see
+    /// [`ReplacePolicy`](crate::files::ReplacePolicy).
+    ///
+    /// `motions` is a scene with the nodes of [`Character::scene`] and, behind them, those of faces:
+    /// [`Retargeting::scene`](crate::retargeting::Retargeting::scene) makes one. The tracks of a face become weights of
+    /// morph targets and rotations of the eyes; the notes of the result say which cannot.
     ///
     /// The animations alone are compressed, as `options` say: [`GltfOptions::compression`] and
     /// [`GltfOptions::error_bound`], in metres. Everything else of the file stays as it is, so that constant numbers
-    /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect. The report is about the animations, but for
-    /// [`GltfReport::bytes`].
+    /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect.
     ///
     /// # Errors
     /// As [`Character::with_animations`]; and [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error
     /// cannot be kept, [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
-    pub fn with_clips<'a>(
+    pub fn with_clips(
         &self,
-        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance)>,
+        motions: &Scene,
+        provenance: &[Provenance],
         replace: bool,
         options: &GltfOptions,
-    ) -> Result<(Vec<u8>, GltfReport)> {
-        let clip = |(animation, provenance)| Clip {
-            animation,
-            provenance: Some(provenance),
-            morphs: &[],
+    ) -> Result<Written> {
+        let clip = |animation| {
+            let faces = motions.face_tracks(animation);
+            let mut body = animation.clone();
+            let is_body = |id: NodeId| motions.nodes.get(id.index()).is_none_or(|node| node.face.is_none());
+            body.channels.retain(|channel| channel.node.is_none_or(is_body));
+            (body, faces)
         };
-        let clips: Vec<_> = clips.into_iter().map(clip).collect();
-        self.embedded(&clips, replace, options)
+        let clips: Vec<_> = motions.animations.iter().map(clip).collect();
+        let clips = std::iter::zip(&clips, provenance).map(|((body, faces), from)| (body, from, &**faces));
+        let options = options.clone().buffer(BufferPlace::Embedded);
+        self.clip_files(clips, replace, &options, "")
     }
 
     /// The files for an output of this name, the character last: before it the buffer of the clips, where
-    /// a `.gltf` does not embed it. A clip may have the tracks of a face, which become weights of morph targets and
-    /// rotations of the eyes; what they cannot say is returned as sentences.
+    /// a `.gltf` does not embed it. A clip may have the tracks of a face.
     pub(crate) fn clip_files<'a>(
         &self,
         clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance, &'a [FaceTrack])>,
         replace: bool,
         options: &GltfOptions,
         name: &str,
-    ) -> Result<(Vec<WrittenFile>, GltfReport, Vec<String>)> {
+    ) -> Result<Written> {
         let (mut made, mut notes) = (Vec::new(), Vec::new());
         let face = OnceCell::new();
         for (animation, provenance, tracks) in clips {
@@ -168,7 +176,14 @@ impl Character {
             })
             .collect();
         let (files, report) = self.with(&clips, replace, options, name)?;
-        Ok((files, report, notes))
+        Ok(Written {
+            notes,
+            warnings: report.warnings,
+            renamed: report.renamed,
+            error: report.achieved,
+            nodes: self.scene.nodes.len(),
+            ..Written::of(files)
+        })
     }
 
     fn face(&self) -> CharacterFace {

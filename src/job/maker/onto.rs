@@ -127,7 +127,7 @@ impl Maker<'_> {
             return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
         }
         let mut scene = match (row.keeps_units(), &write.space) {
-            (true, space) if space.is_empty() => target.scene(),
+            (true, space) if space.is_empty() => target.body_scene(),
             (keeps_units, space) => {
                 let conversion = space.of(Conversion::new()).keep_units(keeps_units);
                 target.scene_converted(&conversion.bone_axis(write.along_bone()))?

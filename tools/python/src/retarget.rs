@@ -29,7 +29,8 @@ pub(crate) fn retarget(
     Ok((Scene::new(retargeting.scene()), reports(&retargeting)?))
 }
 
-/// Writes the file of a character with further motions, each with its name; returns the reports as JSON.
+/// Writes the file of a character with further motions, each with its name; returns the reports as JSON, and what of a
+/// face the character cannot show, a sentence each.
 #[pyfunction]
 pub(crate) fn add_motions(
     py: Python<'_>,
@@ -39,7 +40,7 @@ pub(crate) fn add_motions(
     scale: Option<f64>,
     lock_feet: bool,
     replace: bool,
-) -> PyResult<String> {
+) -> PyResult<(String, Vec<String>)> {
     let done = py.detach(|| {
         ReplacePolicy::new([&character]).check_inputs(&target)?;
         // The skin shows the soles of the feet.
@@ -50,10 +51,13 @@ pub(crate) fn add_motions(
             let source = retargeting.prepare(motion.get().scene().clone())?;
             retargeting.add(source.named(name))?;
         }
-        write_file(&target, &retargeting.character_file()?.unwrap_or_default())?;
-        Ok(retargeting)
+        let mut written = retargeting.character_file()?.unwrap_or_default();
+        let notes = std::mem::take(&mut written.notes);
+        write_file(&target, &written.into_bytes()?)?;
+        Ok((retargeting, notes))
     });
-    reports(&done.map_err(|error| to_python(py, &error))?)
+    let (retargeting, notes) = done.map_err(|error| to_python(py, &error))?;
+    Ok((reports(&retargeting)?, notes))
 }
 
 fn options(scale: Option<f64>, lock_feet: bool) -> RetargetingOptions {

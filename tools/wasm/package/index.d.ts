@@ -231,6 +231,8 @@ export interface Node {
   /** The lines of the file that describe it. */
   source: { name: number; offset: number | null; channels: number | null } | null;
   humanoidBone: string | null;
+  /** What the node of a VRM animation is on a face: X of its translation is the weight of an expression, its rotation the gaze. */
+  face: { preset: string } | { custom: string } | { look_at: { offset_from_head?: [number, number, number] } } | null;
   /** Node to parent at rest, 16 numbers column by column; a view, as those of `Keys`. */
   readonly transform: Float32Array;
 }

@@ -1,6 +1,6 @@
 //! A scene as JavaScript gets it: names and numbers as JSON, keys and matrices as addresses.
 
-use mocap::scene::{Assumption, HumanoidBone, Metadata, NodeId, NodeKind, RotationOrder, SourceLines};
+use mocap::scene::{Assumption, Face, HumanoidBone, Metadata, NodeId, NodeKind, RotationOrder, SourceLines};
 use mocap::{Diagnostic, Scene};
 use serde::Serialize;
 
@@ -31,6 +31,7 @@ struct NodeAt<'a> {
     rotation_order: Option<RotationOrder>,
     source: Option<SourceLines>,
     humanoid_bone: Option<HumanoidBone>,
+    face: Option<&'a Face>,
 }
 
 #[derive(Serialize)]
@@ -76,6 +77,7 @@ fn nodes(scene: &Scene) -> Vec<NodeAt<'_>> {
         rotation_order: node.rotation_order,
         source: node.source,
         humanoid_bone: node.humanoid_bone,
+        face: node.face.as_ref(),
     });
     nodes.collect()
 }

@@ -353,9 +353,10 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     let mut scene = target.scene.clone();
     let humanoid = retargeting.humanoid().cloned();
     let (mut provenance, mut reports) = (Vec::new(), Vec::new());
-    scene.animations.clear();
+    // With the faces; what it records is recorded when a file is written.
+    let moved = retargeting.scene();
+    (scene.nodes, scene.animations) = (moved.nodes, moved.animations);
     for clip in retargeting.into_clips() {
-        scene.animations.push(clip.animation);
         provenance.push(clip.provenance);
         reports.push(clip.report);
     }

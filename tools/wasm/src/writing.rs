@@ -5,7 +5,7 @@ use mocap::dump::SceneView;
 use mocap::gltf::{self, BufferPlace};
 use mocap::render::{Clip, Drawing, SheetOptions};
 use mocap::scene::{Assumption, UpAxis};
-use mocap::{Conversion, Error, Format, FormatInfo, Scene};
+use mocap::{Conversion, Error, Format, FormatInfo, Scene, Written};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -92,19 +92,8 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     }
     let character = entry.character.as_ref().filter(|_| !options.skeleton_only);
     if let (Format::Gltf, Some(character)) = (row.format, character) {
-        let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
-        let (bytes, report) = character.with_clips(added, false, &options.gltf())?;
-        let said = Said {
-            warnings: report.warnings,
-            report: Some(WriterReport {
-                nodes: entry.scene.nodes.len(),
-                notes: Vec::new(),
-                renamed: report.renamed,
-                achieved: report.achieved,
-            }),
-            ..Said::default()
-        };
-        return Ok((json(&said)?, bytes));
+        let written = character.with_clips(&entry.scene, &entry.provenance, false, &options.gltf())?;
+        return file(written, Vec::new());
     }
     let (mut scene, assumptions) = match row.keeps_units() {
         true => (entry.scene.clone(), Vec::new()),
@@ -118,7 +107,10 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     if let Some(humanoid) = &entry.humanoid {
         exporter = exporter.humanoid(humanoid.clone());
     }
-    let mut written = exporter.write_as(&scene, name)?;
+    file(exporter.write_as(&scene, name)?, assumptions)
+}
+
+fn file(mut written: Written, assumptions: Vec<Assumption>) -> Result<Answer, Failure> {
     let said = Said {
         assumptions,
         warnings: std::mem::take(&mut written.warnings),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
@@ -66,11 +67,17 @@ def add_motions(
         feet: As for :func:`retarget`.
         replace: Leave out the motions that the character has.
 
+    Warns:
+        UserWarning: Where the character cannot show an expression, or the gaze, of a motion.
+
     Raises:
         MocapError: As :func:`retarget`, and where the character cannot be read or ``target`` is the character.
     """
     named = [(name, motion._native) for name, motion in motions.items()]
-    return list(json.loads(_mocap.add_motions(named, character, target, _factor(scale), _locks(feet), replace)))
+    reports, notes = _mocap.add_motions(named, character, target, _factor(scale), _locks(feet), replace)
+    for note in notes:
+        warnings.warn(note, stacklevel=2)
+    return list(json.loads(reports))
 
 
 def _factor(scale: Scale) -> float | None:
