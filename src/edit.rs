@@ -28,6 +28,7 @@ mod sequence;
 mod step;
 mod target;
 mod text;
+mod twist;
 mod value;
 mod walk;
 mod warp_path;

@@ -153,7 +153,7 @@ impl MotionErrors {
         };
         let nodes = work.frames.nodes().iter().enumerate();
         let flipped = nodes.map(|(column, node)| {
-            let mut track: Vec<_> = work.frames.track(column).iter().map(|trs| trs.rotation).collect();
+            let mut track: Vec<_> = work.frames.rotations(column).collect();
             (*node, flips::mend(&mut track, None, work.frames.rate).frames)
         });
         Ok(Self {
@@ -298,6 +298,7 @@ fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::Smoothed {
 struct Flips {
     runs: usize,
     joints: usize,
+    spread: usize,
     exchanged: usize,
 }
 
@@ -306,17 +307,10 @@ fn mend_flips(work: &mut Work<'_>) -> Flips {
     if work.is_humanoid() {
         done.exchanged = exchange::mend(work);
     }
-    for column in 0..work.frames.nodes().len() {
-        let track = work.frames.track(column);
-        let mut rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
-        let bone = flips::bone(work.scene, work.frames.nodes()[column]);
-        let mended = flips::mend(&mut rotations, bone, work.frames.rate);
-        if mended.runs == 0 {
-            continue;
-        }
+    for mended in flips::mend_all(work.scene, &mut work.frames) {
         done.runs += mended.runs;
-        done.joints += 1;
-        work.set_rotations(column, &rotations);
+        done.joints += usize::from(mended.runs > 0);
+        done.spread += mended.spread;
     }
     done
 }

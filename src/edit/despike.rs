@@ -23,7 +23,8 @@ step! {
     /// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
     /// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
     /// Longer runs, between two jumps that undo each other, are turned back, as those of a bone that is turned about
-    /// itself for some frames.
+    /// itself for some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and
+    /// joints below keep their positions.
     ///
     /// ```
     /// use mocap::edit::{Despike, Step, StepInput};
@@ -98,6 +99,8 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     not_negative(Code::InvalidValue, "angle", options.angle)?;
     not_negative(Code::InvalidValue, "distance", options.distance)?;
     let mut frames = Frames::new(scene, animation, &[])?;
+    let before = frames.clone();
+    let flipped = flips::mend_all(scene, &mut frames);
     let size = scene
         .nodes
         .iter()
@@ -108,12 +111,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     let (mut rotated, mut moved) = (Vec::<NodeId>::new(), Vec::<NodeId>::new());
     for column in 0..frames.nodes().len() {
         let (node, mut track) = (frames.nodes()[column], frames.track(column));
-        let old = track.clone();
-        let mut rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
-        let flipped = flips::mend(&mut rotations, flips::bone(scene, node), frames.rate).frames;
-        for (trs, rotation) in track.iter_mut().zip(rotations) {
-            trs.rotation = rotation;
-        }
+        let (old, flipped) = (before.track(column), &flipped[column].frames);
         let least = (options.angle as f32).to_radians();
         let by_angle = |a: &Trs, b: &Trs| log(a.rotation.inverse() * b.rotation).length();
         let turned = spikes(&track, options, least, by_angle, |a, b| Trs {

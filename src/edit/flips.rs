@@ -4,9 +4,14 @@
 //! A jump is a step between two frames that is far larger than the steps beside it. Two jumps that undo each other
 //! bound a run of frames. A run that is off by one rotation all along, as a bone that is turned by 180 degrees about
 //! itself, is turned back and keeps its own motion; another short one is replaced by what lies between its neighbours.
+//! A jump that stays is spread by [`twist`] where it is a turn about the bone.
+
+use std::ops::Range;
 
 use glam::{Quat, Vec3};
 
+use super::frames::Frames;
+use super::twist;
 use crate::math::median::median;
 use crate::math::quaternion::{in_hemisphere_of, log};
 use crate::scene::{NodeId, Scene};
@@ -31,12 +36,21 @@ const AGREE: f32 = 0.4;
 const HALF_TURN: f32 = 35.0;
 
 /// What was mended in one track.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Mended {
     /// For each frame whether it was changed; empty where none was.
     pub(super) frames: Vec<bool>,
     /// The number of runs.
     pub(super) runs: usize,
+    /// The number of turns about the bone that were spread.
+    pub(super) spread: usize,
+}
+
+impl Mended {
+    fn mark(&mut self, frames: Range<usize>, count: usize) {
+        self.frames.resize(count, false);
+        self.frames[frames].fill(true);
+    }
 }
 
 /// How a run is mended.
@@ -47,6 +61,37 @@ enum Mend {
     Left(Quat),
     /// It is replaced by what lies between its neighbours.
     Replace,
+}
+
+/// Mends the flips of all tracks. Returns what was mended in each.
+pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<Mended> {
+    let mut all = vec![Mended::default(); frames.nodes().len()];
+    for column in 0..all.len() {
+        let mut track: Vec<_> = frames.rotations(column).collect();
+        let bone = bone(scene, frames.nodes()[column]);
+        let Mended {
+            frames: changed, runs, ..
+        } = mend(&mut track, bone, frames.rate);
+        if runs > 0 {
+            frames.set_rotations(column, &track);
+            all[column].runs = runs;
+            changed
+                .iter()
+                .enumerate()
+                .filter(|(_, is_changed)| **is_changed)
+                .for_each(|(frame, _)| {
+                    all[column].mark(frame..frame + 1, changed.len());
+                });
+        }
+        for frame in jumps(&track) {
+            let (columns, within) = twist::spread(scene, frames, column, frame);
+            all[column].spread += usize::from(!columns.is_empty());
+            columns
+                .into_iter()
+                .for_each(|column| all[column].mark(within.clone(), frames.len()));
+        }
+    }
+    all
 }
 
 /// Mends the flips of a track. `bone` is the direction of the bone in the frame of its joint, where it has one.
@@ -66,8 +111,7 @@ pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> Mended 
             .find_map(|end| Some((end, run(track, first, end, bone, longest_replaced)?)));
         let Some((end, mend)) = found else { continue };
         apply(track, first, end, mend);
-        mended.frames.resize(track.len(), false);
-        mended.frames[first..end].fill(true);
+        mended.mark(first..end, track.len());
         mended.runs += 1;
         after = end + 1;
     }
@@ -75,7 +119,7 @@ pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> Mended 
 }
 
 /// The direction of the bone of a joint in its frame: towards its first child that is elsewhere.
-pub(super) fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
+fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
     let children = scene.nodes.iter().filter(|node| node.parent == Some(joint));
     children
         .map(|child| child.transform.w_axis.truncate())

@@ -1,6 +1,6 @@
 //! The frames of an animation as transforms, to be changed and written back.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::contacts;
@@ -121,6 +121,25 @@ impl Frames {
         for (place, trs) in places.zip(track) {
             *place = *trs;
         }
+    }
+
+    /// The rotations of a held node, frame by frame.
+    pub(super) fn rotations(&self, column: usize) -> impl Iterator<Item = Quat> {
+        let tracks = self.transforms.iter().skip(column).step_by(self.held.max(1));
+        tracks.map(|trs| trs.rotation)
+    }
+
+    /// Sets them.
+    pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
+        let places = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
+        places
+            .zip(rotations)
+            .for_each(|(place, rotation)| place.rotation = *rotation);
+    }
+
+    /// The place of a node among those that are held.
+    pub(super) fn column(&self, node: NodeId) -> Option<usize> {
+        self.columns[node.index()]
     }
 
     /// All transforms of a frame, in the order of [`nodes`](Self::nodes).

@@ -36,8 +36,8 @@ pub(super) fn mend(work: &mut Work<'_>) -> usize {
             for frame in (0..is_exchanged.len()).filter(|frame| is_exchanged[*frame]) {
                 std::mem::swap(&mut lefts[frame], &mut rights[frame]);
             }
-            work.set_rotations(left, &tracks[0]);
-            work.set_rotations(right, &tracks[1]);
+            work.frames.set_rotations(left, &tracks[0]);
+            work.frames.set_rotations(right, &tracks[1]);
         }
     }
     runs

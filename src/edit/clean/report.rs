@@ -232,14 +232,20 @@ impl fmt::Display for Mended {
 
 impl fmt::Display for Flips {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut done = Vec::new();
         if self.exchanged > 0 {
-            let comma = if self.runs > 0 { ", " } else { "" };
-            write!(f, "left and right exchanged back in {} runs{comma}", self.exchanged)?;
+            done.push(format!("left and right exchanged back in {} runs", self.exchanged));
         }
-        match self.runs {
-            0 => Ok(()),
-            runs => write!(f, "{runs} runs of {} joints turned back or replaced", self.joints),
+        if self.runs > 0 {
+            done.push(format!(
+                "{} runs of {} joints turned back or replaced",
+                self.runs, self.joints
+            ));
         }
+        if self.spread > 0 {
+            done.push(format!("{} turns about the bone spread over 0.4 s", self.spread));
+        }
+        f.write_str(&done.join(", "))
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the parts of a cleaning work on.
 
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 
 use crate::edit::StepInput;
 use crate::edit::body::and_below;
@@ -94,15 +94,6 @@ impl<'a> Work<'a> {
                 .node_to_parent
                 .iter()
                 .all(|matrix| is_one(Trs::from_matrix(*matrix).scale))
-    }
-
-    /// Sets the rotations of a held node.
-    pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
-        let mut track = self.frames.track(column);
-        for (trs, rotation) in track.iter_mut().zip(rotations) {
-            trs.rotation = *rotation;
-        }
-        self.frames.set_track(column, &track);
     }
 
     /// Moves the whole body in every frame, by a motion in the world.

@@ -1,0 +1,111 @@
+//! Turns of a bone about itself between two frames, which stay: the solver of a camera loses how an arm is turned while
+//! its elbow is straight. No joint is elsewhere for it, so the turn is spread over frames on both sides, and what is
+//! below the bone keeps its rotation in the world.
+
+use std::f32::consts::{PI, TAU};
+use std::ops::Range;
+
+use glam::{Quat, Vec3};
+
+use super::frames::Frames;
+use crate::math::quaternion::{in_hemisphere_of, log};
+use crate::pose::Trs;
+use crate::scene::{NodeId, NodeKind, Scene};
+
+/// Over how long a turn is spread on either side, in seconds.
+const SPREAD: f64 = 0.2;
+/// How much of a jump may be no turn about the bone, as a fraction of the turn.
+const ASIDE: f32 = 0.4;
+/// Below this angle a joint below the bone does not jump, in degrees.
+const CALM: f32 = 20.0;
+
+/// A joint that is turned about its bone.
+struct Turn {
+    column: usize,
+    bone: Vec3,
+    /// In radians.
+    angle: f32,
+}
+
+/// Spreads the jump of a joint to `frame`, where it is a turn about its bone and so is what it makes joints below jump.
+/// Returns the columns and the frames that changed; none where it is another jump.
+pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: usize) -> (Vec<usize>, Range<usize>) {
+    let width = ((SPREAD * frames.rate).round() as usize).max(2);
+    let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
+    let Some(turns) = turns(scene, frames, column, frame) else {
+        return (Vec::new(), within);
+    };
+    let mut changed = Vec::new();
+    for turn in &turns {
+        let child = only_child(scene, frames.nodes()[turn.column]).and_then(|child| frames.column(child));
+        let child = child.filter(|child| !is_end(scene, frames.nodes()[*child]));
+        for at in within.clone() {
+            let along = (at as f32 + 0.5 - frame as f32) / width as f32;
+            let share = (0.5 + 0.5 * along).clamp(0.0, 1.0);
+            let smooth = share * share * (3.0 - 2.0 * share);
+            let off = Quat::from_axis_angle(turn.bone, (smooth - f32::from(at >= frame)) * turn.angle);
+            rotate(frames, turn.column, at, |rotation| rotation * off);
+            if let Some(child) = child {
+                rotate(frames, child, at, |rotation| off.inverse() * rotation);
+            }
+        }
+        changed.extend(std::iter::once(turn.column).chain(child));
+    }
+    changed.sort_unstable();
+    changed.dedup();
+    (changed, within)
+}
+
+/// The joint and those below it that are turned too, as far as one of them jumps.
+fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<Turn>> {
+    let at = |column: usize| [frame - 1, frame].map(|frame| frames.row(frame)[column]);
+    let [before, after] = at(column);
+    let mut jump = before.rotation.inverse() * after.rotation;
+    let (mut column, mut turns) = (column, Vec::new());
+    loop {
+        let child = only_child(scene, frames.nodes()[column])?;
+        let below = frames.column(child);
+        let rest = Trs::from_matrix(scene.nodes[child.index()].transform).translation;
+        let bone = below.map_or(rest, |below| frames.row(frame)[below].translation);
+        let bone = bone.try_normalize()?;
+        let angle = 2.0 * Vec3::new(jump.x, jump.y, jump.z).dot(bone).atan2(jump.w);
+        let angle = angle - TAU * ((angle + PI) / TAU).floor();
+        let turn = Quat::from_axis_angle(bone, angle);
+        if log(jump * turn.inverse()).length() > ASIDE * angle.abs() {
+            return None;
+        }
+        turns.push(Turn { column, bone, angle });
+        let Some(below) = below.filter(|_| !is_end(scene, child)) else {
+            return Some(turns);
+        };
+        let [before, after] = at(below);
+        jump = before.rotation.inverse() * turn * after.rotation;
+        if log(jump).length() < CALM.to_radians() {
+            return Some(turns);
+        }
+        column = below;
+    }
+}
+
+/// The child of a joint that has one alone.
+fn only_child(scene: &Scene, joint: NodeId) -> Option<NodeId> {
+    let mut children = (0..scene.nodes.len()).filter(|node| scene.nodes[*node].parent == Some(joint));
+    let child = children.next()?;
+    children.next().is_none().then(|| NodeId::new(child))
+}
+
+/// Whether no joint is below a node, which then turns along.
+fn is_end(scene: &Scene, joint: NodeId) -> bool {
+    let is_below = |node: &&crate::scene::Node| node.parent == Some(joint);
+    scene
+        .nodes
+        .iter()
+        .filter(is_below)
+        .all(|node| node.kind == NodeKind::EndSite)
+}
+
+fn rotate(frames: &mut Frames, column: usize, frame: usize, by: impl Fn(Quat) -> Quat) {
+    let trs = frames.row(frame)[column];
+    let rotation = in_hemisphere_of(trs.rotation, by(trs.rotation).normalize());
+    frames.set(frame, frames.nodes()[column], Trs { rotation, ..trs });
+}
