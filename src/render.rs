@@ -10,8 +10,10 @@ mod camera;
 mod drawing;
 mod euler;
 mod figure;
+mod image_size;
 mod matrix;
 mod movie;
+mod palette;
 mod plot;
 mod raster;
 mod sheet;
@@ -19,6 +21,7 @@ mod surface;
 mod svg;
 mod t_pose;
 mod terminal;
+mod texture;
 mod theme;
 mod view;
 

@@ -68,6 +68,7 @@ use crate::scene::{Animation, AppliedStep, Scene, SecondMotion};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Retargeting {
+    /// With a root above the hips, where the options ask for one.
     target: Target,
     /// The figure of the target; a robot has its own.
     figure: Option<Figure>,
@@ -97,21 +98,14 @@ impl Retargeting {
     /// its hierarchy;
     /// [`Code::InvalidValue`] where [`target_bones`](RetargetingOptions::target_bones) names a joint that it lacks.
     pub fn onto(target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
-        let target = target.into();
-        let bones = match &target {
-            Target::Character(character) => {
-                let stated = character.humanoid().cloned();
-                Some(stated.unwrap_or_else(|| Humanoid::of(character.scene())))
-            }
-            Target::Skeleton(scene) => Some(Humanoid::of(scene)),
-            Target::Robot(robot) => {
-                robot.bones(Some(&options.target_bones))?;
-                None
-            }
-        };
+        let mut target = target.into();
+        let mut bones = bones_of(&target, &options)?;
+        let hips = bones.as_ref().and_then(|bones| bones.joint(HumanoidBone::Hips));
+        if let (RootMotion::Extract, Some(hips)) = (options.root, hips) {
+            target = over_ground::with_root(target, hips)?;
+            bones = bones_of(&target, &options)?;
+        }
         let scene = target.scene();
-        let bones = bones.map(|bones| bones.with_map(&scene, options.target_bones.clone()));
-        let bones = bones.transpose()?;
         let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
         if let Some(figure) = figure.as_ref().filter(|figure| figure.humanoid.creature.is_none()) {
             check_figure(&scene, figure)?;
@@ -304,7 +298,7 @@ impl Retargeting {
             let message = "the target has no hips, so its motion over the ground is not known";
             Diagnostic::new(Code::NotHumanoid, message).help("leave out --in-place and --root-motion")
         })?;
-        over_ground::change(&target, hips, &mut clip.animation, self.options.root)?;
+        over_ground::change(&target, hips, &mut clip.animation, self.options.root);
         Ok(Some(step))
     }
 
@@ -395,8 +389,8 @@ impl Retargeting {
         character.clip_files(clips, replace, options, name).map(Some)
     }
 
-    /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the sources
-    /// that it lacks. It records the motion of the first.
+    /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the
+    /// sources that it lacks. It records the motion of the first.
     pub fn scene(&self) -> Scene {
         let mut scene = self.body_scene();
         self.add_faces(&mut scene);
@@ -442,4 +436,20 @@ impl Retargeting {
             clip.provenance.record(scene);
         }
     }
+}
+
+/// The bones of a target; none of a robot.
+fn bones_of(target: &Target, options: &RetargetingOptions) -> Result<Option<Humanoid>> {
+    let found = match target {
+        Target::Character(character) => character
+            .humanoid()
+            .cloned()
+            .unwrap_or_else(|| Humanoid::of(character.scene())),
+        Target::Skeleton(scene) => Humanoid::of(scene),
+        Target::Robot(robot) => {
+            robot.bones(Some(&options.target_bones))?;
+            return Ok(None);
+        }
+    };
+    found.with_map(&target.scene(), options.target_bones.clone()).map(Some)
 }

@@ -39,11 +39,7 @@ impl Scene {
     /// changes. Returns the new joint; none where there is no root.
     pub fn extract_root_motion(&mut self) -> Option<NodeId> {
         let old_root = roots(self).next()?;
-        let is_taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
-        let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
-        let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
-        let name = names.find(|name| !is_taken(name)).unwrap_or_default();
-
+        let name = self.root_name();
         for index in 0..self.animations.len() {
             let driven = Binding::new(self, &self.animations[index])
                 .driven()
@@ -54,8 +50,29 @@ impl Scene {
             }
         }
 
-        // The new node takes the index of the old root; the following indices increase by one.
-        let shifted = |id: NodeId| if id < old_root { id } else { NodeId(id.0 + 1) };
+        self.insert_root_above(old_root);
+        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+            if channel.node_name == name {
+                channel.node = Some(old_root);
+            }
+        }
+        self.metadata.steps.push(AppliedStep::RootMotion);
+        Some(old_root)
+    }
+
+    /// What a new root is called.
+    fn root_name(&self) -> String {
+        let is_taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
+        let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
+        let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
+        names.find(|name| !is_taken(name)).unwrap_or_default()
+    }
+
+    /// Puts a joint named `Root`, without a transform, above a node. It takes the index of the node; from there on
+    /// indices increase by one.
+    pub(crate) fn insert_root_above(&mut self, below: NodeId) {
+        let name = self.root_name();
+        let shifted = |id: NodeId| if id < below { id } else { NodeId(id.0 + 1) };
         for node in &mut self.nodes {
             node.parent = node.parent.map(shifted);
         }
@@ -63,22 +80,17 @@ impl Scene {
             bone.node = shifted(bone.node);
         }
         for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
-            channel.node = match channel.node_name == name {
-                true => Some(old_root),
-                false => channel.node.map(shifted),
-            };
+            channel.node = channel.node.map(shifted);
         }
-        let parent = self.nodes[old_root.index()].parent.replace(old_root);
+        let parent = self.nodes[below.index()].parent.replace(below);
         self.nodes.insert(
-            old_root.index(),
+            below.index(),
             Node {
                 name,
                 parent,
                 ..Node::default()
             },
         );
-        self.metadata.steps.push(AppliedStep::RootMotion);
-        Some(old_root)
     }
 }
 

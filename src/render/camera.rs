@@ -60,7 +60,7 @@ pub(super) struct Extent {
 
 impl Extent {
     pub(super) fn include(&mut self, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
-        for &position in positions {
+        for position in figure.shown(positions) {
             let shadow = camera.see(figure.ground_below(position));
             let seen = camera.see(position);
             self.left = self.left.min(seen.x);

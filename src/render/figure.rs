@@ -1,8 +1,11 @@
 //! A clip to draw: the positions of its joints at a tick, its size, and its up axis.
 
+use std::cell::OnceCell;
+
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use super::texture::Images;
 use crate::figure::ground::Ground;
 use crate::figure::names::Name;
 use crate::figure::{self, Figure, Humanoid, HumanoidBone};
@@ -119,6 +122,7 @@ pub(super) struct DrawnClip<'a> {
     to_stage: Quat,
     binding: Option<Binding>,
     pose: Pose,
+    images: OnceCell<Images>,
 }
 
 impl<'a> DrawnClip<'a> {
@@ -148,6 +152,7 @@ impl<'a> DrawnClip<'a> {
             to_stage: turn_to_y_up(known.survey.up.value).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
+            images: OnceCell::new(),
         };
         figure.measure();
         // A figure whose up axis is X is drawn as if it were Y.
@@ -156,12 +161,24 @@ impl<'a> DrawnClip<'a> {
         figure
     }
 
+    /// The images of its skin, read when they are first drawn.
+    pub(super) fn images(&self) -> &Images {
+        self.images.get_or_init(|| Images::of(self.clip.scene))
+    }
+
+    /// The positions of nodes that are drawn.
+    pub(super) fn shown(&self, positions: &[Vec3]) -> impl Iterator<Item = Vec3> {
+        let all = positions.iter().zip(&self.is_shown);
+        all.filter(|(_, is_shown)| **is_shown).map(|(position, _)| *position)
+    }
+
     /// Measures a few dozen poses, which are enough for the size of a clip.
     fn measure(&mut self) {
         for tick in self.ticks(48) {
             let positions = self.positions(tick);
             let root = positions.get(self.root).copied().unwrap_or_default();
-            for (&position, _) in positions.iter().zip(&self.is_shown).filter(|(_, is_shown)| **is_shown) {
+            let shown: Vec<Vec3> = self.shown(&positions).collect();
+            for position in shown {
                 self.floor = self.floor.min(position.y);
                 self.reach = self.reach.max(position.distance(root));
             }

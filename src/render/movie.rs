@@ -1,13 +1,12 @@
 //! A clip as a film: GIF and animated PNG.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 
 use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing};
 use super::figure::{Clip, DrawnClip, short};
-use super::surface::{has_skin, paint_body, shades};
+use super::palette::Palette;
+use super::surface::{has_colors, has_skin, paint_body};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
 use crate::options::setters;
@@ -172,7 +171,7 @@ impl<'a> Movie<'a> {
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
     pub fn to_gif(&mut self) -> Result<Vec<u8>> {
-        let mut palette = Palette::new(has_skin(self.figure.clip.scene));
+        let mut palette = self.palette()?;
         let (width, height) = (self.options.width as u16, self.options.height as u16);
         let mut bytes = Vec::new();
         // Drawing the first picture checks the size.
@@ -202,6 +201,20 @@ impl<'a> Movie<'a> {
             }
         }
         Ok(bytes)
+    }
+
+    /// The colours of the whole film.
+    fn palette(&mut self) -> Result<Palette> {
+        /// Pictures of which the colours of a skin are taken.
+        const SAMPLES: usize = 6;
+        if !has_colors(&self.figure) {
+            return Ok(Palette::new(has_skin(self.figure.clip.scene)));
+        }
+        let mut pixels = Vec::new();
+        for index in (0..self.picture_count()).step_by(self.picture_count().div_ceil(SAMPLES)) {
+            pixels.extend(self.picture(index).to_rgb()?);
+        }
+        Ok(Palette::with(&pixels))
     }
 
     /// The duration of a picture. Rounding errors are carried over, so that the whole film keeps its length.
@@ -283,90 +296,10 @@ fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) 
     }
 }
 
-/// The 256 colours of a GIF: every colour that is painted, and blends with the colours behind it.
-struct Palette {
-    colors: Vec<[u8; 3]>,
-    nearest: HashMap<[u8; 3], u8>,
-}
-
-impl Palette {
-    /// Of a film of a skin, or of a skeleton.
-    fn new(has_skin: bool) -> Self {
-        const STEPS: usize = 12;
-        let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
-        let bones = sides.map(|color| {
-            [
-                color.mix(theme::PAPER, 0.22),
-                color.mix(theme::INK, 0.12),
-                color.mix(theme::INK, 0.35),
-            ]
-        });
-        let painted = bones
-            .into_iter()
-            .flatten()
-            .chain([theme::FADED, theme::RULE, theme::SHADOW]);
-        let mut colors = vec![theme::PAPER.rgb];
-        for color in painted {
-            let step = |step: usize| 1.0 - step as f32 / STEPS as f32;
-            colors.extend((0..STEPS).map(|index| theme::PAPER.mix(color, step(index)).rgb));
-            colors.extend((1..STEPS / 2).map(|index| theme::SHADOW.mix(color, step(2 * index)).rgb));
-        }
-        if has_skin {
-            for shade in shades() {
-                colors.push(shade.rgb);
-                colors.push(theme::PAPER.mix(shade, 0.5).rgb);
-            }
-        }
-        colors.truncate(256);
-        Self {
-            colors,
-            nearest: HashMap::new(),
-        }
-    }
-
-    fn colors(&self) -> Vec<u8> {
-        self.colors.concat()
-    }
-
-    fn index(&mut self, rgb: [u8; 3]) -> u8 {
-        let colors = &self.colors;
-        *self.nearest.entry(rgb).or_insert_with(|| {
-            let distance = |color: &[u8; 3]| -> i32 {
-                std::iter::zip(color, rgb)
-                    .map(|(&a, b)| (i32::from(a) - i32::from(b)).pow(2))
-                    .sum()
-            };
-            let closest = (0..colors.len()).min_by_key(|&index| distance(&colors[index]));
-            closest.unwrap_or(0) as u8
-        })
-    }
-}
-
 /// A summary as one line: `110 pictures, 4.36 s`.
 impl std::fmt::Display for Movie<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let seconds = self.picture_count() as f64 / self.options.frames_per_second;
         write!(f, "{} pictures, {} s", self.picture_count(), short(seconds))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::drawing::Color;
-    use super::*;
-
-    #[test]
-    fn the_palette_fits_and_holds_what_is_painted() {
-        let mut palette = Palette::new(false);
-        assert!(palette.colors.len() <= 256);
-        for Color { rgb, .. } in [
-            theme::PAPER,
-            theme::RULE,
-            theme::SHADOW,
-            theme::LEFT.mix(theme::INK, 0.12),
-        ] {
-            let index = usize::from(palette.index(rgb));
-            assert_eq!(palette.colors[index], rgb);
-        }
     }
 }

@@ -1,4 +1,5 @@
-//! The skin of a figure as pixels: triangles with one light, the nearest at each pixel (a z-buffer).
+//! The skin of a figure as pixels: triangles with one light, the nearest at each pixel (a z-buffer), in the colours of
+//! their materials; in grey where those state none.
 
 use glam::{Vec2, Vec3};
 
@@ -39,7 +40,13 @@ pub(super) fn has_skin(scene: &Scene) -> bool {
     meshes(scene).next().is_some()
 }
 
-/// Depths and shades of samples within a rectangle of a drawing.
+/// Whether a skin has colours of its own.
+pub(super) fn has_colors(figure: &DrawnClip<'_>) -> bool {
+    let scene = figure.clip.scene;
+    meshes(scene).any(|mesh| figure.images().paint(scene, mesh).is_some())
+}
+
+/// Depths and colours of samples within a rectangle of a drawing.
 struct Buffer {
     left: usize,
     top: usize,
@@ -48,7 +55,7 @@ struct Buffer {
     height: usize,
     /// Towards the camera is more; of what is empty, minus infinity.
     depths: Vec<f32>,
-    shades: Vec<u8>,
+    colors: Vec<[u8; 3]>,
 }
 
 impl Buffer {
@@ -68,12 +75,13 @@ impl Buffer {
             width,
             height,
             depths: vec![f32::NEG_INFINITY; width * height],
-            shades: vec![0; width * height],
+            colors: vec![[0; 3]; width * height],
         })
     }
 
-    /// Fills a triangle of points in pixels, each with its depth.
-    fn fill(&mut self, corners: [(Vec2, f32); 3], shade: u8) {
+    /// Fills a triangle of points in pixels, each with its depth. `color` gets the shares of the corners; where it has
+    /// no colour there is nothing.
+    fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
         let origin = Vec2::new(self.left as f32, self.top as f32);
         let [a, b, c] = corners.map(|(point, _)| (point - origin) * SAMPLES as f32 - 0.5);
         let area = (b - a).perp_dot(c - a);
@@ -95,15 +103,16 @@ impl Buffer {
                 }
                 let depth: f32 = parts.iter().zip(&corners).map(|(part, (_, depth))| part * depth).sum();
                 let at = row * self.width + column;
-                if depth > self.depths[at] {
-                    (self.depths[at], self.shades[at]) = (depth, shade);
+                if depth > self.depths[at]
+                    && let Some(color) = color(parts)
+                {
+                    (self.depths[at], self.colors[at]) = (depth, color);
                 }
             }
         }
     }
 
     fn pixels(&self) -> Pixels {
-        let shades: Vec<Color> = shades().collect();
         let (width, height) = (self.width / SAMPLES, self.height / SAMPLES);
         let mut rgba = Vec::with_capacity(4 * width * height);
         for row in 0..height {
@@ -114,9 +123,8 @@ impl Buffer {
                 });
                 let (mut sum, mut count) = ([0u32; 3], 0);
                 for at in samples.filter(|at| self.depths[*at].is_finite()) {
-                    let color = shades[usize::from(self.shades[at])].rgb;
                     sum.iter_mut()
-                        .zip(color)
+                        .zip(self.colors[at])
                         .for_each(|(sum, value)| *sum += u32::from(value));
                     count += 1;
                 }
@@ -155,7 +163,9 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
         return;
     };
     let light = LIGHT.normalize();
+    let greys: Vec<Color> = shades().collect();
     for (mesh, positions) in &meshes {
+        let paint = figure.images().paint(figure.clip.scene, mesh);
         for face in mesh.faces() {
             let corners = [face[0], face[1], face[2]].map(|vertex| positions[vertex as usize]);
             let [a, b, c] = corners.map(|corner| camera.see(corner));
@@ -163,11 +173,20 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let normal = if normal.z < 0.0 { -normal } else { normal };
             let brightness = 0.25 + 0.75 * normal.dot(light).max(0.0);
-            let shade = (brightness * (SHADES - 1) as f32).round() as u8;
-            buffer.fill(
-                corners.map(|corner| (camera.project(corner).into(), camera.see(corner).z)),
-                shade,
-            );
+            let grey = greys[(brightness * (SHADES - 1) as f32).round() as usize].rgb;
+            let coords = [0, 1, 2].map(|corner| {
+                let coords = mesh.texture_coords.get(face[corner] as usize);
+                coords.copied().unwrap_or_default()
+            });
+            let corners = corners.map(|corner| (camera.project(corner).into(), camera.see(corner).z));
+            buffer.fill(corners, |shares| match &paint {
+                None => Some(grey),
+                Some(paint) => {
+                    let at: Vec2 = coords.iter().zip(shares).map(|(coords, share)| *coords * share).sum();
+                    // Colours are lighter than the light of a grey figure, so that they are those of the file.
+                    paint.color(at, 0.45 + 0.55 * brightness)
+                }
+            });
         }
     }
     drawing.pixels(buffer.pixels());
@@ -192,9 +211,9 @@ mod tests {
             let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
             let both = [(triangle(1.0, 0.0), 3), (triangle(2.0, 4.0), 9)];
             for (corners, shade) in order.map(|which| both[which]) {
-                buffer.fill(corners, shade);
+                buffer.fill(corners, |_| Some([shade; 3]));
             }
-            let count = |shade: u8| buffer.shades.iter().filter(|found| **found == shade).count();
+            let count = |shade: u8| buffer.colors.iter().filter(|found| **found == [shade; 3]).count();
             let of_all = (10 * 10 / 2 * SAMPLES * SAMPLES) as f32;
             assert!((count(9) as f32 / of_all - 1.0).abs() < 0.06, "{}", count(9));
             // What the other leaves of it: 50 less a triangle of 6 x 6.
@@ -205,10 +224,11 @@ mod tests {
     #[test]
     fn what_is_not_finite_or_outside_is_not_painted() {
         let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
-        buffer.fill(triangle(f32::NAN, 0.0), 5);
-        buffer.fill(triangle(1.0, f32::NAN), 5);
-        buffer.fill(triangle(1.0, 1e9), 5);
-        assert!(buffer.shades.iter().all(|shade| *shade == 0));
+        for corners in [triangle(f32::NAN, 0.0), triangle(1.0, f32::NAN), triangle(1.0, 1e9)] {
+            buffer.fill(corners, |_| Some([5; 3]));
+        }
+        buffer.fill(triangle(1.0, 0.0), |_| None);
+        assert!(buffer.colors.iter().all(|color| *color == [0; 3]));
         assert!(Buffer::around([[-9.0, 3.0], [-2.0, 5.0]].into_iter(), &empty()).is_none());
         assert!(Buffer::around([[f32::NAN, 3.0]].into_iter(), &empty()).is_none());
     }

@@ -10,7 +10,6 @@
 //! The drop page of `tools/wasm` is the same template and the same player; its clips are [`PlayerClip`]s.
 
 mod data;
-mod image_size;
 mod listing;
 mod marks;
 mod pack;

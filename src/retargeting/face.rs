@@ -5,8 +5,8 @@ use crate::process::SkeletonMesh;
 use crate::scene::Scene;
 
 impl Retargeting {
-    /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part of
-    /// a face too.
+    /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part
+    /// of a face too.
     pub(super) fn with_clips(&self) -> Scene {
         let mut scene = self.target.scene().into_owned();
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();

@@ -1,12 +1,15 @@
 //! The motion over the ground of a clip on a character: taken out, or on a node above the hips.
 //!
 //! [`process`](crate::process) has both for joints whose rest pose has no rotations, below which nothing is bound. Here
-//! the skeleton is somebody's: it gets no node, and its frames are any.
+//! the skeleton is somebody's: it gets a node only where none is above the hips, and its frames are any.
+
+use std::sync::Arc;
 
 use glam::{Mat4, Quat, Vec3};
 
+use super::Target;
 use crate::convert::RootMotion;
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::Result;
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, NodeId, NodeKind, Scene};
 
@@ -16,16 +19,31 @@ const NO_HEADING: f32 = 1e-9;
 /// What readers of FBX call the node above all others, which no clip of an FBX file moves.
 const ROOT_OF_FBX: &str = "RootNode";
 
-/// Keeps the hips above the point of the ground where they start, or moves their translation over the ground and their
-/// heading to the uppermost node above them. Nothing else moves in the world by the latter.
+/// The target with a node `Root` above its hips, where a file has none there.
 ///
 /// # Errors
-/// [`Code::Unrepresentable`] where no node is above the hips.
-pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) -> Result<()> {
+/// Where its file cannot be changed.
+pub(super) fn with_root(target: Target, hips: NodeId) -> Result<Target> {
+    if uppermost(&target.scene(), hips).is_some() {
+        return Ok(target);
+    }
+    Ok(match target {
+        Target::Character(character) => character.with_root_above(hips)?.into(),
+        Target::Skeleton(mut scene) => {
+            Arc::make_mut(&mut scene).insert_root_above(hips);
+            Target::Skeleton(scene)
+        }
+        Target::Robot(_) => target,
+    })
+}
+
+/// Keeps the hips above the point of the ground where they start, or moves their translation over the ground and their
+/// heading to the uppermost node above them. Nothing else moves in the world by the latter.
+pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) {
     let above = match root {
-        RootMotion::Keep => return Ok(()),
+        RootMotion::Keep => return,
         RootMotion::InPlace => None,
-        RootMotion::Extract => Some(uppermost(scene, hips)?),
+        RootMotion::Extract => uppermost(scene, hips),
     };
     let rest = Pose::rest(scene);
     let parent = scene.nodes[hips.index()].parent;
@@ -67,11 +85,10 @@ pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, roo
     if let Some(above) = above {
         set(scene, animation, above, &of_root);
     }
-    Ok(())
 }
 
 /// The uppermost node above the hips that a file has and that moves them.
-fn uppermost(scene: &Scene, hips: NodeId) -> Result<NodeId> {
+fn uppermost(scene: &Scene, hips: NodeId) -> Option<NodeId> {
     let parent = |node: &NodeId| scene.nodes[node.index()].parent;
     let is_of_file = |node: &NodeId| {
         let found = &scene.nodes[node.index()];
@@ -79,13 +96,7 @@ fn uppermost(scene: &Scene, hips: NodeId) -> Result<NodeId> {
         !(stands_for_all && [GROUP_OF_ROOTS, ROOT_OF_FBX].contains(&found.name.as_str()))
     };
     let above = std::iter::successors(parent(&hips), parent);
-    above.take_while(is_of_file).last().ok_or_else(|| {
-        let message = "no node of the character is above the hips, onto which their motion over the ground could go";
-        Diagnostic::new(Code::Unrepresentable, message)
-            .in_joint(&scene.nodes[hips.index()].name)
-            .help("give the character a root node above its hips, or leave out --root-motion")
-            .into()
-    })
+    above.take_while(is_of_file).last()
 }
 
 fn rotation(matrix: &Mat4) -> Quat {

@@ -35,6 +35,8 @@ mod dialects;
 mod doors;
 mod edit;
 mod error_bounds;
+#[cfg(feature = "cli")]
+mod every_step;
 mod examples;
 #[cfg(feature = "cli")]
 mod exit_codes;

@@ -1,5 +1,6 @@
 //! Motions on characters: in place, with root motion, several in one file.
 
+use mocap::gltf::GltfOptions;
 use mocap::job::Job;
 use mocap::scene::NodeId;
 use mocap::{Binding, Importer, Pose, Scene};
@@ -58,6 +59,63 @@ fn root_motion_goes_to_the_uppermost_node_and_nothing_moves() {
         travelled = travelled.max(b.position(top).distance(rest.position(top)));
     }
     assert!(travelled > 1.0, "{travelled}");
+}
+
+/// A character whose hips are its root gets a node above them; all else in its file is as before.
+#[test]
+fn root_motion_of_a_character_whose_hips_are_its_root_goes_to_a_node_above_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let hero = folder.path().join("hero.glb");
+    let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    std::fs::write(&hero, GltfOptions::default().write_glb(&scene).unwrap()).unwrap();
+    let json = |bytes: &[u8]| -> Value { serde_json::from_slice(&gltf::Glb::from_slice(bytes).unwrap().json).unwrap() };
+    for (target, output) in [
+        (hero.to_str().unwrap(), "hero.glb"),
+        ("fixtures/real/cmu_short.bvh", "hero.fbx"),
+    ] {
+        let moved = |root: &str| {
+            let source = json!({"inputs": [WALK], "frames": {"root": root}});
+            let onto = json!({"file": target, "replace-animations": output == "hero.glb"});
+            let job = json!({"source": source, "onto": {"character": onto}, "write": {"output": output}});
+            let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
+            let bytes = written.into_bytes().unwrap();
+            (Importer::new().read(&bytes, output).unwrap(), bytes)
+        };
+        let ((plain, _), (moved, bytes)) = (moved("keep"), moved("extract"));
+        let (root, hips) = (at(&moved, "Root"), at(&moved, "Hips"));
+        assert_eq!(moved.nodes[hips.index()].parent, Some(root), "{output}");
+        let metres = moved.metadata.metres_per_unit.unwrap_or(1.0) as f32;
+        let last = moved.animations[0].frame_count() - 1;
+        for frame in [0, last / 3, last] {
+            let (a, b) = (pose(&plain, frame), pose(&moved, frame));
+            for node in &plain.nodes {
+                let distance = a
+                    .position(at(&plain, &node.name))
+                    .distance(b.position(at(&moved, &node.name)));
+                assert!(distance * metres < 1e-4, "{output}, {}: {distance}", node.name);
+            }
+            assert!((b.position(root).y * metres).abs() < 1e-5, "{output}");
+        }
+        let travelled = pose(&moved, 0)
+            .position(root)
+            .distance(pose(&moved, last).position(root));
+        assert!(travelled * metres > 1.0, "{output}: {travelled}");
+        if output == "hero.glb" {
+            let (before, after) = (json(&std::fs::read(&hero).unwrap()), json(&bytes));
+            let (nodes, more) = (before["nodes"].as_array().unwrap(), after["nodes"].as_array().unwrap());
+            assert_eq!((&more[..nodes.len()], more.len()), (&nodes[..], nodes.len() + 1));
+            assert!(
+                after["scenes"][0]["nodes"]
+                    .as_array()
+                    .unwrap()
+                    .contains(&json!(nodes.len()))
+            );
+            for part in ["meshes", "skins", "materials"] {
+                assert_eq!(before[part], after[part], "{part}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -22,7 +22,8 @@ const { values, positionals } = parseArgs({
   allowPositionals: true,
 });
 const sample = Sample.chosen(values.all);
-const fixtures = join(import.meta.dirname, "../../fixtures");
+const root = join(import.meta.dirname, "../..");
+const fixtures = join(root, "fixtures");
 const folder = mkdtempSync(join(tmpdir(), "mocap-wasm-"));
 
 const READ = [".bvh", ".amc", ".asf", ".c3d", ".gltf", ".glb", ".vrm", ".vrma", ".fbx"];
@@ -230,6 +231,42 @@ check("same", "steps are those of `mocap edit`", () => {
   refused("unknown-option", "did you mean cut-off?", [{ step: "smooth", cutoff: 8 }]);
   refused("invalid-value", undefined, ["concat"]);
   refused("invalid-value", undefined, ["mirror"], { bones: { hips: "Tail" } });
+});
+
+check("same", "every step works, and its job gives what the program writes", () => {
+  const [path, second] = [real("cmu_short.bvh"), real("cmu_12_01_walk.bvh")];
+  const prepared = (file) => kept(kept(mocap.read(filesOf(file))).convert({ firstFrame: "auto" }));
+  const [walk, other] = [prepared(path), prepared(second)];
+  const takesOther = Object.fromEntries(mocap.steps.map((step) => [step.name, step.takesOther]));
+  const steps = JSON.parse(readFileSync(join(root, "tests/steps.json"), "utf8"));
+  assert.deepEqual(new Set(steps.map((step) => step.split(":")[0])), new Set(Object.keys(takesOther)));
+  for (const step of steps) {
+    const two = takesOther[step.split(":")[0]];
+    const changed = kept(walk.edit([step], { others: two ? [other] : [] }));
+    const inputs = two ? [path, second] : [path];
+    const output = join(folder, "step.glb");
+    const ran = spawnSync(process.env.MOCAP, ["edit", ...inputs, "-o", output, "--force", "--json", "--step", step], { encoding: "utf8" });
+    assert.equal(ran.status, 0, `${step}: ${ran.stderr}`);
+    assertNear(changed.reports, JSON.parse(ran.stdout), 1e-3, step);
+    assertNearGltf(changed.toGlb(), readFileSync(output));
+    const files = inputs.map((file) => ({ name: basename(file), bytes: readFileSync(file) }));
+    const source = { inputs: files.map(({ name }) => name), frames: { "drop-first-frame": "auto" } };
+    const done = mocap.run({ source, steps: [step], write: { output: "step.glb" } }, files);
+    assertNearGltf(done.files[0].bytes, readFileSync(output));
+  }
+});
+
+check("same", "the face of a VRM animation goes onto a character", () => {
+  const face = kept(mocap.read(filesOf(join(root, "fixtures/made/face.vrma"))));
+  assert.ok(face.nodes.some((node) => node.face?.preset === "blink"));
+  const hero = join(root, "fixtures/characters/human_vrm0.vrm");
+  const moved = kept(face.retarget(kept(mocap.readCharacter(filesOf(hero)))));
+  const { bytes, report } = moved.write("glb");
+  assert.match(report.notes.join(), /expressions that the character does not have, left out: happy/);
+  const output = join(folder, "face.vrm");
+  const ran = spawnSync(process.env.MOCAP, ["retarget", join(root, "fixtures/made/face.vrma"), hero, "-o", output], { encoding: "utf8" });
+  assert.equal(ran.status, 0, ran.stderr);
+  assertNearGltf(bytes, readFileSync(output));
 });
 
 check("same", "changes are those of `mocap convert`", () => {

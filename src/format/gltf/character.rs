@@ -111,8 +111,8 @@ impl Character {
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
     }
 
-    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from, as `provenance`
-    /// has it in their order. Then `mocap verify` knows, and an output may be written again: see
+    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from, as
+    /// `provenance` has it in their order. Then `mocap verify` knows, and an output may be written again: see
     /// [`ReplacePolicy`](crate::files::ReplacePolicy).
     ///
     /// `motions` is a scene with the nodes of [`Character::scene`] and, behind them, those of faces:
@@ -184,6 +184,21 @@ impl Character {
             nodes: self.scene.nodes.len(),
             ..Written::of(files)
         })
+    }
+
+    /// The character with a node `Root` above one that has no node of the file above it.
+    pub(crate) fn with_root_above(&self, below: NodeId) -> Result<Self> {
+        let Some(root) = self.nodes[below.index()] else {
+            return Ok(self.clone());
+        };
+        let mut made = self.clone();
+        made.scene.insert_root_above(below);
+        let name = &made.scene.nodes[below.index()].name;
+        let (bytes, added) = patch::with_root(&self.bytes, root, name)?;
+        made.bytes = bytes;
+        made.nodes.insert(below.index(), Some(added));
+        made.humanoid = self.humanoid.is_some().then(|| Humanoid::of(&made.scene));
+        Ok(made)
     }
 
     fn face(&self) -> CharacterFace {

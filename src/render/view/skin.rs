@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::image_size::image_size;
 use crate::error::visible;
+use crate::render::image_size::image_size;
 use crate::scene::{AlphaMode, Mesh, Primitive, Scene, Surface};
 
 /// The largest size in bytes of a skin without its textures: about 700,000 vertices.

@@ -44,3 +44,36 @@ pub unsafe extern "C" fn mocap_text_free(text: *mut c_char) {
         Ok(())
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every step of `tests/steps.json`, on a short motion, with another where it takes one.
+    #[test]
+    fn every_step_can_be_done_in_a_job() {
+        let steps: Vec<String> = serde_json::from_str(include_str!("../../../tests/steps.json")).unwrap();
+        let real = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/real/");
+        let folder = std::env::temp_dir().join(format!("mocap_run_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let output = folder.join("out.bvh");
+        for step in steps {
+            let takes_other = ["concat", "blend", "layer"].iter().any(|name| step.starts_with(name));
+            let inputs = ["cmu_short.bvh", "cmu_12_01_walk.bvh"].map(|name| format!("{real}{name}"));
+            let job = serde_json::json!({
+                "source": {"inputs": inputs[..1 + usize::from(takes_other)]},
+                "steps": [step],
+                "write": {"output": output, "force": true},
+            });
+            let text = CString::new(job.to_string()).unwrap();
+            // SAFETY: the text ends with a zero byte.
+            let report = unsafe { mocap_run(text.as_ptr()) };
+            assert!(!report.is_null(), "{step}");
+            // SAFETY: it comes from `mocap_run`.
+            unsafe { mocap_text_free(report) };
+            let made = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap().0;
+            assert!(made.into_bytes().unwrap() == std::fs::read(&output).unwrap(), "{step}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -76,6 +76,23 @@ def test_the_program_does_the_same(program: Path, walk: Path, clip: mocap.Scene,
     subprocess.run([program, "verify", walk, tmp_path / "here.glb", "--max-error", "0.01mm"], check=True)
 
 
+STEPS: list[str] = json.loads((REAL.parents[1] / "tests" / "steps.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_step_does_the_same_in_a_job(step: str, tmp_path: Path) -> None:
+    takes_other = step.split(":")[0] in ("concat", "blend", "layer")
+    files = [REAL / "cmu_short.bvh", *[REAL / "cmu_12_01_walk.bvh"][: int(takes_other)]]
+    first, *others = (edit.prepare(mocap.read(file)) for file in files)
+    changed = edit.apply(first, step, *others)
+    edit.write(changed.scene, tmp_path / "here.glb")
+    source = {"inputs": [str(file) for file in files], "frames": {"drop-first-frame": "auto"}}
+    report = mocap.run({"source": source, "steps": [step], "write": {"output": str(tmp_path / "job.glb")}})
+    assert [done["changed"] for done in report["steps"]] == [changed.report]
+    here, there = (mocap.read(tmp_path / name) for name in ("here.glb", "job.glb"))
+    np.testing.assert_allclose(positions(here), positions(there), atol=1e-6)
+
+
 def test_every_step_has_a_function(program: Path) -> None:
     text = subprocess.run([program, "edit", "--help"], check=True, capture_output=True, text=True).stdout
     names = re.findall(r"^  ([a-z][a-z-]*) {2,}\S", text.split("Steps (")[1], re.MULTILINE)

@@ -8,7 +8,7 @@ use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed};
-use mocap::{Code, Importer, MemoryFile, SkeletonMesh, WrittenFile};
+use mocap::{Code, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -337,8 +337,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         reports: Vec<Report>,
     }
     let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
-    let file = target.character.clone();
-    let onto = match &file {
+    let onto = match &target.character {
         Some(file) => Target::Character(Arc::clone(file)),
         None => Target::from(target.scene.clone()),
     };
@@ -350,12 +349,18 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         None => source,
     })?;
     let limb_angles = options.limb_angles.then(|| retargeting.limb_angles(0)).flatten();
-    let mut scene = target.scene.clone();
     let humanoid = retargeting.humanoid().cloned();
     let (mut provenance, mut reports) = (Vec::new(), Vec::new());
-    // With the faces; what it records is recorded when a file is written.
-    let moved = retargeting.scene();
-    (scene.nodes, scene.animations) = (moved.nodes, moved.animations);
+    // What it records is recorded when a file is written.
+    let scene = Scene {
+        metadata: target.scene.metadata.clone(),
+        ..retargeting.scene()
+    };
+    // It may have a root that the file lacked.
+    let file = match retargeting.target() {
+        Target::Character(character) => Some(Arc::clone(character)),
+        _ => None,
+    };
     for clip in retargeting.into_clips() {
         provenance.push(clip.provenance);
         reports.push(clip.report);

@@ -27,6 +27,8 @@ use crate::scene::{self, Animation, Scene};
 #[serde(default, rename_all = "camelCase")]
 struct Sections<'a> {
     #[serde(borrow)]
+    scenes: Option<&'a RawValue>,
+    #[serde(borrow)]
     nodes: Option<&'a RawValue>,
     #[serde(borrow)]
     animations: Option<&'a RawValue>,
@@ -71,6 +73,42 @@ pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     }
     uris.retain(|uri| !uri.starts_with("data:"));
     Ok(uris)
+}
+
+/// The roots of a scene of a file.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Roots<'a> {
+    #[serde(borrow)]
+    nodes: Vec<&'a RawValue>,
+}
+
+/// The items of an array of the root.
+fn list(section: Option<&RawValue>) -> Result<Vec<&RawValue>> {
+    section.map_or(Ok(Vec::new()), |section| parse(section.get()))
+}
+
+/// The file with a node above one of its roots, and the index of the new node.
+pub(in super::super) fn with_root(bytes: &[u8], root: usize, name: &str) -> Result<(Vec<u8>, usize)> {
+    let (text, bin) = json::split(bytes)?;
+    let text = utf8(text)?;
+    let sections: Sections<'_> = parse(text)?;
+    let count = list(sections.nodes)?.len();
+    let mut edits = Edits::new(text);
+    let node = json!({ "name": name, "children": [root] }).to_string();
+    edits.append("nodes", sections.nodes, &[node])?;
+    for scene in list(sections.scenes)? {
+        let roots: Roots<'_> = parse(scene.get())?;
+        for place in roots.nodes.iter().filter(|index| index.get().parse() == Ok(root)) {
+            edits.replace(place, count.to_string());
+        }
+    }
+    let text = edits.finish();
+    if !bytes.starts_with(MAGIC) {
+        return Ok((text.into_bytes(), count));
+    }
+    let glb = Glb::new(text.into_bytes(), bin.map(<[u8]>::len), json::further_chunks(bytes)?)?;
+    Ok((glb.around(bin.unwrap_or_default()), count))
 }
 
 /// The nodes of a file as a scene: the index in the file of each node of the scene.
@@ -203,7 +241,7 @@ fn replace_animations<'a>(
     replaced: Replaced,
     written: &[String],
 ) -> Result<()> {
-    let present: Vec<&RawValue> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
+    let present = list(section)?;
     match (section, replaced, written.is_empty()) {
         (_, _, true) => {}
         (Some(section), Replaced::All, _) => edits.replace(section, format!("[{}]", written.join(","))),

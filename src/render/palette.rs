@@ -1,0 +1,173 @@
+//! The 256 colours of a GIF.
+
+use std::collections::HashMap;
+
+use super::surface::shades;
+use super::theme;
+
+/// Every colour that is painted, and blends with the colours behind it.
+pub(super) struct Palette {
+    colors: Vec<[u8; 3]>,
+    nearest: HashMap<[u8; 3], u8>,
+}
+
+/// Colours that a GIF has at most.
+const MOST: usize = 256;
+
+impl Palette {
+    /// Of a film of a grey skin, or of a skeleton.
+    pub(super) fn new(has_skin: bool) -> Self {
+        let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
+        let bones = sides.map(|color| {
+            [
+                color.mix(theme::PAPER, 0.22),
+                color.mix(theme::INK, 0.12),
+                color.mix(theme::INK, 0.35),
+            ]
+        });
+        let mut colors = Self::blends(bones.into_iter().flatten());
+        if has_skin {
+            for shade in shades() {
+                colors.push(shade.rgb);
+                colors.push(theme::PAPER.mix(shade, 0.5).rgb);
+            }
+        }
+        Self::of(colors)
+    }
+
+    /// Of a film of a coloured skin, by the pixels of some of its pictures.
+    pub(super) fn with(pixels: &[u8]) -> Self {
+        let mut colors = Self::blends(std::iter::empty());
+        let mut counts: HashMap<[u8; 3], usize> = HashMap::new();
+        for rgb in pixels.as_chunks::<3>().0 {
+            *counts.entry(*rgb).or_default() += 1;
+        }
+        for known in &colors {
+            counts.remove(known);
+        }
+        let mut counted: Vec<_> = counts.into_iter().collect();
+        // The order in which they are found is none.
+        counted.sort_unstable();
+        let room = MOST - colors.len();
+        colors.extend(median_cut(counted, room));
+        Self::of(colors)
+    }
+
+    /// Colours on the paper and on the shadow, with those of the ground and of words.
+    fn blends(painted: impl Iterator<Item = super::drawing::Color>) -> Vec<[u8; 3]> {
+        const STEPS: usize = 12;
+        let mut colors = vec![theme::PAPER.rgb];
+        for color in painted.chain([theme::FADED, theme::RULE, theme::SHADOW]) {
+            let step = |step: usize| 1.0 - step as f32 / STEPS as f32;
+            colors.extend((0..STEPS).map(|index| theme::PAPER.mix(color, step(index)).rgb));
+            colors.extend((1..STEPS / 2).map(|index| theme::SHADOW.mix(color, step(2 * index)).rgb));
+        }
+        colors
+    }
+
+    fn of(mut colors: Vec<[u8; 3]>) -> Self {
+        colors.truncate(MOST);
+        Self {
+            colors,
+            nearest: HashMap::new(),
+        }
+    }
+
+    pub(super) fn colors(&self) -> Vec<u8> {
+        self.colors.concat()
+    }
+
+    pub(super) fn index(&mut self, rgb: [u8; 3]) -> u8 {
+        let colors = &self.colors;
+        *self.nearest.entry(rgb).or_insert_with(|| {
+            let distance = |color: &[u8; 3]| -> i32 {
+                std::iter::zip(color, rgb)
+                    .map(|(&a, b)| (i32::from(a) - i32::from(b)).pow(2))
+                    .sum()
+            };
+            let closest = (0..colors.len()).min_by_key(|&index| distance(&colors[index]));
+            closest.unwrap_or(0) as u8
+        })
+    }
+}
+
+/// At most `room` colours for many, each with its count: the box with the widest range is cut at its median (Heckbert,
+/// "Color image quantization for frame buffer display", 1982).
+fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
+    let range = |part: usize, colors: &[([u8; 3], usize)]| {
+        let values = || colors.iter().map(|(rgb, _)| rgb[part]);
+        values().max().unwrap_or(0) - values().min().unwrap_or(0)
+    };
+    let widest =
+        |colors: &Vec<([u8; 3], usize)>| (0..3).map(|part| (range(part, colors), part)).max().unwrap_or((0, 0));
+    let mut boxes = vec![counted];
+    while boxes.len() < room {
+        let found = (0..boxes.len()).max_by_key(|index| {
+            let pixels: usize = boxes[*index].iter().map(|(_, count)| count).sum();
+            usize::from(widest(&boxes[*index]).0) * pixels.min(4096)
+        });
+        let Some(index) = found.filter(|index| boxes[*index].len() > 1) else {
+            break;
+        };
+        let (_, part) = widest(&boxes[index]);
+        let mut colors = std::mem::take(&mut boxes[index]);
+        colors.sort_unstable_by_key(|(rgb, _)| (rgb[part], *rgb));
+        let half: usize = colors.iter().map(|(_, count)| count).sum::<usize>() / 2;
+        let mut seen = 0;
+        let middle = colors.iter().position(|(_, count)| {
+            seen += count;
+            seen > half
+        });
+        let upper = colors.split_off(middle.unwrap_or(1).clamp(1, colors.len() - 1));
+        boxes[index] = colors;
+        boxes.push(upper);
+    }
+    let mean = |colors: &Vec<([u8; 3], usize)>| {
+        let count: usize = colors.iter().map(|(_, count)| count).sum();
+        [0, 1, 2].map(|part| {
+            let sum: usize = colors.iter().map(|(rgb, count)| usize::from(rgb[part]) * count).sum();
+            (sum as f64 / count as f64).round() as u8
+        })
+    };
+    boxes.iter().filter(|colors| !colors.is_empty()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawing::Color;
+    use super::*;
+
+    #[test]
+    fn the_palette_fits_and_holds_what_is_painted() {
+        let mut palette = Palette::new(false);
+        assert!(palette.colors.len() <= MOST);
+        for Color { rgb, .. } in [
+            theme::PAPER,
+            theme::RULE,
+            theme::SHADOW,
+            theme::LEFT.mix(theme::INK, 0.12),
+        ] {
+            let index = usize::from(palette.index(rgb));
+            assert_eq!(palette.colors[index], rgb);
+        }
+    }
+
+    /// All of the greys and reds is near one of them.
+    #[test]
+    fn many_colours_become_256() {
+        let pixels: Vec<u8> = (0..=255u8)
+            .flat_map(|value| [[value; 3], [value, 0, 0]])
+            .flatten()
+            .collect();
+        let mut palette = Palette::with(&pixels);
+        assert!(palette.colors.len() <= MOST);
+        for rgb in pixels.as_chunks::<3>().0 {
+            let nearest = palette.colors[usize::from(palette.index(*rgb))];
+            assert!(
+                std::iter::zip(rgb, nearest).all(|(a, b)| a.abs_diff(b) <= 4),
+                "{rgb:?} {nearest:?}"
+            );
+        }
+        assert_eq!(median_cut(Vec::new(), 9), Vec::<[u8; 3]>::new());
+    }
+}

@@ -1,0 +1,188 @@
+//! Textures and colours of materials, as a skin is drawn with them.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::image_size::image_size;
+use crate::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
+
+/// The largest width or height of a texture in pixels.
+const WIDEST: u32 = 4096;
+/// What is drawn of a half transparent surface: what is nearer to opaque.
+const HALF: f32 = 0.5;
+
+/// An image, row by row from the top: red, green, blue and opacity, in sRGB.
+pub(super) struct Image {
+    width: usize,
+    height: usize,
+    pixels: Vec<[u8; 4]>,
+}
+
+impl Image {
+    /// The image of a PNG or JPEG file; none of another, of a broken one, and of one that is too large.
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let (media_type, [width, height]) = image_size(bytes)?;
+        if width.max(height) > WIDEST || width.min(height) == 0 {
+            return None;
+        }
+        let (width, height) = (width as usize, height as usize);
+        let pixels = match media_type {
+            "image/png" => of_png(bytes)?,
+            "image/jpeg" => of_jpeg(bytes)?,
+            _ => return None,
+        };
+        (pixels.len() == width * height).then_some(Self { width, height, pixels })
+    }
+
+    /// The pixel at texture coordinates, which begin at the upper left.
+    fn at(&self, coords: Vec2, wrap: [Wrap; 2]) -> [u8; 4] {
+        let place = |coordinate: f32, wrap: Wrap, count: usize| {
+            let within = match wrap {
+                Wrap::Repeat => coordinate.rem_euclid(1.0),
+                Wrap::Mirror => 1.0 - (coordinate.rem_euclid(2.0) - 1.0).abs(),
+                Wrap::Clamp => coordinate.clamp(0.0, 1.0),
+            };
+            ((within * count as f32) as usize).min(count - 1)
+        };
+        let column = place(coords.x, wrap[0], self.width);
+        let row = place(coords.y, wrap[1], self.height);
+        self.pixels[row * self.width + column]
+    }
+}
+
+fn of_png(bytes: &[u8]) -> Option<Vec<[u8; 4]>> {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
+    let mut reader = decoder.read_info().ok()?;
+    let mut buffer = vec![0; reader.output_buffer_size()?];
+    let info = reader.next_frame(&mut buffer).ok()?;
+    let bytes = &buffer[..info.buffer_size()];
+    Some(match info.color_type {
+        png::ColorType::Rgba => bytes.as_chunks::<4>().0.to_vec(),
+        png::ColorType::GrayscaleAlpha => {
+            let pixels = bytes.as_chunks::<2>().0.iter();
+            pixels.map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
+        }
+        _ => return None,
+    })
+}
+
+fn of_jpeg(bytes: &[u8]) -> Option<Vec<[u8; 4]>> {
+    let mut decoder = jpeg_decoder::Decoder::new(bytes);
+    let pixels = decoder.decode().ok()?;
+    match decoder.info()?.pixel_format {
+        jpeg_decoder::PixelFormat::RGB24 => {
+            let pixels = pixels.as_chunks::<3>().0.iter();
+            Some(pixels.map(|&[red, green, blue]| [red, green, blue, 255]).collect())
+        }
+        jpeg_decoder::PixelFormat::L8 => Some(pixels.into_iter().map(|grey| [grey, grey, grey, 255]).collect()),
+        _ => None,
+    }
+}
+
+/// The images of a scene that its materials name.
+pub(super) struct Images(Vec<Option<Image>>);
+
+impl Images {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let named: Vec<usize> = scene
+            .materials
+            .iter()
+            .filter_map(|material| material.surface?.texture)
+            .collect();
+        let textures = scene.textures.iter().enumerate();
+        Self(
+            textures
+                .map(|(index, texture)| named.contains(&index).then(|| Image::read(&texture.bytes)).flatten())
+                .collect(),
+        )
+    }
+
+    /// The colours of a mesh; none where its file states none, or white without an image.
+    pub(super) fn paint<'a>(&'a self, scene: &Scene, mesh: &'a Mesh) -> Option<Paint<'a>> {
+        let surface = scene.materials.get(mesh.material_index)?.surface?;
+        let image = surface.texture.and_then(|texture| self.0.get(texture)?.as_ref());
+        let image = image.filter(|_| mesh.texture_coords.len() == mesh.vertices.len());
+        let is_plain = image.is_none() && surface.base_color.truncate() == Vec3::ONE;
+        (!is_plain).then_some(Paint { surface, image })
+    }
+}
+
+/// How a mesh is coloured.
+pub(super) struct Paint<'a> {
+    surface: Surface,
+    image: Option<&'a Image>,
+}
+
+impl Paint<'_> {
+    /// The colour at texture coordinates in a light, from 0 to 1; none where the surface is not there.
+    pub(super) fn color(&self, coords: Vec2, brightness: f32) -> Option<[u8; 3]> {
+        let base = self.surface.base_color;
+        let texel = self.image.map_or([255; 4], |image| image.at(coords, self.surface.wrap));
+        let alpha = f32::from(texel[3]) / 255.0 * base.w;
+        let least = match self.surface.alpha {
+            AlphaMode::Opaque => f32::NEG_INFINITY,
+            AlphaMode::Mask(cutoff) => cutoff,
+            AlphaMode::Blend => HALF,
+        };
+        let tint = Vec4::ONE
+            .min(base.max(Vec4::ZERO))
+            .to_array()
+            .map(|linear| linear.powf(1.0 / 2.2));
+        let value = |part: usize| (f32::from(texel[part]) * tint[part] * brightness).round() as u8;
+        (alpha >= least).then(|| [value(0), value(1), value(2)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Red, green in the upper row; blue, and nothing, in the lower.
+    fn image() -> Image {
+        let pixels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 0]];
+        Image {
+            width: 2,
+            height: 2,
+            pixels,
+        }
+    }
+
+    #[test]
+    fn a_texture_goes_on_beyond_its_edges() {
+        let (image, beyond) = (image(), Vec2::new(1.25, 0.75));
+        assert_eq!(image.at(beyond, [Wrap::Repeat; 2]), [0, 0, 255, 255]);
+        assert_eq!(image.at(beyond, [Wrap::Mirror; 2])[3], 0);
+        assert_eq!(image.at(beyond, [Wrap::Clamp; 2])[3], 0);
+        assert_eq!(image.at(Vec2::new(0.25, 0.25), [Wrap::Repeat; 2]), [255, 0, 0, 255]);
+        assert_eq!(image.at(Vec2::new(f32::NAN, f32::INFINITY), [Wrap::Repeat; 2]).len(), 4);
+    }
+
+    #[test]
+    fn what_is_transparent_is_not_there() {
+        let image = image();
+        let mut paint = Paint {
+            surface: Surface::default(),
+            image: Some(&image),
+        };
+        let nothing = Vec2::new(0.75, 0.75);
+        assert_eq!(paint.color(nothing, 1.0), Some([9; 3]));
+        paint.surface.alpha = AlphaMode::Mask(0.5);
+        assert_eq!(paint.color(nothing, 1.0), None);
+        assert_eq!(paint.color(Vec2::new(0.25, 0.25), 0.5), Some([128, 0, 0]));
+    }
+
+    #[test]
+    fn images_that_are_broken_or_too_large_are_not_read() {
+        let png = super::super::raster::png_of(2, 1, png::ColorType::Rgb, &[1, 2, 3, 4, 5, 6]);
+        let read = Image::read(&png).unwrap();
+        assert_eq!(
+            (read.width, read.height, read.pixels),
+            (2, 1, vec![[1, 2, 3, 255], [4, 5, 6, 255]])
+        );
+        assert!((0..png.len() - 12).all(|length| Image::read(&png[..length]).is_none()));
+        let mut wide = png.clone();
+        wide[16..20].copy_from_slice(&100_000_u32.to_be_bytes());
+        assert!(Image::read(&wide).is_none());
+        assert!(Image::read(b"RIFF    WEBP").is_none());
+    }
+}
