@@ -280,7 +280,7 @@ impl Retargeting {
         provenance.steps.push(step);
         provenance.steps.extend(self.change_over_ground(&mut clip)?);
         clip.provenance = provenance;
-        clip.face = source.face_tracks(&source.animations[index]);
+        clip.set_face(source.face_tracks(&source.animations[index]));
         clip.rename(name);
         Ok(clip)
     }

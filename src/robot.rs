@@ -24,6 +24,7 @@ mod branches;
 mod capsule;
 mod collision;
 mod cones;
+mod drawn;
 mod dynamics;
 mod feasibility;
 mod floor;

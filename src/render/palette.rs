@@ -162,7 +162,8 @@ mod tests {
         let mut palette = Palette::with(&pixels);
         assert!(palette.colors.len() <= MOST);
         for rgb in pixels.as_chunks::<3>().0 {
-            let nearest = palette.colors[usize::from(palette.index(*rgb))];
+            let index = usize::from(palette.index(*rgb));
+            let nearest = palette.colors[index];
             assert!(
                 std::iter::zip(rgb, nearest).all(|(a, b)| a.abs_diff(b) <= 4),
                 "{rgb:?} {nearest:?}"

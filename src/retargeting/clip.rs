@@ -6,7 +6,7 @@ use crate::format::gltf::Provenance;
 use crate::pose::FaceTrack;
 use crate::retarget::{RetargetReport, Verdict};
 use crate::robot::{RobotMotion, RobotReport};
-use crate::scene::Animation;
+use crate::scene::{Animation, Face, HumanoidBone};
 
 /// A motion on a target.
 ///
@@ -54,6 +54,17 @@ impl Retargeted {
             robot_motion: Some(motion),
             face: Vec::new(),
         }
+    }
+
+    /// Gives the clip the face of its source. A gaze is that of the eyes; where they cannot turn, the file that is
+    /// written says so.
+    pub(super) fn set_face(&mut self, face: Vec<FaceTrack>) {
+        let has_gaze = face.iter().any(|track| matches!(track.face, Face::LookAt { .. }));
+        if let (Report::Body(report), true) = (&mut self.report, has_gaze) {
+            let is_eye = |bone: HumanoidBone| matches!(bone, HumanoidBone::LeftEye | HumanoidBone::RightEye);
+            report.unmapped.retain(|unmapped| !is_eye(unmapped.bone));
+        }
+        self.face = face;
     }
 
     /// Gives the clip a name, wherever it stands.

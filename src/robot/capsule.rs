@@ -9,7 +9,7 @@ use crate::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 const THIN: f64 = 0.011;
 
 /// The radius of a link without a shape, as a fraction of its length.
-const THICKNESS: f64 = 0.125;
+pub(super) const THICKNESS: f64 = 0.125;
 
 /// Capsules side by side in one shape.
 const MOST_BESIDE: usize = 4;

@@ -39,13 +39,14 @@ fn every_step_is_tried() {
 fn every_step_is_the_same_on_the_command_line_in_a_job_and_in_the_library() {
     let folder = Folder::of_real(&[MOTION, OTHER]);
     for (step, takes_other) in steps() {
-        let inputs = if takes_other { &[MOTION, OTHER][..] } else { &[MOTION] };
+        let others = if takes_other { &[OTHER][..] } else { &[] };
+        let inputs = [&[MOTION], others].concat();
         folder.succeeds(&format!(
             "edit {} -o line.bvh --force --quiet --step {step}",
             inputs.join(" ")
         ));
         // As the command line does by itself.
-        let source = json!({"inputs": inputs, "frames": {"drop-first-frame": "auto"}});
+        let source = json!({"inputs": [MOTION], "with": others, "frames": {"drop-first-frame": "auto"}});
         let job = json!({"source": source, "steps": [step], "write": {"output": "job.bvh", "force": true}});
         folder.write("job.json", job.to_string().as_bytes());
         folder.succeeds("run job.json --quiet");

@@ -251,3 +251,66 @@ fn a_t_pose_has_a_row_a_skeleton_and_the_names_of_its_bones() {
     }
     assert!(!svg.contains("NaN"));
 }
+
+/// The pixels of a sheet of a scene.
+fn pixels(scene: &Scene) -> Vec<[u8; 3]> {
+    let drawing = Drawing::sheet(&[Clip { name: "it", scene }], &SheetOptions::new().poses(2).width(600));
+    let png = drawing.to_png().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    bytes.as_chunks::<3>().0.to_vec()
+}
+
+/// The skin of this character is brown by its texture, and grey without.
+#[test]
+fn a_skin_has_the_colours_of_its_texture() {
+    let importer = mocap::Importer::new()
+        .skeleton_mesh(mocap::SkeletonMesh::Own)
+        .gltf_meshes(true);
+    let mut hero = importer.import("fixtures/characters/human_vrm0.vrm").unwrap();
+    let is_brown = |[red, green, blue]: &[u8; 3]| *red > *green && *green > *blue && red - blue > 30;
+    let brown = |hero: &Scene| pixels(hero).iter().filter(|pixel| is_brown(pixel)).count();
+    let textured = brown(&hero);
+    assert!(textured > 1000, "{textured}");
+    let film = Movie::new(
+        Clip {
+            name: "it",
+            scene: &hero,
+        },
+        &MovieOptions::new(),
+    )
+    .unwrap()
+    .to_gif()
+    .unwrap();
+    let palette = &film[13..13 + 3 * 256];
+    let in_palette = palette
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .filter(|pixel| is_brown(pixel))
+        .count();
+    assert!(in_palette > 50, "{in_palette}");
+    hero.materials.iter_mut().for_each(|material| material.surface = None);
+    assert!(5 * brown(&hero) < textured, "{}", brown(&hero));
+}
+
+/// Links are wider than bones, so that more of the paper is painted.
+#[test]
+fn a_robot_is_drawn_with_its_links() {
+    let robot = mocap::Importer::new()
+        .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+        .unwrap();
+    let bones = robot.scene();
+    let mut links = bones.clone();
+    robot.add_links(&mut links);
+    assert_eq!(links.validate(), []);
+    let painted = |scene: &Scene| {
+        pixels(scene)
+            .iter()
+            .filter(|pixel| pixel.iter().all(|part| *part < 200))
+            .count()
+    };
+    let (bones, links) = (painted(&bones), painted(&links));
+    assert!(links > 2 * bones, "{links} {bones}");
+}

@@ -250,7 +250,8 @@ check("same", "every step works, and its job gives what the program writes", () 
     assertNear(changed.reports, JSON.parse(ran.stdout), 1e-3, step);
     assertNearGltf(changed.toGlb(), readFileSync(output));
     const files = inputs.map((file) => ({ name: basename(file), bytes: readFileSync(file) }));
-    const source = { inputs: files.map(({ name }) => name), frames: { "drop-first-frame": "auto" } };
+    const [motion, ...others] = files.map(({ name }) => name);
+    const source = { inputs: [motion], with: others, frames: { "drop-first-frame": "auto" } };
     const done = mocap.run({ source, steps: [step], write: { output: "step.glb" } }, files);
     assertNearGltf(done.files[0].bytes, readFileSync(output));
   }

@@ -41,7 +41,7 @@ use std::path::Path;
 use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Maker, Reading, SourceMap};
-use mocap::retargeting::Report;
+use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
 use mocap::scene::Scene;
 use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
@@ -60,6 +60,15 @@ fn import_drawn(read: &Reading, file: &Path) -> mocap::Result<Scene> {
         &read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
         file,
     )
+}
+
+/// A motion on a robot, with its links to be drawn.
+fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
+    let robot = Importer::new().import_robot(robot)?;
+    let done = Retargeting::new(scene, robot.clone(), RetargetingOptions::new());
+    let mut moved = done.map_err(|error| error.with_path(file))?.scene();
+    robot.add_links(&mut moved);
+    Ok(moved)
 }
 
 fn import_told(importer: &Importer, file: &Path) -> mocap::Result<Scene> {

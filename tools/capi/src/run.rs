@@ -61,7 +61,7 @@ mod tests {
             let takes_other = ["concat", "blend", "layer"].iter().any(|name| step.starts_with(name));
             let inputs = ["cmu_short.bvh", "cmu_12_01_walk.bvh"].map(|name| format!("{real}{name}"));
             let job = serde_json::json!({
-                "source": {"inputs": inputs[..1 + usize::from(takes_other)]},
+                "source": {"inputs": [inputs[0]], "with": inputs[1..1 + usize::from(takes_other)]},
                 "steps": [step],
                 "write": {"output": output, "force": true},
             });

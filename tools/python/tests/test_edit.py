@@ -86,7 +86,8 @@ def test_a_step_does_the_same_in_a_job(step: str, tmp_path: Path) -> None:
     first, *others = (edit.prepare(mocap.read(file)) for file in files)
     changed = edit.apply(first, step, *others)
     edit.write(changed.scene, tmp_path / "here.glb")
-    source = {"inputs": [str(file) for file in files], "frames": {"drop-first-frame": "auto"}}
+    motion, *others_of_job = map(str, files)
+    source = {"inputs": [motion], "with": others_of_job, "frames": {"drop-first-frame": "auto"}}
     report = mocap.run({"source": source, "steps": [step], "write": {"output": str(tmp_path / "job.glb")}})
     assert [done["changed"] for done in report["steps"]] == [changed.report]
     here, there = (mocap.read(tmp_path / name) for name in ("here.glb", "job.glb"))

@@ -103,6 +103,9 @@ pub(crate) struct SheetArgs {
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
+    /// Draw the motions on this robot, a .urdf file or an .xml file of MuJoCo
+    #[arg(long, value_name = "FILE", conflicts_with = "t_pose")]
+    pub(crate) robot: Option<PathBuf>,
     /// Draw the T-pose of each skeleton instead of its motion
     #[arg(long, conflicts_with = "poses")]
     pub(crate) t_pose: bool,
@@ -138,6 +141,9 @@ pub(crate) struct GifArgs {
     /// Playback speed; 1 is real time
     #[arg(long, value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
     pub(crate) speed: f64,
+    /// Draw the motion on this robot, a .urdf file or an .xml file of MuJoCo
+    #[arg(long, value_name = "FILE")]
+    pub(crate) robot: Option<PathBuf>,
     /// Show the whole path, instead of following the root with the camera
     #[arg(long)]
     pub(crate) still: bool,

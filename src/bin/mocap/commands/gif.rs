@@ -2,7 +2,7 @@
 
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{import_drawn, output_format, short_name, unknown_extension};
+use super::{import_drawn, on_robot, output_format, short_name, unknown_extension};
 use crate::args::GifArgs;
 use crate::{Failure, report, streams};
 
@@ -14,6 +14,9 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     streams::check_output(&[&args.file], &args.output, args.force)?;
     let mut scene = import_drawn(&args.read, &args.file)?;
     args.up.state(&mut scene);
+    if let Some(robot) = &args.robot {
+        scene = on_robot(scene, &args.file, robot)?;
+    }
     let name = short_name(&args.file);
     let options = MovieOptions::new()
         .width(args.width)

@@ -7,7 +7,7 @@ use mocap::job::SourceMap;
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip};
 use mocap::{Code, Diagnostic, Error, Scene};
 
-use super::{check_picture, import_drawn, mapped_figure, short_name, write_drawing};
+use super::{check_picture, import_drawn, mapped_figure, on_robot, short_name, write_drawing};
 use crate::Failure;
 use crate::args::{Given, SheetArgs};
 
@@ -31,6 +31,9 @@ pub(crate) fn drawing(args: &SheetArgs) -> Result<Drawing, Failure> {
     for file in &args.files {
         let mut scene = import_drawn(&args.read, file)?;
         args.up.state(&mut scene);
+        if let Some(robot) = &args.robot {
+            scene = on_robot(scene, file, robot)?;
+        }
         named_scenes.push((short_name(file), scene));
     }
     match args.t_pose {
