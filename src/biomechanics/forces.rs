@@ -1,6 +1,6 @@
 //! Ground reaction forces from the channels of force plates, as the C3D user guide describes their types.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::TimeSeries;
 use crate::error::{Code, Diagnostic, Result};
@@ -85,7 +85,7 @@ impl TimeSeries {
                 let (force, moment) = (force * sign, moment * sign);
                 series
                     .values
-                    .extend([force, centre, moment].iter().flat_map(|vector| vector.to_array()));
+                    .extend([force, centre, moment].iter().flat_map(DVec3::to_array));
             }
         }
         Ok(series)
@@ -168,7 +168,7 @@ fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, Stri
 
 /// From the plate's axes to those of the laboratory: x from corner 2 to 1, y from corner 4 to 1.
 fn axes(plate: &ForcePlate) -> Option<DMat3> {
-    let [a, b, c, d] = plate.corners.map(|corner| corner.as_dvec3());
+    let [a, b, c, d] = plate.corners.map(Vec3::as_dvec3);
     let x = (a - b + (d - c)).try_normalize()?;
     let z = x.cross(a - d + (b - c)).try_normalize()?;
     Some(DMat3::from_cols(x, z.cross(x), z))
