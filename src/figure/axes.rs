@@ -188,7 +188,7 @@ impl Shown {
     /// Takes what a limb shows; `lower` is how its lower joint is turned against the upper one.
     fn take(&mut self, limb: &Limb, lower: &Mean) {
         let [upper_hinge, lower_hinge] = limb.hinges();
-        let at = |place: usize, axis: Vec3| (limb.bones[place], (limb.turned[place], axis));
+        let at = |index: usize, axis: Vec3| (limb.bones[index], (limb.turned[index], axis));
         self.hinges.extend(upper_hinge.map(|hinge| at(0, hinge.axis)));
         self.hinges.extend(lower_hinge.map(|hinge| at(1, hinge.axis)));
         if let (Some(upper), None, Some(lower)) = (upper_hinge, lower_hinge, lower.value()) {
@@ -201,19 +201,19 @@ impl Shown {
 
     /// Compares a limb with that of the other side.
     fn compare(&mut self, limb: &Limb, other: &Limb) {
-        for place in 0..2 {
-            let bone = limb.bones[place];
-            let Some(&(_, of_other)) = self.hinges.get(&other.bones[place]) else {
+        for index in 0..2 {
+            let bone = limb.bones[index];
+            let Some(&(_, of_other)) = self.hinges.get(&other.bones[index]) else {
                 continue;
             };
             match self.hinges.get(&bone) {
-                Some((_, axis)) if limb.contradicts(other, place, *axis, of_other) => {
+                Some((_, axis)) if limb.contradicts(other, index, *axis, of_other) => {
                     self.contradicted.insert(bone);
                 }
                 Some(_) => {}
                 None => {
-                    let axes = limb.mirrored(other, place, of_other);
-                    self.mirrored.insert(bone, (limb.turned[place], axes));
+                    let axes = limb.mirrored(other, index, of_other);
+                    self.mirrored.insert(bone, (limb.turned[index], axes));
                 }
             }
         }
@@ -325,11 +325,11 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<Agains
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));
     let spine = trunk.iter().position(|node| Some(*node) == neck).unwrap_or(trunk.len());
-    let share = |place: usize| (place as f32 / spine.saturating_sub(1).max(1) as f32).min(1.0);
+    let fraction = |index: usize| (index as f32 / spine.saturating_sub(1).max(1) as f32).min(1.0);
     let mut all: Vec<_> = trunk
         .iter()
         .enumerate()
-        .map(|(place, node)| AgainstTrunk::new(*node, share(place)))
+        .map(|(index, node)| AgainstTrunk::new(*node, fraction(index)))
         .collect();
     let limbs = [
         (Bone::LeftUpperLeg, 0.0),
@@ -340,7 +340,7 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<Agains
     all.extend(
         limbs
             .into_iter()
-            .filter_map(|(bone, share)| Some(AgainstTrunk::new(joint(bone)?, share))),
+            .filter_map(|(bone, fraction)| Some(AgainstTrunk::new(joint(bone)?, fraction))),
     );
     all
 }
@@ -362,17 +362,17 @@ fn laid_along(
         let line = hip(Bone::LeftUpperLeg).zip(hip(Bone::RightUpperLeg));
         line.is_some_and(|(left, right)| nearest_axis(left - right, PELVIS_ALONG).is_some())
     };
-    let is_laid = |place: usize| {
-        let joint = trunk[place];
-        if place == 0 {
+    let is_laid = |index: usize| {
+        let joint = trunk[index];
+        if index == 0 {
             return is_pelvis_laid(joint);
         }
-        let next = trunk.get(place + 1).copied().or_else(|| hierarchy.only_child(joint));
+        let next = trunk.get(index + 1).copied().or_else(|| hierarchy.only_child(joint));
         next.and_then(|next| place_in(joint, next)).is_some_and(is_laid_along)
     };
     (0..trunk.len())
-        .filter(|place| is_laid(*place))
-        .map(|place| trunk[place])
+        .filter(|index| is_laid(*index))
+        .map(|index| trunk[index])
         .collect()
 }
 

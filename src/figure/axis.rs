@@ -30,15 +30,15 @@ pub enum Axis {
 
 impl Axis {
     /// The axis nearest to a direction, and the cosine between the two.
-    pub(super) fn nearest(way: Vec3) -> (Self, f32) {
-        let way = way.normalize_or_zero();
+    pub(super) fn nearest(vector: Vec3) -> (Self, f32) {
+        let vector = vector.normalize_or_zero();
         let all = [
-            (Self::X, way.x),
-            (Self::Y, way.y),
-            (Self::Z, way.z),
-            (Self::NegX, -way.x),
-            (Self::NegY, -way.y),
-            (Self::NegZ, -way.z),
+            (Self::X, vector.x),
+            (Self::Y, vector.y),
+            (Self::Z, vector.z),
+            (Self::NegX, -vector.x),
+            (Self::NegY, -vector.y),
+            (Self::NegZ, -vector.z),
         ];
         all.into_iter()
             .max_by(|a, b| a.1.total_cmp(&b.1))

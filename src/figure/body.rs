@@ -307,11 +307,13 @@ impl Body {
     }
 
     fn leg_length(&self) -> f32 {
-        let way = |from: Bone, to: Bone| {
+        let length_between = |from: Bone, to: Bone| {
             let (from, to) = (self.joint(from)?, self.joint(to)?);
             Some(self.position(from).distance(self.position(to)))
         };
-        let leg = |upper: Bone, lower: Bone, foot: Bone| Some(way(upper, lower)? + way(lower, foot).unwrap_or(0.0));
+        let leg = |upper: Bone, lower: Bone, foot: Bone| {
+            Some(length_between(upper, lower)? + length_between(lower, foot).unwrap_or(0.0))
+        };
         let left = leg(Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot);
         let right = leg(Bone::RightUpperLeg, Bone::RightLowerLeg, Bone::RightFoot);
         match (left, right) {

@@ -107,7 +107,10 @@ impl Extent {
     /// The head is not always above the feet, as in swimming or in some rest poses. If the motion and the rest pose
     /// differ, the motion decides if the feet return to a floor, as those of an upright figure do.
     pub(super) fn up(&self) -> Guess<UpAxis> {
-        let Some(way) = self.feet_to_head.filter(|way| way.is_finite() && *way != Vec3::ZERO) else {
+        let Some(to_head) = self
+            .feet_to_head
+            .filter(|to_head| to_head.is_finite() && *to_head != Vec3::ZERO)
+        else {
             let reason = "no joint is called head or foot, and most files have it so".to_owned();
             return Guess {
                 value: UpAxis::Y,
@@ -115,28 +118,28 @@ impl Extent {
                 reason,
             };
         };
-        let moving = longer_axis(way);
+        let moving = longer_axis(to_head);
         let resting = self
             .feet_to_head_at_rest
-            .filter(|way| way.is_finite() && *way != Vec3::ZERO)
-            .filter(|way| way.normalize_or_zero().x.abs() < 0.9)
+            .filter(|to_head| to_head.is_finite() && *to_head != Vec3::ZERO)
+            .filter(|to_head| to_head.normalize_or_zero().x.abs() < 0.9)
             .map(longer_axis);
         let (height, spread) = match moving {
-            UpAxis::Y | UpAxis::NegY => (way.y, self.floor_spread.y),
-            UpAxis::Z | UpAxis::NegZ => (way.z, self.floor_spread.z),
+            UpAxis::Y | UpAxis::NegY => (to_head.y, self.floor_spread.y),
+            UpAxis::Z | UpAxis::NegZ => (to_head.z, self.floor_spread.z),
         };
         let stands = height > 0.0 && f64::from(spread) <= FLOOR_SPREAD * self.size;
-        let share = height / way.length();
+        let fraction = height / to_head.length();
         let (value, confidence) = match resting {
             Some(resting) if resting != moving && stands => (moving, Confidence::Likely),
             Some(resting) if resting != moving => (resting, Confidence::Likely),
-            _ if share > 0.9 => (moving, Confidence::Sure),
-            _ if share > 0.7 => (moving, Confidence::Likely),
+            _ if fraction > 0.9 => (moving, Confidence::Sure),
+            _ if fraction > 0.7 => (moving, Confidence::Likely),
             _ => (moving, Confidence::Unsure),
         };
         let mut reason = format!(
             "from the feet to the head it is {:.4} {:.4} {:.4} units",
-            way.x, way.y, way.z
+            to_head.x, to_head.y, to_head.z
         );
         if let Some(rest) = self.feet_to_head_at_rest.filter(|_| resting != Some(moving)) {
             reason += &format!(", and {:.4} {:.4} {:.4} in the rest pose", rest.x, rest.y, rest.z);
@@ -150,10 +153,10 @@ impl Extent {
 }
 
 /// Along X there is no answer, and what is left of the path is noise.
-fn longer_axis(way: Vec3) -> UpAxis {
+fn longer_axis(to_head: Vec3) -> UpAxis {
     /// Of the length of the path.
     const NOISE: f32 = 0.3;
-    if way.z.abs() > way.y.abs() && way.z.abs() > NOISE * way.length() {
+    if to_head.z.abs() > to_head.y.abs() && to_head.z.abs() > NOISE * to_head.length() {
         UpAxis::Z
     } else {
         UpAxis::Y

@@ -41,15 +41,15 @@ const ON_FLOOR: std::ops::RangeInclusive<f64> = -0.03..=0.12;
 
 /// What a height of the ground says of a body whose bones are so long from ankle to head.
 pub(super) fn height_of_ground(value: f64, bone_length: f64) -> Guess<f64> {
-    let share = value / bone_length;
-    let (confidence, words) = match ON_FLOOR.contains(&share) {
+    let of_body = value / bone_length;
+    let (confidence, words) = match ON_FLOOR.contains(&of_body) {
         true => (Confidence::Likely, "the feet are on a floor at height 0"),
         false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
     };
     Guess {
         value,
         confidence,
-        reason: format!("the lowest joints of the feet rest {share:.2} of the body above height 0: {words}"),
+        reason: format!("the lowest joints of the feet rest {of_body:.2} of the body above height 0: {words}"),
     }
 }
 
@@ -64,11 +64,11 @@ impl<'a> Measures<'a> {
     }
 
     /// The same figure in another pose, given by the positions of its nodes.
-    pub(super) fn with_places(scene: &'a Scene, humanoid: &'a Humanoid, places: Vec<Vec3>) -> Self {
+    pub(super) fn with_positions(scene: &'a Scene, humanoid: &'a Humanoid, positions: Vec<Vec3>) -> Self {
         Self {
             scene,
             humanoid,
-            rest: places,
+            rest: positions,
             poses: OnceCell::new(),
         }
     }
@@ -87,7 +87,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The length of the path between two joints through the tree.
-    fn way(&self, from: Bone, to: Bone) -> Option<f64> {
+    fn distance(&self, from: Bone, to: Bone) -> Option<f64> {
         let above = |node: usize| -> Vec<usize> {
             let parent = |node: &usize| self.scene.nodes[*node].parent.map(NodeId::index);
             std::iter::successors(Some(node), parent).collect()
@@ -106,7 +106,7 @@ impl<'a> Measures<'a> {
 
     /// The length of thigh and shin, the mean of both sides.
     fn leg_length(&self) -> Option<f64> {
-        let leg = |upper, lower, foot| Some(self.way(upper, lower)? + self.way(lower, foot)?);
+        let leg = |upper, lower, foot| Some(self.distance(upper, lower)? + self.distance(lower, foot)?);
         let left = leg(Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot)?;
         let right = leg(Bone::RightUpperLeg, Bone::RightLowerLeg, Bone::RightFoot)?;
         let length = 0.5 * (left + right);
@@ -115,7 +115,7 @@ impl<'a> Measures<'a> {
 
     /// The length of bone from ankle to head: shin, thigh, and the trunk from the hips to the joint of the head.
     pub(super) fn bone_length(&self) -> Option<f64> {
-        let length = self.leg_length()? + self.way(Bone::Hips, Bone::Head)?;
+        let length = self.leg_length()? + self.distance(Bone::Hips, Bone::Head)?;
         length.is_finite().then_some(length)
     }
 
@@ -174,9 +174,9 @@ impl<'a> Measures<'a> {
     fn lopsided(&self) -> Option<f32> {
         let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
         let angle = |(upper, end): (Bone, Bone)| {
-            let way = |side| Some(self.at(end.on(side))? - self.at(upper.on(side))?);
-            let right = way(Side::Right)?;
-            let angle = way(Side::Left)?.angle_between(right - 2.0 * right.project_onto_normalized(across));
+            let limb = |side| Some(self.at(end.on(side))? - self.at(upper.on(side))?);
+            let right = limb(Side::Right)?;
+            let angle = limb(Side::Left)?.angle_between(right - 2.0 * right.project_onto_normalized(across));
             angle.is_finite().then_some(angle)
         };
         let bones = [
@@ -218,8 +218,8 @@ impl<'a> Measures<'a> {
             (Bone::LeftLowerLeg, Bone::LeftFoot),
         ];
         let difference = |(from, to): (Bone, Bone)| {
-            let left = self.way(from, to)?;
-            let right = self.way(from.on(Side::Right), to.on(Side::Right))?;
+            let left = self.distance(from, to)?;
+            let right = self.distance(from.on(Side::Right), to.on(Side::Right))?;
             let most = left.max(right);
             (most > 0.0 && most.is_finite()).then(|| ((left - right).abs() / most, from))
         };
@@ -321,8 +321,8 @@ impl<'a> Measures<'a> {
         ]
         .into_iter()
         .any(|(upper, lower, foot)| {
-            let ways = self.at(upper).zip(self.at(lower)).zip(self.at(foot));
-            ways.is_some_and(|((upper, lower), foot)| {
+            let joints = self.at(upper).zip(self.at(lower)).zip(self.at(foot));
+            joints.is_some_and(|((upper, lower), foot)| {
                 (lower - upper)
                     .normalize_or_zero()
                     .dot((foot - lower).normalize_or_zero())

@@ -120,12 +120,12 @@ impl Robot {
         let bones = links.iter().map(|(&bone, &link)| {
             // A foot that is part of the link of its shin.
             if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
-                let at = tree.lowest_point(link).unwrap_or(tree.places[link].translation);
+                let at = tree.lowest_point(link).unwrap_or(tree.transforms[link].translation);
                 let joints = Vec::new();
                 return RobotBone { bone, link, joints, at };
             }
             let joints = tree.joints_to(link, &taken);
-            let at = tree.centre(&joints).unwrap_or(tree.places[link].translation);
+            let at = tree.centre(&joints).unwrap_or(tree.transforms[link].translation);
             RobotBone { bone, link, joints, at }
         });
         Ok(bones.collect())
@@ -169,7 +169,7 @@ impl Robot {
 /// The moving links of a robot.
 struct Tree<'a> {
     robot: &'a Robot,
-    places: Vec<Placement>,
+    transforms: Vec<Placement>,
     /// For each link the moving links that hang on it, or on a link that is fixed to it.
     children: Vec<Vec<usize>>,
 }
@@ -188,7 +188,7 @@ impl<'a> Tree<'a> {
         }
         Self {
             robot,
-            places: robot.zero_pose(),
+            transforms: robot.zero_pose(),
             children,
         }
     }
@@ -203,7 +203,7 @@ impl<'a> Tree<'a> {
 
     /// A point of the axis of a link's joint.
     fn anchor(&self, link: usize) -> DVec3 {
-        self.places[link].point(self.robot.links[link].joint.anchor)
+        self.transforms[link].point(self.robot.links[link].joint.anchor)
     }
 
     fn limbs(&self) -> Vec<Limb> {
@@ -237,8 +237,8 @@ impl<'a> Tree<'a> {
         let mut pairs = Vec::new();
         let long = limbs.iter().enumerate().filter(|(_, limb)| limb.links.len() >= LIMB);
         let long: Vec<_> = long.collect();
-        for (place, (_, a)) in long.iter().enumerate() {
-            for (_, b) in &long[place + 1..] {
+        for (index, (_, a)) in long.iter().enumerate() {
+            for (_, b) in &long[index + 1..] {
                 let across = self.start(a) - self.start(b);
                 let is_level = |difference: DVec3| difference.z.abs() <= LEVEL * height;
                 let is_pair = a.from == b.from
@@ -296,7 +296,7 @@ impl<'a> Tree<'a> {
 
     /// Which link is which bone.
     fn find(&self) -> Result<BTreeMap<Bone, usize>, String> {
-        let heights = self.places.iter().map(|place| place.translation.z);
+        let heights = self.transforms.iter().map(|link| link.translation.z);
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
             (low.min(z), high.max(z))
         });
@@ -338,7 +338,7 @@ impl<'a> Tree<'a> {
         let mut bones = BTreeMap::from([(Bone::Hips, legs[0].from)]);
         for (side, limb) in Side::ALL.into_iter().zip(legs) {
             let [first, knee] = self.middle(limb, "knee");
-            let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
+            let mut add = |bone: Bone, index: usize| bones.insert(bone.on(side), limb.links[index]);
             add(Bone::LeftUpperLeg, first - 1);
             add(Bone::LeftLowerLeg, knee);
             if knee + 1 < limb.links.len() {
@@ -365,7 +365,7 @@ impl<'a> Tree<'a> {
     ) {
         for (side, limb) in Side::ALL.into_iter().zip(arms) {
             let [first, elbow] = self.middle(limb, "elbow");
-            let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
+            let mut add = |bone: Bone, index: usize| bones.insert(bone.on(side), limb.links[index]);
             add(Bone::LeftUpperArm, first - 1);
             add(Bone::LeftLowerArm, elbow);
             if elbow + 1 < limb.links.len() {
@@ -394,12 +394,12 @@ impl<'a> Tree<'a> {
     /// limb begins it, for one before that rolls the limb above; without the name it is the fourth, or the middle of
     /// few.
     fn middle(&self, limb: &Limb, word: &str) -> [usize; 2] {
-        let mut named = (1..limb.links.len()).filter(|place| self.has_word(limb.links[*place], word));
+        let mut named = (1..limb.links.len()).filter(|index| self.has_word(limb.links[*index], word));
         if let Some(last) = named.clone().next_back() {
-            return [named.find(|place| self.bends(limb, *place)).unwrap_or(last), last];
+            return [named.find(|index| self.bends(limb, *index)).unwrap_or(last), last];
         }
-        if let Some(place) = self.halving(limb) {
-            return [place; 2];
+        if let Some(index) = self.halving(limb) {
+            return [index; 2];
         }
         let usual = match limb.links.len() {
             0..=3 => limb
@@ -416,19 +416,19 @@ impl<'a> Tree<'a> {
     /// parts are longest, which the joints of hips, shoulders, ankles and wrists do not.
     fn halving(&self, limb: &Limb) -> Option<usize> {
         let (start, end) = (self.start(limb), self.end(limb));
-        let shorter = |place: usize| {
-            let at = self.anchor(limb.links[place]);
+        let shorter = |index: usize| {
+            let at = self.anchor(limb.links[index]);
             at.distance(start).min(at.distance(end))
         };
-        let bending = (1..limb.links.len()).filter(|place| self.bends(limb, *place));
+        let bending = (1..limb.links.len()).filter(|index| self.bends(limb, *index));
         let best = bending.max_by(|a, b| shorter(*a).total_cmp(&shorter(*b)))?;
         (limb.links.len() > 4 && shorter(best) > HALF * start.distance(end)).then_some(best)
     }
 
     /// Whether the axis of a joint is across the limb above it and below it.
-    fn bends(&self, limb: &Limb, place: usize) -> bool {
-        let link = limb.links[place];
-        let axis = self.places[link].rotation * self.robot.links[link].joint.axis;
+    fn bends(&self, limb: &Limb, index: usize) -> bool {
+        let link = limb.links[index];
+        let axis = self.transforms[link].rotation * self.robot.links[link].joint.axis;
         let at = self.anchor(link);
         let segments = [at - self.start(limb), self.end(limb) - at];
         let along = segments.map(|segment| segment.normalize_or_zero().dot(axis).abs());
@@ -462,7 +462,7 @@ impl<'a> Tree<'a> {
         let mut matrix = DMat3::from_diagonal(DVec3::splat(PULL));
         let mut vector = PULL * first;
         for &joint in joints {
-            let axis = self.places[joint].rotation * self.robot.links[joint].joint.axis;
+            let axis = self.transforms[joint].rotation * self.robot.links[joint].joint.axis;
             let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
             let across = DMat3::IDENTITY - outer;
             matrix += across;

@@ -9,14 +9,20 @@ impl Robot {
     /// The animation of [`scene`](Self::scene) in which the base and the joints, frame by frame, are there.
     pub(crate) fn clip(&self, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
         let joints = self.moving_joints();
-        let channel = |link: usize, places: Vec<Placement>| {
-            let mut rotations: Vec<Quat> = places.iter().map(|place| place.rotation.as_quat()).collect();
+        let channel = |link: usize, transforms: Vec<Placement>| {
+            let mut rotations: Vec<Quat> = transforms
+                .iter()
+                .map(|transform| transform.rotation.as_quat())
+                .collect();
             for index in 1..rotations.len() {
                 if rotations[index].dot(rotations[index - 1]) < 0.0 {
                     rotations[index] = -rotations[index];
                 }
             }
-            let positions: Vec<Vec3> = places.iter().map(|place| place.translation.as_vec3()).collect();
+            let positions: Vec<Vec3> = transforms
+                .iter()
+                .map(|transform| transform.translation.as_vec3())
+                .collect();
             let stays = positions.iter().all(|position| *position == positions[0]);
             Channel {
                 node_name: self.links[link].name.clone(),
@@ -33,8 +39,8 @@ impl Robot {
         let mut channels = vec![channel(0, root.to_vec())];
         for (dof, &link) in joints.iter().enumerate().filter(|(_, link)| **link > 0) {
             let joint = &self.links[link].joint;
-            let place = |frame: usize| joint.link_to_parent(dof_pos[frame * joints.len() + dof]);
-            channels.push(channel(link, (0..frames).map(place).collect()));
+            let transform = |frame: usize| joint.link_to_parent(dof_pos[frame * joints.len() + dof]);
+            channels.push(channel(link, (0..frames).map(transform).collect()));
         }
         Animation {
             name: name.to_owned(),

@@ -6,4 +6,4 @@ use crate::math::soa::{Quaternions, Vectors};
 pub(crate) type Rotations<const N: usize> = Quaternions<f32, N>;
 
 /// A position in `N` poses.
-pub(crate) type Places<const N: usize> = Vectors<f32, N>;
+pub(crate) type Points<const N: usize> = Vectors<f32, N>;

@@ -4,7 +4,7 @@
 use glam::{Quat, Vec3};
 
 use super::body::Body;
-use super::rotations::{Places, Rotations};
+use super::rotations::{Points, Rotations};
 use super::t_pose::limb_end;
 use super::watched::{Seen, Watched};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
@@ -34,8 +34,8 @@ impl Track {
             joint: watched.rotation(node),
             joint_to_frame: from.frame_to_joint(bone, node).inverse(),
             aim: ends.map(|(start, end, direction)| Aim {
-                from: watched.place(start),
-                to: watched.place(end),
+                from: watched.index_of(start),
+                to: watched.index_of(end),
                 direction,
             }),
         }
@@ -48,8 +48,8 @@ impl Track {
         match self.aim {
             None => rotation,
             Some(Aim { from, to, direction }) => {
-                let way = seen.places[to] - seen.places[from];
-                Rotations::arc(rotation * Places::all(direction.to_array()), way) * rotation
+                let between = seen.positions[to] - seen.positions[from];
+                Rotations::arc(rotation * Points::all(direction.to_array()), between) * rotation
             }
         }
     }
@@ -98,8 +98,8 @@ pub(crate) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Tr
 }
 
 /// Of a chain of `have` rotations, of which number 0 is that of what it stands on, those between which the joint at
-/// `place` of a chain of `want` is: each takes the rotation at its fraction of the length.
-pub(crate) fn chain_place(place: usize, have: usize, want: usize) -> (usize, usize, f32) {
-    let (whole, rest) = ((place + 1) * have / want, (place + 1) * have % want);
+/// `index` of a chain of `want` is: each takes the rotation at its fraction of the length.
+pub(crate) fn chain_index(index: usize, have: usize, want: usize) -> (usize, usize, f32) {
+    let (whole, rest) = ((index + 1) * have / want, (index + 1) * have % want);
     (whole, (whole + 1).min(have), rest as f32 / want as f32)
 }

@@ -30,14 +30,14 @@ impl Measures<'_> {
                 None => None,
             };
         };
-        let way = motion.mean;
+        let direction = motion.mean;
         let words = format!(
             "from the feet to the head it is {:.2} {:.2} {:.2} of the distance",
-            way.x, way.y, way.z
+            direction.x, direction.y, direction.z
         );
-        let (axis, cosine) = Axis::nearest(way);
+        let (axis, cosine) = Axis::nearest(direction);
         let is_vertical = !matches!(axis, Axis::X | Axis::NegX);
-        let is_clear = way.length() > 0.85 && cosine > 0.9 && is_vertical && motion.extended > 0.75;
+        let is_clear = direction.length() > 0.85 && cosine > 0.9 && is_vertical && motion.extended > 0.75;
         match rest {
             Some((rest, _)) if rest == axis && cosine > 0.7 => guess(
                 axis,
@@ -94,7 +94,7 @@ impl Measures<'_> {
             None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
             None => {
                 // What is left of a path along X is noise.
-                let is_z = way.z.abs() > way.y.abs() && way.z.abs() > 0.3 * way.length();
+                let is_z = direction.z.abs() > direction.y.abs() && direction.z.abs() > 0.3 * direction.length();
                 let axis = if is_z { Axis::Z } else { Axis::Y };
                 guess(axis, Confidence::Unsure, words)
             }
@@ -116,15 +116,15 @@ impl Measures<'_> {
             length,
             frames: self.scene.animations[0].frame_count(),
         };
-        let share = 1.0 / poses.len() as f32;
+        let weight = 1.0 / poses.len() as f32;
         for pose in poses {
             let at = |node: usize| pose.position(NodeId::new(node));
-            let way = at(head) - 0.5 * (at(feet[0]) + at(feet[1]));
-            motion.mean += share * way.normalize_or_zero();
-            motion.extended += share * way.length() / length;
-            let places = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
-            motion.lowest.extend(places().reduce(Vec3::min));
-            motion.highest.extend(places().reduce(Vec3::max));
+            let direction = at(head) - 0.5 * (at(feet[0]) + at(feet[1]));
+            motion.mean += weight * direction.normalize_or_zero();
+            motion.extended += weight * direction.length() / length;
+            let positions = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
+            motion.lowest.extend(positions().reduce(Vec3::min));
+            motion.highest.extend(positions().reduce(Vec3::max));
             motion.hips.extend(self.joint(Bone::Hips).map(at));
         }
         motion.mean.is_finite().then_some(motion)

@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use super::body::Body;
 use super::ground;
 use super::ticks::{Ticks, ticks};
-use super::track::{Track, chain_place, whole};
+use super::track::{Track, chain_index, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
@@ -88,16 +88,16 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
         metadata: scene.metadata.clone(),
         ..Scene::default()
     };
-    let mut places: BTreeMap<Bone, NodeId> = BTreeMap::new();
+    let mut node_of: BTreeMap<Bone, NodeId> = BTreeMap::new();
     for &Placed { bone, joint, parent } in &bones {
         let translation = match parent {
             Some(parent) => t_pose[&bone] - t_pose[&parent],
             None => height * Vec3::Y,
         };
-        places.insert(bone, NodeId::new(made.nodes.len()));
+        node_of.insert(bone, NodeId::new(made.nodes.len()));
         made.nodes.push(Node {
             name: joint.map_or_else(|| bone.as_str().to_owned(), |joint| body.names[joint.index()].clone()),
-            parent: parent.and_then(|parent| places.get(&parent).copied()),
+            parent: parent.and_then(|parent| node_of.get(&parent).copied()),
             transform: Mat4::from_translation(translation),
             humanoid_bone: Some(bone),
             ..Node::default()
@@ -201,7 +201,7 @@ fn t_pose(body: &Body, bones: &[Placed]) -> BTreeMap<Bone, Vec3> {
 
 fn lowest_ankle(t_pose: &BTreeMap<Bone, Vec3>) -> f32 {
     let ankles = [Bone::LeftFoot, Bone::RightFoot].into_iter();
-    let heights = ankles.filter_map(|bone| t_pose.get(&bone).map(|place| place.y));
+    let heights = ankles.filter_map(|bone| t_pose.get(&bone).map(|position| position.y));
     heights.reduce(f32::min).unwrap_or(0.0)
 }
 
@@ -255,27 +255,29 @@ impl Follows {
         let bones = [Bone::Spine, Bone::Chest, Bone::UpperChest].into_iter();
         let bones: Vec<Bone> = bones.filter(|bone| body.joint(*bone).is_some()).collect();
         let joints = &body.trunk;
-        let place = bones.iter().position(|other| *other == bone);
-        let Some(place) = place.filter(|_| joints.len() > bones.len()) else {
+        let index = bones.iter().position(|other| *other == bone);
+        let Some(index) = index.filter(|_| joints.len() > bones.len()) else {
             let from = whole(body, bone, watched)?;
             return Some(Self { from, to: None });
         };
-        let (from, to, share) = chain_place(place, joints.len(), bones.len());
+        let (from, to, fraction) = chain_index(index, joints.len(), bones.len());
         let below = (Bone::Hips, body.hips);
         let mut track = |at: usize| {
-            let (bone, joint) = at.checked_sub(1).map_or(below, |place| (bones[0], joints[place]));
+            let (bone, joint) = at.checked_sub(1).map_or(below, |index| (bones[0], joints[index]));
             Track::new(body, bone, joint, None, watched)
         };
         Some(Self {
             from: track(from),
-            to: (share > 0.0).then(|| (track(to), share)),
+            to: (fraction > 0.0).then(|| (track(to), fraction)),
         })
     }
 
     fn frame(&self, seen: &Seen<1>) -> Quat {
         let at = |track: &Track| Quat::from_array(track.frame(seen).lane(0));
         let from = at(&self.from);
-        self.to.as_ref().map_or(from, |(to, share)| from.slerp(at(to), *share))
+        self.to
+            .as_ref()
+            .map_or(from, |(to, fraction)| from.slerp(at(to), *fraction))
     }
 }
 
@@ -295,7 +297,7 @@ impl Mover<'_> {
         let at = Ticks::new(&ticks);
         let binding = Binding::new(source, animation);
         let mut pose = Pose::rest(source);
-        let mut places = Vec::with_capacity(ticks.len());
+        let mut hips_path = Vec::with_capacity(ticks.len());
         let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); self.bones.len()];
         let mut frames: BTreeMap<Bone, Quat> = BTreeMap::new();
         let to_frame = self.body.axes.inverse();
@@ -303,7 +305,7 @@ impl Mover<'_> {
         for &tick in &ticks {
             pose.sample(&binding, animation, tick);
             seen.set(0, &pose, self.body, &self.watched);
-            places.push(to_frame * pose.position(self.body.hips) + self.lift * Vec3::Y);
+            hips_path.push(to_frame * pose.position(self.body.hips) + self.lift * Vec3::Y);
             for (keys, (placed, track)) in rotations.iter_mut().zip(self.bones.iter().zip(&self.tracks)) {
                 let above = placed.parent.and_then(|parent| frames.get(&parent).copied());
                 let above = above.unwrap_or(Quat::IDENTITY);
@@ -323,7 +325,7 @@ impl Mover<'_> {
                 node_name: node.name.clone(),
                 node: Some(NodeId::new(index)),
                 position_keys: match index {
-                    0 => at.keys(std::mem::take(&mut places)),
+                    0 => at.keys(std::mem::take(&mut hips_path)),
                     _ => Keys::constant(node.transform.w_axis.truncate()),
                 },
                 rotation_keys: at.keys(values),

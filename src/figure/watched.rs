@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::body::Body;
-use super::rotations::{Places, Rotations};
+use super::rotations::{Points, Rotations};
 use crate::math::directions::rotation_of;
 use crate::pose::Pose;
 use crate::scene::NodeId;
@@ -43,7 +43,7 @@ impl Watched {
     }
 
     /// Watches where a joint is.
-    pub(crate) fn place(&mut self, node: NodeId) -> usize {
+    pub(crate) fn index_of(&mut self, node: NodeId) -> usize {
         let joint = self.joint(node);
         self.joints[joint].has_place = true;
         joint
@@ -55,22 +55,22 @@ impl Watched {
 #[derive(Clone, Debug)]
 pub(crate) struct Seen<const N: usize> {
     pub(crate) rotations: Vec<Rotations<N>>,
-    pub(crate) places: Vec<Places<N>>,
+    pub(crate) positions: Vec<Points<N>>,
 }
 
 impl<const N: usize> Seen<N> {
     pub(crate) fn new(joints: usize) -> Self {
         Self {
             rotations: vec![Rotations::IDENTITY; joints],
-            places: vec![Places::ZERO; joints],
+            positions: vec![Points::ZERO; joints],
         }
     }
 
     /// Takes one of the poses from that of a whole skeleton.
     pub(crate) fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
         let world_to_frame = body.axes.inverse();
-        let seen = self.rotations.iter_mut().zip(&mut self.places);
-        for (joint, (rotation, place)) in watched.joints.iter().zip(seen) {
+        let seen = self.rotations.iter_mut().zip(&mut self.positions);
+        for (joint, (rotation, position)) in watched.joints.iter().zip(seen) {
             let Some(matrix) = pose.node_to_world.get(joint.node.index()) else {
                 continue;
             };
@@ -80,7 +80,7 @@ impl<const N: usize> Seen<N> {
             }
             if joint.has_place {
                 let here: Vec3 = world_to_frame * matrix.w_axis.truncate();
-                place.set_lane(lane, here.to_array());
+                position.set_lane(lane, here.to_array());
             }
         }
     }

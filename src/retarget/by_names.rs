@@ -203,9 +203,9 @@ impl CreatureRetargeter {
                 let mut trs = Trs::from_matrix(node.transform);
                 trs.rotation = local;
                 if at == self.carrier {
-                    let place = self.scale * (self.to_target * from.position(pair.source));
+                    let position = self.scale * (self.to_target * from.position(pair.source));
                     let height = self.lowest.0 - self.scale * self.lowest.1;
-                    trs.translation = parent.inverse().transform_point3(place + height * self.up);
+                    trs.translation = parent.inverse().transform_point3(position + height * self.up);
                     carried = trs.translation;
                 }
                 to.node_to_parent[index] = trs.matrix();

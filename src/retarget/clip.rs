@@ -2,7 +2,7 @@
 //!
 //! The watched joints of the source and those above them are posed as rotations and positions: structures of arrays, a
 //! frame for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and
-//! place; then its frames are posed one by one.
+//! translation; then its frames are posed one by one.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use super::plan::Plan;
 use super::root::Root;
 use super::solve::{Solved, solve_block};
 use crate::figure::body::Body;
-use crate::figure::rotations::{Places, Rotations};
+use crate::figure::rotations::{Points, Rotations};
 use crate::figure::ticks::{Ticks, ticks};
 use crate::figure::watched::{Joint, Seen, Watched};
 use crate::math::soa::Lanes;
@@ -36,12 +36,12 @@ pub(super) fn animation(
     let ticks = ticks(animation);
     let mut poses = Poses::new(body, source, animation, &plan.watched);
     let mut solved = Solved::new(plan, poses.joints());
-    let mut places = Vec::with_capacity(ticks.len());
+    let mut hips_path = Vec::with_capacity(ticks.len());
     let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); plan.drives.len()];
     for block in ticks.chunks(LANES) {
         poses.see(block, &mut solved.seen);
         solve_block(&mut solved, plan, root);
-        places.extend((0..block.len()).map(|lane| Vec3::from_array(solved.hips.lane(lane))));
+        hips_path.extend((0..block.len()).map(|lane| Vec3::from_array(solved.hips.lane(lane))));
         append_block(&mut rotations, &mut solved.to_parent, block.len());
     }
     let at = Ticks::new(&ticks);
@@ -49,7 +49,7 @@ pub(super) fn animation(
         node_name: target.names[drive.node.index()].clone(),
         node: Some(drive.node),
         position_keys: match drive.node == target.hips {
-            true => at.keys(std::mem::take(&mut places)),
+            true => at.keys(std::mem::take(&mut hips_path)),
             false => Keys::constant(drive.rest.translation),
         },
         rotation_keys: at.keys(values),
@@ -224,25 +224,25 @@ impl<'a> Chains<'a> {
             .filter_map(|(node, channel)| Some((node, animation.channels.get(channel)?)))
             .collect();
         let mut joints = watched.joints.clone();
-        let mut places: HashMap<usize, usize> = joints.iter().map(|joint| joint.node.index()).zip(0..).collect();
+        let mut index_of: HashMap<usize, usize> = joints.iter().map(|joint| joint.node.index()).zip(0..).collect();
         let mut next = 0;
         while let Some(&Joint { node, has_place, .. }) = joints.get(next) {
             if let Some(parent) = *body.hierarchy.parents.get(node.index())? {
-                let place = *places.entry(parent).or_insert(joints.len());
-                if place == joints.len() {
+                let index = *index_of.entry(parent).or_insert(joints.len());
+                if index == joints.len() {
                     joints.push(Joint {
                         node: NodeId::new(parent),
                         has_rotation: true,
                         has_place,
                     });
                 } else {
-                    let above = &mut joints[place];
+                    let above = &mut joints[index];
                     let is_new = !above.has_rotation || (has_place && !above.has_place);
                     above.has_rotation = true;
                     above.has_place |= has_place;
-                    if is_new && place < next {
+                    if is_new && index < next {
                         // What is above it has to know.
-                        next = place;
+                        next = index;
                         continue;
                     }
                 }
@@ -264,7 +264,7 @@ impl<'a> Chains<'a> {
             if channel.is_none() && !is_matrix_of(rest, source.nodes[node.index()].transform) {
                 return None;
             }
-            let parent = body.hierarchy.parents[node.index()].and_then(|parent| places.get(&parent).copied());
+            let parent = body.hierarchy.parents[node.index()].and_then(|parent| index_of.get(&parent).copied());
             let parent_scale = parent.map_or(1.0, |parent| scales[parent]);
             scales[joint] = parent_scale * even_scale(channel.map(|channel| &channel.scaling_keys), rest.scale)?;
             links.push(Link {
@@ -301,15 +301,15 @@ impl<'a> Chains<'a> {
             }
             if let Some(translation) = &link.translation {
                 let local = match translation {
-                    Values::Still(value) => Places::all((*value * link.parent_scale).to_array()),
+                    Values::Still(value) => Points::all((*value * link.parent_scale).to_array()),
                     Values::Moving(keys) => {
                         let values = values_at(keys, ticks, |tick| keys.sample(tick).unwrap_or_default());
-                        Places::of(|lane| values[lane].to_array()) * Lanes::all(link.parent_scale)
+                        Points::of(|lane| values[lane].to_array()) * Lanes::all(link.parent_scale)
                     }
                 };
                 let from_above = above * local;
-                seen.places[link.joint] = match link.parent {
-                    Some(parent) => seen.places[parent] + from_above,
+                seen.positions[link.joint] = match link.parent {
+                    Some(parent) => seen.positions[parent] + from_above,
                     None => from_above,
                 };
             }

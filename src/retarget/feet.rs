@@ -83,7 +83,7 @@ impl Soles {
     pub(super) fn new(body: &Body, scene: &Scene, ankle: f32) -> Self {
         let vertices: Vec<Vertex> = Side::ALL.into_iter().flat_map(|side| skin(body, scene, side)).collect();
         let floor = ankle - ground::ankle(body);
-        let standing = |vertex: &Vertex| floor + (vertex.place.dot(body.up()) - ground::floor(body)).min(0.0);
+        let standing = |vertex: &Vertex| floor + (vertex.at_rest.dot(body.up()) - ground::floor(body)).min(0.0);
         Self {
             standing: vertices.iter().map(standing).collect(),
             up: body.up(),
@@ -106,7 +106,7 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
         return Vec::new();
     };
     let floor = ground::floor(body);
-    let height = |place: Vec3| place.dot(body.up()) - floor;
+    let height = |point: Vec3| point.dot(body.up()) - floor;
     let here = body.position(ankle);
     let (forward, left) = (body.axes * Vec3::Z, body.axes * Vec3::X);
     let toes = body.foot_joint(Bone::LeftToes.on(side));
@@ -142,12 +142,12 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
         false => (Some(node), TOES_TURN),
     };
     for vertex in skin(body, scene, side) {
-        let is_in_front = (vertex.place - here).dot(forward) > 0.0;
+        let is_in_front = (vertex.at_rest - here).dot(forward) > 0.0;
         let (pivot, most) = if is_in_front { pivot(vertex.of) } else { (None, 0.0) };
         points.push(SolePoint {
             node: None,
             parts: vertex.parts,
-            height: height(vertex.place).min(0.0),
+            height: height(vertex.at_rest).min(0.0),
             pivot,
             axis: pivot.and_then(axis),
             most,
@@ -157,15 +157,15 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
         return points;
     }
     let rest = Pose::rest(scene);
-    let mut on_the_floor = |node: NodeId, place: Vec3, (pivot, most): (Option<NodeId>, f32)| {
-        let way = place - body.up() * height(place) - body.position(node);
+    let mut on_the_floor = |node: NodeId, point: Vec3, (pivot, most): (Option<NodeId>, f32)| {
+        let from_joint = point - body.up() * height(point) - body.position(node);
         let scale = rest.node_to_world[node.index()].x_axis.truncate().length();
         points.push(SolePoint {
             node: None,
             parts: vec![(
                 node,
                 1.0,
-                body.rotation(node).inverse() * way / scale.max(f32::MIN_POSITIVE),
+                body.rotation(node).inverse() * from_joint / scale.max(f32::MIN_POSITIVE),
             )],
             height: 0.0,
             pivot,

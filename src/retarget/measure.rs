@@ -65,11 +65,11 @@ impl Moving<'_> {
         for &tick in ticks {
             pose.sample(&binding, self.animation, tick);
             for ((_, directions), (_, (from, to))) in track.limbs.iter_mut().zip(&ends) {
-                let way = pose.position(*to) - pose.position(*from);
-                directions.push((world_to_frame * way).normalize_or_zero());
+                let offset = pose.position(*to) - pose.position(*from);
+                directions.push((world_to_frame * offset).normalize_or_zero());
             }
-            for ((_, places), (_, joint)) in track.feet.iter_mut().zip(&joints) {
-                places.push(metres * (world_to_frame * pose.position(*joint)));
+            for ((_, path), (_, joint)) in track.feet.iter_mut().zip(&joints) {
+                path.push(metres * (world_to_frame * pose.position(*joint)));
             }
             track
                 .soles
@@ -180,17 +180,17 @@ fn feet(
     }
     let contacts = contacts_of(source.scene, source.animation, &source.body.figure).ok()?;
     let per_second = source.animation.ticks_per_second as f32;
-    let speed = |places: &[Vec3], frame: usize| {
+    let speed = |path: &[Vec3], frame: usize| {
         let step = ticks[frame + 1] - ticks[frame];
-        let way = places[frame + 1] - places[frame];
-        Vec3::new(way.x, 0.0, way.z).length() * per_second / step as f32
+        let offset = path[frame + 1] - path[frame];
+        Vec3::new(offset.x, 0.0, offset.z).length() * per_second / step as f32
     };
     let (mut contact_frames, mut before, mut after) = (0, 0.0, 0.0);
     let frames = ticks.len().min(contacts.frames).saturating_sub(1);
     for side in [&FOOT[..2], &FOOT[2..]] {
         let joints = side.iter().filter_map(|bone| {
-            let places = |track: &'_ Track| track.feet.iter().position(|(other, _)| other == bone);
-            Some((&contacts.point(*bone)?.at_rest, places(was)?, places(is)?))
+            let path = |track: &'_ Track| track.feet.iter().position(|(other, _)| other == bone);
+            Some((&contacts.point(*bone)?.at_rest, path(was)?, path(is)?))
         });
         let joints: Vec<_> = joints.collect();
         for frame in 0..frames {
@@ -205,8 +205,8 @@ fn feet(
             }
         }
     }
-    let above_standing = |moving: &Moving<'_>, ankle: f32, bone: Bone, place: Vec3| {
-        place.y - moving.body.metres_per_unit as f32 * moving.body.standing_height(bone, ankle)
+    let above_standing = |moving: &Moving<'_>, ankle: f32, bone: Bone, position: Vec3| {
+        position.y - moving.body.metres_per_unit as f32 * moving.body.standing_height(bone, ankle)
     };
     let mut height_difference = 0.0_f32;
     for (bone, was) in &was.feet {
@@ -224,7 +224,7 @@ fn feet(
             let heights = track
                 .feet
                 .iter()
-                .map(|(bone, places)| above_standing(moving, ankle, *bone, places[frame]));
+                .map(|(bone, path)| above_standing(moving, ankle, *bone, path[frame]));
             heights.fold(track.soles[frame], f32::min)
         };
         let below = (0..ticks.len()).filter(|frame| lowest(*frame) < -BELOW).count();

@@ -9,7 +9,7 @@ use super::rules::{Above, Drive, Rule, Twist};
 use crate::figure::body::Body;
 use crate::figure::names::Name;
 use crate::figure::t_pose::{direction, limb_end};
-use crate::figure::track::{Ends, Track, chain_place, ends, is_twisted_at_beginning};
+use crate::figure::track::{Ends, Track, chain_index, ends, is_twisted_at_beginning};
 use crate::figure::vrm_humanoid::ENDS;
 use crate::figure::watched::Watched;
 use crate::figure::{HumanoidBone as Bone, Side};
@@ -58,15 +58,15 @@ impl Plan {
         }
         builder.joints_of_one_name(target);
         let mut drives: Vec<Drive> = builder.drives.into_values().collect();
-        let places: HashMap<usize, usize> = drives.iter().map(|drive| drive.node.index()).zip(0..).collect();
+        let index_of: HashMap<usize, usize> = drives.iter().map(|drive| drive.node.index()).zip(0..).collect();
         for drive in &mut drives {
-            drive.above = above(to, drive.node, &places);
+            drive.above = above(to, drive.node, &index_of);
         }
         Self {
             watched: builder.watched,
             tracks: builder.tracks,
             twists: builder.twists,
-            hips: places.get(&to.hips.index()).copied(),
+            hips: index_of.get(&to.hips.index()).copied(),
             drives,
             unmapped: builder.unmapped,
         }
@@ -131,21 +131,21 @@ impl Builder<'_> {
     }
 
     fn copy(&mut self, bone: Bone, node: NodeId, track: usize) {
-        let (from, to, share) = (track, track, 0.0);
-        self.drive(bone, node, Rule::Between { from, to, share });
+        let (from, to, fraction) = (track, track, 0.0);
+        self.drive(bone, node, Rule::Between { from, to, fraction });
     }
 
     /// Moves the joints of a chain by those of a chain of another number of joints: each takes the rotation at its
-    /// share of the way from `base` to the end.
+    /// fraction of the rotation from `base` to the end.
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
-        for (place, &joint) in joints.iter().enumerate() {
-            let (from, to, share) = chain_place(place, have, want);
-            let at = |place: usize| if place == 0 { base } else { tracks[place - 1] };
+        for (index, &joint) in joints.iter().enumerate() {
+            let (from, to, fraction) = chain_index(index, have, want);
+            let at = |index: usize| if index == 0 { base } else { tracks[index - 1] };
             let rule = Rule::Between {
                 from: at(from),
                 to: at(to),
-                share,
+                fraction,
             };
             self.drive(bone, joint, rule);
         }
@@ -236,7 +236,7 @@ impl Builder<'_> {
         [self.from, self.to].iter().all(|body| !body.is_computed())
     }
 
-    /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is
+    /// Moves the joints of a bone, and the helpers beside it, by fractions of its twist. A thigh or an upper arm is
     /// twisted at its end and not at its beginning; a shin or a forearm takes part in the twist of the bone at its end.
     fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
         let side = bone.side().unwrap_or(Side::Left);
@@ -259,47 +259,47 @@ impl Builder<'_> {
         };
         let at_beginning = is_twisted_at_beginning(bone);
         let count = segment.len() as f32;
-        let share = |place: usize| match at_beginning {
-            true => 1.0 - (place + 1) as f32 / count,
-            false => place as f32 / count,
+        let fraction = |index: usize| match at_beginning {
+            true => 1.0 - (index + 1) as f32 / count,
+            false => index as f32 / count,
         };
         let nexts = segment.iter().skip(1).chain([&end]);
-        let joints = segment.iter().zip(nexts).enumerate().map(|(place, (joint, next))| {
+        let joints = segment.iter().zip(nexts).enumerate().map(|(index, (joint, next))| {
             let to_frame = self.to.frame_to_joint(bone, *joint) * self.to.rotation(*joint).inverse();
             (
-                share(place),
+                fraction(index),
                 to_frame * (self.to.position(*next) - self.to.position(*joint)),
             )
         });
         let joints: Vec<_> = joints.collect();
         let twist = self.twists.len();
-        let placed: Vec<_> = joints.iter().map(|(share, _)| *share).collect();
+        let placed: Vec<_> = joints.iter().map(|(fraction, _)| *fraction).collect();
         self.twists.push(Twist {
             bone: whole,
             other,
             axis,
             joints,
         });
-        for (&joint, share) in segment.iter().zip(placed) {
-            self.drive(bone, joint, Rule::Twisted { twist, share });
+        for (&joint, fraction) in segment.iter().zip(placed) {
+            self.drive(bone, joint, Rule::Twisted { twist, fraction });
         }
         for (helper, along) in helpers {
-            let share = if at_beginning { 1.0 - along } else { along };
-            self.drive(bone, helper, Rule::Twisted { twist, share });
+            let fraction = if at_beginning { 1.0 - along } else { along };
+            self.drive(bone, helper, Rule::Twisted { twist, fraction });
         }
     }
 
     /// Joints beside a bone that spread its twist over the skin, by their names, and how far along the bone they are.
     fn helpers(&self, segment: &[NodeId], start: NodeId, end: NodeId, target: &Scene) -> Vec<(NodeId, f32)> {
         let start = self.to.position(start);
-        let way = self.to.position(end) - start;
+        let line = self.to.position(end) - start;
         let mut helpers = Vec::new();
         for (index, node) in target.nodes.iter().enumerate() {
             let id = NodeId::new(index);
             let is_named = node.kind == NodeKind::Joint && Name::read(&node.name).is_twist;
             let is_child = node.parent.is_some_and(|parent| segment.contains(&parent));
             let is_bone = segment.contains(&id) || self.to.bones.values().any(|other| *other == id);
-            let along = (self.to.position(id) - start).dot(way) / way.length_squared();
+            let along = (self.to.position(id) - start).dot(line) / line.length_squared();
             if is_named && is_child && !is_bone && along.is_finite() {
                 helpers.push((id, along.clamp(0.0, 1.0)));
             }

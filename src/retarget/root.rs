@@ -7,7 +7,7 @@ use crate::error::{Code, Result};
 use crate::figure::HumanoidBone as Bone;
 use crate::figure::body::Body;
 use crate::figure::ground;
-use crate::figure::rotations::{Places, Rotations};
+use crate::figure::rotations::{Points, Rotations};
 use crate::figure::watched::{Seen, Watched};
 use crate::limits::positive;
 use crate::math::soa::Lanes;
@@ -59,7 +59,7 @@ impl Root {
         Ok(Self {
             scale: scale as f32,
             height_scale: height_scale as f32,
-            source_legs: legs(from).map(|leg| watched.place(leg)),
+            source_legs: legs(from).map(|leg| watched.index_of(leg)),
             source_ankle: ground::of_motion(from, source),
             target_ankle: ground::of_character(to, target),
             hips_to_middle: hips_to_world.inverse() * (middle - to.position(to.hips)),
@@ -69,18 +69,18 @@ impl Root {
 
     /// The translation of the target's hips to their parent, where they have this rotation to the axes of the figure.
     #[inline(always)]
-    pub(super) fn hips<const N: usize>(&self, seen: &Seen<N>, hips: Rotations<N>) -> Places<N> {
-        let [left, right] = self.source_legs.map(|leg| seen.places[leg]);
+    pub(super) fn hips<const N: usize>(&self, seen: &Seen<N>, hips: Rotations<N>) -> Points<N> {
+        let [left, right] = self.source_legs.map(|leg| seen.positions[leg]);
         let middle = left + right;
         let standing = self.target_ankle - self.height_scale * self.source_ankle;
-        let place = Places {
+        let position = Points {
             x: middle.x * Lanes::all(0.5 * self.scale),
             y: middle.y * Lanes::all(0.5 * self.height_scale) + Lanes::all(standing),
             z: middle.z * Lanes::all(0.5 * self.scale),
         };
-        let place = place - hips * Places::all(self.hips_to_middle.to_array());
+        let position = position - hips * Points::all(self.hips_to_middle.to_array());
         let [x, y, z, origin] = [Vec4::X, Vec4::Y, Vec4::Z, Vec4::W]
-            .map(|axis| Places::all((self.figure_to_parent * axis).truncate().to_array()));
-        x * place.x + y * place.y + z * place.z + origin
+            .map(|axis| Points::all((self.figure_to_parent * axis).truncate().to_array()));
+        x * position.x + y * position.y + z * position.z + origin
     }
 }

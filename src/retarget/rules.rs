@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::figure::rotations::{Places, Rotations};
+use crate::figure::rotations::{Points, Rotations};
 use crate::pose::Trs;
 use crate::scene::NodeId;
 
@@ -30,9 +30,9 @@ pub(super) enum Above {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rule {
     /// A rotation between two of the source.
-    Between { from: usize, to: usize, share: f32 },
+    Between { from: usize, to: usize, fraction: f32 },
     /// The rotation of a bone, twisted about its axis by a fraction of its [`Twist`], an index into `Plan::twists`.
-    Twisted { twist: usize, share: f32 },
+    Twisted { twist: usize, fraction: f32 },
 }
 
 /// The twist of a bone that several joints share.
@@ -68,12 +68,12 @@ impl Twist {
     pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> Twisted<N> {
         let bone = frames[self.bone];
         let twist = (bone.conjugate() * frames[self.other]).twist(self.axis.to_array());
-        let mut end = Places::ZERO;
-        for (part, way) in &self.joints {
-            end = end + share(twist, *part) * Places::all(way.to_array());
+        let mut end = Points::ZERO;
+        for (part, offset) in &self.joints {
+            end = end + fraction(twist, *part) * Points::all(offset.to_array());
         }
         // The shortest rotation back is the inverse of that from the axis, which has length 1.
-        let away = Rotations::arc(Places::all(self.axis.to_array()), end);
+        let away = Rotations::arc(Points::all(self.axis.to_array()), end);
         Twisted {
             bone: bone * away.conjugate(),
             twist,
@@ -86,26 +86,26 @@ impl Drive {
     #[inline(always)]
     pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[Twisted<N>]) -> Rotations<N> {
         match self.rule {
-            Rule::Between { from, to, share } => between(frames[from], frames[to], share),
-            Rule::Twisted { twist, share: part } => twists[twist].bone * share(twists[twist].twist, part),
+            Rule::Between { from, to, fraction } => between(frames[from], frames[to], fraction),
+            Rule::Twisted { twist, fraction: part } => twists[twist].bone * fraction(twists[twist].twist, part),
         }
     }
 }
 
-/// A share of a rotation, on the shorter arc.
+/// A fraction of a rotation, on the shorter arc.
 #[inline(always)]
-fn share<const N: usize>(rotation: Rotations<N>, share: f32) -> Rotations<N> {
-    between(Rotations::IDENTITY, rotation, share)
+fn fraction<const N: usize>(rotation: Rotations<N>, fraction: f32) -> Rotations<N> {
+    between(Rotations::IDENTITY, rotation, fraction)
 }
 
 /// A rotation between two, on the shorter arc.
 #[inline(always)]
-fn between<const N: usize>(from: Rotations<N>, to: Rotations<N>, share: f32) -> Rotations<N> {
-    if share == 0.0 {
+fn between<const N: usize>(from: Rotations<N>, to: Rotations<N>, fraction: f32) -> Rotations<N> {
+    if fraction == 0.0 {
         from
-    } else if share == 1.0 {
+    } else if fraction == 1.0 {
         to
     } else {
-        from.slerp(to, share)
+        from.slerp(to, fraction)
     }
 }

@@ -33,7 +33,7 @@ pub(super) struct Skin {
 #[derive(Clone)]
 pub(super) struct Vertex {
     /// Where it is at rest.
-    pub(super) place: Vec3,
+    pub(super) at_rest: Vec3,
     /// The nodes with which it moves: the fraction of each, and where the vertex is in its space.
     pub(super) parts: Vec<(NodeId, f32, Vec3)>,
     /// The joint with which it moves for the most part: the ankle or the toes.
@@ -43,8 +43,8 @@ pub(super) struct Vertex {
 impl Vertex {
     /// Where it is at a pose.
     pub(super) fn at(&self, pose: &Pose) -> Vec3 {
-        let part = |(node, share, place): &(NodeId, f32, Vec3)| {
-            *share * pose.node_to_world[node.index()].transform_point3(*place)
+        let part = |(node, fraction, at_rest): &(NodeId, f32, Vec3)| {
+            *fraction * pose.node_to_world[node.index()].transform_point3(*at_rest)
         };
         self.parts.iter().map(part).sum()
     }
@@ -57,7 +57,7 @@ impl Skin {
         let pose = Pose::rest(scene);
         let meshes = scene.meshes.iter().filter(|mesh| !mesh.name.is_empty());
         let vertices: Vec<Vertex> = meshes.flat_map(|mesh| self.vertices(mesh, body, &pose)).collect();
-        let is_low = |vertex: &&Vertex| vertex.place.dot(body.up()) - self.floor < SOLE * body.leg;
+        let is_low = |vertex: &&Vertex| vertex.at_rest.dot(body.up()) - self.floor < SOLE * body.leg;
         let mut sole = Vec::new();
         for joint in if self.ankle == self.toes {
             vec![self.ankle]
@@ -74,7 +74,7 @@ impl Skin {
                 for direction in 0..DIRECTIONS {
                     let (sin, cos) = (TAU * direction as f32 / DIRECTIONS as f32).sin_cos();
                     let out = body.axes * Vec3::new(cos, -slope, sin);
-                    let far = |vertex: &usize| low[*vertex].place.dot(out);
+                    let far = |vertex: &usize| low[*vertex].at_rest.dot(out);
                     outermost.extend((0..low.len()).max_by(|a, b| far(a).total_cmp(&far(b))));
                 }
             }
@@ -98,20 +98,20 @@ impl Skin {
             }
         }
         let vertex = |mut parts: Vec<(NodeId, f32, Vec3)>| {
-            let whole: f32 = parts.iter().map(|(_, share, _)| share).sum();
+            let whole: f32 = parts.iter().map(|(_, fraction, _)| fraction).sum();
             if whole < OF_FOOT {
                 return None;
             }
-            for (_, share, _) in &mut parts {
-                *share /= whole;
+            for (_, fraction, _) in &mut parts {
+                *fraction /= whole;
             }
-            let place = |(node, share, place): &(NodeId, f32, Vec3)| {
-                *share * pose.node_to_world[node.index()].transform_point3(*place)
+            let at_rest = |(node, fraction, at_rest): &(NodeId, f32, Vec3)| {
+                *fraction * pose.node_to_world[node.index()].transform_point3(*at_rest)
             };
             let of_toes = parts.iter().filter(|(node, _, _)| is_below(*node, self.toes));
-            let of_toes: f32 = of_toes.map(|(_, share, _)| share).sum();
+            let of_toes: f32 = of_toes.map(|(_, fraction, _)| fraction).sum();
             Some(Vertex {
-                place: parts.iter().map(place).sum(),
+                at_rest: parts.iter().map(at_rest).sum(),
                 of: if of_toes > 0.5 { self.toes } else { self.ankle },
                 parts,
             })

@@ -3,7 +3,7 @@
 use super::plan::Plan;
 use super::root::Root;
 use super::rules::{Above, Twisted};
-use crate::figure::rotations::{Places, Rotations};
+use crate::figure::rotations::{Points, Rotations};
 use crate::figure::watched::Seen;
 use crate::math::soa::single::LANES;
 use crate::math::wide;
@@ -21,7 +21,7 @@ pub(super) struct Solved<const N: usize> {
     /// The same to the parents.
     pub(super) to_parent: Vec<Rotations<N>>,
     /// The translation of the hips to their parent.
-    pub(super) hips: Places<N>,
+    pub(super) hips: Points<N>,
 }
 
 impl<const N: usize> Solved<N> {
@@ -33,7 +33,7 @@ impl<const N: usize> Solved<N> {
             twisted: vec![Twisted::default(); plan.twists.len()],
             turned: vec![Rotations::IDENTITY; plan.drives.len()],
             to_parent: vec![Rotations::IDENTITY; plan.drives.len()],
-            hips: Places::ZERO,
+            hips: Points::ZERO,
         }
     }
 

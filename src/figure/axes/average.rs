@@ -69,7 +69,7 @@ impl Knuckle {
         }
     }
 
-    /// Its place from the hand, in the axes of the hand.
+    /// Its offset from the hand, in the axes of the hand.
     pub(super) fn value(&self) -> Option<Vec3> {
         (self.count >= FEWEST).then(|| self.sum / self.count as f32)
     }
@@ -86,7 +86,7 @@ const STANDS_OFTEN: f32 = 0.33;
 pub(super) struct AgainstTrunk {
     pub(super) node: NodeId,
     /// The fraction of the distance from hips to shoulders at which the trunk is taken.
-    pub(super) share: f32,
+    pub(super) fraction: f32,
     /// Over the frames in which the body stands: up is up in the world. Where the line from the hips to the neck leans
     /// in a body that stands is its own; of 17 skeletons whose rest pose stands, the pelvis is off by 3 degrees in the
     /// mean by the world, by 5 degrees by that line, and by 13 by where the spine begins.
@@ -96,11 +96,11 @@ pub(super) struct AgainstTrunk {
 }
 
 impl AgainstTrunk {
-    pub(super) fn new(node: NodeId, share: f32) -> Self {
+    pub(super) fn new(node: NodeId, fraction: f32) -> Self {
         let (standing, all) = (Mean::default(), Mean::default());
         Self {
             node,
-            share,
+            fraction,
             standing,
             all,
         }
@@ -110,7 +110,7 @@ impl AgainstTrunk {
         let rotation = rotation_of(&pose.node_to_world[self.node.index()]);
         let standing = lines.is_upright().then_some((&mut self.standing, lines.world_up));
         for (mean, up) in [Some((&mut self.all, lines.up)), standing].into_iter().flatten() {
-            if let Some(trunk) = lines.frame(self.share, up) {
+            if let Some(trunk) = lines.frame(self.fraction, up) {
                 mean.add(trunk.inverse() * rotation);
             }
         }
@@ -159,8 +159,8 @@ impl Lines {
     }
 
     /// Left, up and forward at a fraction of the distance from hips to shoulders, as a rotation to the world.
-    fn frame(&self, share: f32, up: Vec3) -> Option<Quat> {
-        let left = self.hips.lerp(self.shoulders, share).try_normalize()?;
+    fn frame(&self, fraction: f32, up: Vec3) -> Option<Quat> {
+        let left = self.hips.lerp(self.shoulders, fraction).try_normalize()?;
         let up = up.reject_from_normalized(left).try_normalize()?;
         let frame = Quat::from_mat3(&Mat3::from_cols(left, up, left.cross(up)));
         frame.is_finite().then_some(frame)

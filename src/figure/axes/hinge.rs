@@ -77,7 +77,7 @@ pub(super) fn are_laid_along(scene: &Scene, hierarchy: &Hierarchy, bones: &BTree
         scene.nodes[child].transform.w_axis.truncate().try_normalize()
     };
     let along: Vec<Vec3> = joints.iter().filter_map(to_child).collect();
-    let laid = along.iter().filter(|way| is_laid_along(**way)).count();
+    let laid = along.iter().filter(|line| is_laid_along(**line)).count();
     laid as f32 >= LAID * along.len() as f32
 }
 
@@ -156,10 +156,10 @@ impl Limb {
 
     /// The hinge in the frame of the upper bone, and in that of the lower one if it is fixed there.
     pub(super) fn hinges(&self) -> [Option<Hinge>; 2] {
-        let at = |place: usize| {
-            let hinge = hinge(&self.seen[place])?;
-            let cosine = [ON_AXIS, LOWER_ON_AXIS][place];
-            let axis = self.axis_of_joint(place, hinge.axis, cosine).unwrap_or(hinge.axis);
+        let at = |segment: usize| {
+            let hinge = hinge(&self.seen[segment])?;
+            let cosine = [ON_AXIS, LOWER_ON_AXIS][segment];
+            let axis = self.axis_of_joint(segment, hinge.axis, cosine).unwrap_or(hinge.axis);
             Some(Hinge { axis, ..hinge })
         };
         [
@@ -170,14 +170,14 @@ impl Limb {
 
     /// The axis of the upper (0) or lower (1) joint that is nearest to `axis`, of those across the bone, if the joint's
     /// frame is laid along it. So the frames that are seen do not matter.
-    pub(super) fn axis_of_joint(&self, place: usize, axis: Vec3, cosine: f32) -> Option<Vec3> {
-        let along = nearest_axis(self.along[place].filter(|_| self.is_laid)?, ALONG)?;
+    pub(super) fn axis_of_joint(&self, segment: usize, axis: Vec3, cosine: f32) -> Option<Vec3> {
+        let along = nearest_axis(self.along[segment].filter(|_| self.is_laid)?, ALONG)?;
         nearest_axis(axis.reject_from_normalized(along), 0.0).filter(|nearest| nearest.dot(axis) >= cosine)
     }
 
     /// What `axis` in a joint of the `other` side is in the joint of this one, if left and right are mirrored. There
     /// are two answers where the bones lie along an axis, half a turn apart.
-    pub(super) fn mirrored(&self, other: &Self, place: usize, axis: Vec3) -> Vec<Vec3> {
+    pub(super) fn mirrored(&self, other: &Self, segment: usize, axis: Vec3) -> Vec<Vec3> {
         // Joint frames of both sides are mirrored in the body, and may have some axes exchanged for their opposites.
         const MIRRORS: [Vec3; 4] = [
             Vec3::new(-1.0, 1.0, 1.0),
@@ -185,7 +185,7 @@ impl Limb {
             Vec3::new(1.0, 1.0, -1.0),
             Vec3::NEG_ONE,
         ];
-        let Some((bone, along)) = self.along[place].zip(other.along[place]) else {
+        let Some((bone, along)) = self.along[segment].zip(other.along[segment]) else {
             return Vec::new();
         };
         let fits = |mirror: &Vec3| (*mirror * along).angle_between(bone) < MIRRORED;
@@ -193,8 +193,8 @@ impl Limb {
     }
 
     /// Whether left and right are mirrored, and their hinges are not.
-    pub(super) fn contradicts(&self, other: &Self, place: usize, axis: Vec3, of_other: Vec3) -> bool {
-        let mirrored = self.mirrored(other, place, of_other);
+    pub(super) fn contradicts(&self, other: &Self, segment: usize, axis: Vec3, of_other: Vec3) -> bool {
+        let mirrored = self.mirrored(other, segment, of_other);
         !mirrored.is_empty() && mirrored.iter().all(|here| here.angle_between(axis) > AGREES)
     }
 }

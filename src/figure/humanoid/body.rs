@@ -48,7 +48,7 @@ pub(super) struct Trunk {
     /// Where it was read.
     path: TrunkPath,
     /// The indices of head and neck in it.
-    places: [Option<usize>; 2],
+    head_and_neck: [Option<usize>; 2],
 }
 
 /// A body as it was found.
@@ -188,13 +188,13 @@ pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option
         return None;
     }
     let mut best: Option<Trunk> = None;
-    for (place, &from) in path.iter().enumerate() {
+    for (index, &from) in path.iter().enumerate() {
         // With arms, a head that leaves at the pelvis is a tail.
-        if arms.is_some() && place == 0 && path.len() > 1 {
+        if arms.is_some() && index == 0 && path.len() > 1 {
             continue;
         }
-        let before = place.checked_sub(1).map(|before| path[before]);
-        let after = path.get(place + 1).copied();
+        let before = index.checked_sub(1).map(|before| path[before]);
+        let after = path.get(index + 1).copied();
         let away = |other: usize| Some(other) != before && Some(other) != after && !taken(other);
         let down = tree.children[from].iter().copied().filter(|&child| away(child));
         let up = tree.parent[from].filter(|&parent| away(parent));
@@ -204,7 +204,7 @@ pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option
                 Some(next) => tree.chain(next),
                 None => Vec::new(),
             };
-            let read = TrunkPath::new(tree, &path, place, &branch).read(tree, legs, but);
+            let read = TrunkPath::new(tree, &path, index, &branch).read(tree, legs, but);
             if let Some(read) = read
                 && best.as_ref().is_none_or(|best| read.score > best.score)
             {
@@ -237,14 +237,14 @@ struct TrunkPath {
 }
 
 impl TrunkPath {
-    /// `path` leads from the pelvis to the joint that carries the arms; at `place` of it, `branch` branches off.
-    fn new(tree: &Tree, path: &[usize], place: usize, branch: &[usize]) -> Self {
-        let nodes: Vec<usize> = path[..=place].iter().chain(branch).copied().collect();
+    /// `path` leads from the pelvis to the joint that carries the arms; at `index` of it, `branch` branches off.
+    fn new(tree: &Tree, path: &[usize], index: usize, branch: &[usize]) -> Self {
+        let nodes: Vec<usize> = path[..=index].iter().chain(branch).copied().collect();
         Self {
             along: (0..nodes.len()).map(|end| tree.length_of(&nodes[..=end])).collect(),
             are_joints: nodes.iter().map(|node| tree.is_joint[*node]).collect(),
             nodes,
-            branch_at: place,
+            branch_at: index,
             shoulders_at: path.len() - 1,
         }
     }
@@ -255,26 +255,26 @@ impl TrunkPath {
     }
 
     fn joints(&self) -> impl Iterator<Item = usize> {
-        (1..self.nodes.len()).filter(|&place| self.are_joints[place])
+        (1..self.nodes.len()).filter(|&index| self.are_joints[index])
     }
 
-    fn says_spine(&self, tree: &Tree, place: usize) -> bool {
-        tree.names[self.nodes[place]].says(Part::Spine)
+    fn says_spine(&self, tree: &Tree, index: usize) -> bool {
+        tree.names[self.nodes[index]].says(Part::Spine)
     }
 
     /// The best reading of these joints but `but`.
     fn read(&self, tree: &Tree, legs: &Fit, but: Option<&Trunk>) -> Option<Trunk> {
         let mut best: Option<(f32, f32, [Option<usize>; 2])> = None;
-        let heads = self.joints().filter(|&place| place >= self.first_head());
+        let heads = self.joints().filter(|&index| index >= self.first_head());
         for head in heads.map(Some).chain([None]) {
             let end = head.unwrap_or(self.nodes.len());
             let necks = self
                 .joints()
-                .filter(|&place| place >= self.branch_at.max(1) && place < end);
+                .filter(|&index| index >= self.branch_at.max(1) && index < end);
             for neck in necks.map(Some).chain([None]) {
                 let mut sums = Sums::default();
                 self.weigh(tree, legs.long_bones, [head, neck], &mut sums);
-                let [as_head, as_neck] = [head, neck].map(|place| place.map(|place| self.nodes[place]));
+                let [as_head, as_neck] = [head, neck].map(|index| index.map(|index| self.nodes[index]));
                 let is_other =
                     but.is_none_or(|but| (but.hips, but.head, but.neck) != (self.nodes[0], as_head, as_neck));
                 if is_other && best.is_none_or(|(score, ..)| sums.sum() > score) {
@@ -282,18 +282,18 @@ impl TrunkPath {
                 }
             }
         }
-        let (score, lengths, places) = best?;
-        let [head, neck] = places;
-        let node = |place: usize| self.nodes[place];
+        let (score, lengths, head_and_neck) = best?;
+        let [head, neck] = head_and_neck;
+        let node = |index: usize| self.nodes[index];
         Some(Trunk {
             hips: node(0),
-            spine: self.spine(tree, places).into_iter().map(node).collect(),
+            spine: self.spine(tree, head_and_neck).into_iter().map(node).collect(),
             neck: neck.map(node),
             head: head.map(node),
             lengths: lengths / LENGTHS_OF_TRUNK,
             score,
             path: self.clone(),
-            places,
+            head_and_neck,
         })
     }
 
@@ -303,20 +303,20 @@ impl TrunkPath {
         let last = if self.shoulders_at > 0 {
             self.branch_at
         } else {
-            neck.or(head).map_or(0, |place| place - 1)
+            neck.or(head).map_or(0, |index| index - 1)
         };
-        let above_shoulders = (last + 1..neck.or(head).unwrap_or(0)).filter(|&place| self.says_spine(tree, place));
+        let above_shoulders = (last + 1..neck.or(head).unwrap_or(0)).filter(|&index| self.says_spine(tree, index));
         (1..=last.min(end - 1))
-            .filter(|&place| self.are_joints[place] && Some(place) != neck)
-            .chain(above_shoulders.filter(|&place| self.are_joints[place]))
+            .filter(|&index| self.are_joints[index] && Some(index) != neck)
+            .chain(above_shoulders.filter(|&index| self.are_joints[index]))
             .collect()
     }
 
     /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of the
     /// thigh and the shin together.
     fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
-        let fit = |place: usize, part| tree.fits(self.nodes[place], part);
-        let along = |place: usize| self.along[place];
+        let fit = |index: usize, part| tree.fits(self.nodes[index], part);
+        let along = |index: usize| self.along[index];
         let tip = self.nodes.len() - 1;
         if let Some(head) = head {
             tally.sign(&HEAD, 1.0);
@@ -327,8 +327,8 @@ impl TrunkPath {
             }
             tally.ratio(&HEAD_TO_LEG, along(head) / leg);
             // Eyes and jaw spring from the head; nothing that springs from a joint of the neck is a head.
-            let fans = |place: usize| {
-                let children = tree.children[self.nodes[place]].iter();
+            let fans = |index: usize| {
+                let children = tree.children[self.nodes[index]].iter();
                 children.filter(|child| tree.is_joint[**child]).count() >= 2
             };
             if fans(head) && !tree.names[self.nodes[head]].is_helper {
@@ -362,16 +362,16 @@ impl TrunkPath {
             }
         }
         let spine = self.spine(tree, [head, neck]);
-        let share = 1.0 / spine.len().max(1) as f32;
-        for &place in &spine {
-            tally.name(Part::Spine, self.nodes[place], fit(place, Part::Spine), share);
+        let weight = 1.0 / spine.len().max(1) as f32;
+        for &index in &spine {
+            tally.name(Part::Spine, self.nodes[index], fit(index, Part::Spine), weight);
         }
         // What is left between spine and neck, or between neck and head, and has no bone.
         let end = head.unwrap_or(self.nodes.len());
         let left_out =
-            |place: &usize| *place > self.branch_at && *place < end && !spine.contains(place) && Some(*place) != neck;
-        for place in self.joints().filter(left_out) {
-            let is_below = neck.is_some_and(|neck| place < neck);
+            |index: &usize| *index > self.branch_at && *index < end && !spine.contains(index) && Some(*index) != neck;
+        for index in self.joints().filter(left_out) {
+            let is_below = neck.is_some_and(|neck| index < neck);
             tally.sign(
                 if is_below {
                     &LEFT_OUT_BELOW_NECK
@@ -394,5 +394,5 @@ impl TrunkPath {
 
 /// Tells `tally` all that speaks for and against the trunk of a body.
 pub(super) fn weigh_trunk(tree: &Tree, legs: &Fit, trunk: &Trunk, tally: &mut impl Tally) {
-    trunk.path.weigh(tree, legs.long_bones, trunk.places, tally);
+    trunk.path.weigh(tree, legs.long_bones, trunk.head_and_neck, tally);
 }

@@ -40,19 +40,19 @@ impl Creature {
     }
 }
 
-/// The joints of a tail at least, and its length as a share of thigh and shin: less may be a part of a coat.
+/// The joints of a tail at least, and its length as a fraction of thigh and shin: less may be a part of a coat.
 const TAIL_JOINTS: usize = 2;
 const SHORTEST_TAIL: f32 = 0.3;
 
-/// From the ankle to the toes, as a share of the shin: 0.35 for people, and 0.27 is the spread of its logarithm in
+/// From the ankle to the toes, as a fraction of the shin: 0.35 for people, and 0.27 is the spread of its logarithm in
 /// `tools/figure/fit`. A bird stands on its toes, with the ankle where people have a knee.
 const SOLE_OF_BIRD: f32 = 0.6;
 
-/// From the shoulders to the head, as a share of thigh and shin: 0.3 for people.
+/// From the shoulders to the head, as a fraction of thigh and shin: 0.3 for people.
 const NECK_OF_BIRD: f32 = 0.6;
 
-/// Upper arm and forearm as a share of thigh and shin, from which on they can be legs: 0.6 for people, with a spread of
-/// 0.06, and 0.8 to 1.1 for dogs, cats and horses.
+/// Upper arm and forearm as a fraction of thigh and shin, from which on they can be legs: 0.6 for people, with a spread
+/// of 0.06, and 0.8 to 1.1 for dogs, cats and horses.
 const FRONT_LEGS: f32 = 0.78;
 
 /// What the best reading of a skeleton is instead of a humanoid, and why.
@@ -131,13 +131,15 @@ fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     }
     let stands_on_four = |at: &dyn Fn(usize) -> Vec3| {
         let direction = |fit: &Fit, start: usize, end: usize| {
-            let ways = fit.joints.map(|joints| {
+            let limb_vectors = fit.joints.map(|joints| {
                 let end = joints[end].or(joints[end - 1]);
                 joints[start]
                     .zip(end)
                     .map(|(start, end)| (at(end) - at(start)).normalize_or_zero())
             });
-            let [Some(a), Some(b)] = ways else { return Vec3::ZERO };
+            let [Some(a), Some(b)] = limb_vectors else {
+                return Vec3::ZERO;
+            };
             0.5 * (a + b)
         };
         let legs = direction(&body.legs, 0, 2);

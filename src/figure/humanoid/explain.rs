@@ -110,7 +110,7 @@ impl Explain<'_> {
 
     fn limbs(&self, fit: &Fit, kind: Kind) -> ExplainedPart {
         let mut lines = Lines::new(self.scene);
-        lines.share = 0.5;
+        lines.weight = 0.5;
         for side in 0..2 {
             limb::weigh(self.tree, fit, side, kind, &mut lines);
         }
@@ -182,7 +182,7 @@ fn word(part: Part) -> &'static str {
 struct Lines<'a> {
     scene: &'a Scene,
     /// How much each counts: a half of two limbs.
-    share: f32,
+    weight: f32,
     all: Vec<ExplainedRow>,
 }
 
@@ -190,7 +190,7 @@ impl<'a> Lines<'a> {
     fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            share: 1.0,
+            weight: 1.0,
             all: Vec::new(),
         }
     }
@@ -203,7 +203,7 @@ impl<'a> Lines<'a> {
         let mut sums = Sums::default();
         of(&mut sums);
         // Adding zero turns -0 into 0.
-        let log_likelihood = self.share * sums.sum() + 0.0;
+        let log_likelihood = self.weight * sums.sum() + 0.0;
         self.all.push(ExplainedRow { log_likelihood, ..line });
     }
 }
@@ -235,7 +235,7 @@ impl Tally for Lines<'_> {
         self.add(line, |sums| sums.sign(row, times));
     }
 
-    fn name(&mut self, part: Part, node: usize, fit: f32, share: f32) {
+    fn name(&mut self, part: Part, node: usize, fit: f32, weight: f32) {
         let line = ExplainedRow {
             table: "names",
             row: word(part),
@@ -245,6 +245,6 @@ impl Tally for Lines<'_> {
             spread: None,
             log_likelihood: 0.0,
         };
-        self.add(line, |sums| sums.name(part, node, fit, share));
+        self.add(line, |sums| sums.name(part, node, fit, weight));
     }
 }

@@ -190,7 +190,7 @@ fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind,
     let ends = row
         .iter()
         .enumerate()
-        .flat_map(|(place, a)| row[place + 1..].iter().map(move |b| (a, b)));
+        .flat_map(|(index, a)| row[index + 1..].iter().map(move |b| (a, b)));
     let span = ends.map(|(a, b)| across_hand(a) - across_hand(b));
     let Some(axis) = span.max_by(|a, b| a.length().total_cmp(&b.length())) else {
         return Vec::new();
@@ -213,7 +213,7 @@ fn counts_from_one(tree: &Tree, joints: &[usize]) -> bool {
     joints
         .iter()
         .enumerate()
-        .all(|(place, node)| number(node) == Some(place + 1))
+        .all(|(index, node)| number(node) == Some(index + 1))
 }
 
 /// The three joints of a finger among those of its chain, which may begin with one of the palm and end with its tip.
@@ -262,8 +262,8 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
         }
     }
     let mut found = [None; 3];
-    for (place, joint) in found.iter_mut().zip(joints) {
-        *place = Some(joint);
+    for (slot, joint) in found.iter_mut().zip(joints) {
+        *slot = Some(joint);
     }
     found
 }

@@ -64,17 +64,17 @@ pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
 pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option<usize>; 4]; 2]>) -> Option<Fit> {
     let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root, kind));
     let [a, b] = &chains;
-    let places = |side: usize| but.map(|joints| joints[side].map(|joint| chains[side].place(joint?)));
+    let indices = |side: usize| but.map(|joints| joints[side].map(|joint| chains[side].index_of(joint?)));
     let readings = if a.nodes.len() == b.nodes.len() && a.are_joints == b.are_joints {
-        let both = best(&[a, b], kind, places(0))?;
+        let both = best(&[a, b], kind, indices(0))?;
         [both, both]
     } else {
-        [best(&[a], kind, places(0))?, best(&[b], kind, places(1))?]
+        [best(&[a], kind, indices(0))?, best(&[b], kind, indices(1))?]
     };
     let nodes = |side: usize| {
         readings[side]
-            .places
-            .map(|place| place.map(|place: usize| chains[side].nodes[place]))
+            .indices
+            .map(|index| index.map(|index: usize| chains[side].nodes[index]))
     };
     let mean = |of: fn(&Reading) -> f32| 0.5 * (of(&readings[0]) + of(&readings[1]));
     Some(Fit {
@@ -90,8 +90,8 @@ pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option
 /// Tells `tally` all that speaks for and against the reading of one limb.
 pub(super) fn weigh(tree: &Tree, fit: &Fit, side: usize, kind: Kind, tally: &mut impl Tally) {
     let chain = Chain::new(tree, fit.pair.branch, fit.pair.roots[side], kind);
-    let places = fit.joints[side].map(|joint| chain.place(joint?));
-    chain.weigh(kind, places, tally);
+    let indices = fit.joints[side].map(|joint| chain.index_of(joint?));
+    chain.weigh(kind, indices, tally);
 }
 
 /// The nodes of a limb, from the first that is not of the body.
@@ -134,55 +134,55 @@ impl<'a> Chain<'a> {
     }
 
     /// How well the names of these joints fit, in the sum.
-    fn names(&self, places: [Option<usize>; 4]) -> f32 {
-        let fits = places
+    fn names(&self, indices: [Option<usize>; 4]) -> f32 {
+        let fits = indices
             .iter()
             .enumerate()
-            .filter_map(|(part, place)| place.map(|place| self.fits[place][part]));
+            .filter_map(|(part, index)| index.map(|index| self.fits[index][part]));
         fits.sum()
     }
 
     /// The index of a node in the chain.
-    fn place(&self, node: usize) -> Option<usize> {
+    fn index_of(&self, node: usize) -> Option<usize> {
         self.nodes.iter().position(|other| *other == node)
     }
 
     /// All that speaks for and against a reading. Returns the length of its long bones.
-    fn weigh(&self, kind: Kind, places: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
-        for (part, (place, fits)) in kind.parts().into_iter().zip(places.iter().zip(0..)) {
-            if let Some(place) = *place {
-                tally.name(part, self.nodes[place], self.fits[place][fits], 1.0);
+    fn weigh(&self, kind: Kind, indices: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
+        for (part, (index, fits)) in kind.parts().into_iter().zip(indices.iter().zip(0..)) {
+            if let Some(index) = *index {
+                tally.name(part, self.nodes[index], self.fits[index][fits], 1.0);
             }
         }
         match kind {
-            Kind::Leg => leg(self, places, tally),
-            Kind::Arm => arm(self, places, tally),
+            Kind::Leg => leg(self, indices, tally),
+            Kind::Arm => arm(self, indices, tally),
         }
     }
 
     /// What a reading without toes or collar bone is worth, but for the path to the upper arm.
-    fn score(&self, kind: Kind, places: [Option<usize>; 4]) -> f32 {
+    fn score(&self, kind: Kind, indices: [Option<usize>; 4]) -> f32 {
         let mut sums = Sums::default();
         match kind {
-            Kind::Leg => leg(self, places, &mut sums),
-            Kind::Arm => free_arm(self, places, &mut sums),
+            Kind::Leg => leg(self, indices, &mut sums),
+            Kind::Arm => free_arm(self, indices, &mut sums),
         };
-        sums.sum() + self.weighted_names(kind, places)
+        sums.sum() + self.weighted_names(kind, indices)
     }
 
-    fn weighted_names(&self, kind: Kind, places: [Option<usize>; 4]) -> f32 {
-        let parts = kind.parts().into_iter().zip(places).enumerate();
+    fn weighted_names(&self, kind: Kind, indices: [Option<usize>; 4]) -> f32 {
+        let parts = kind.parts().into_iter().zip(indices).enumerate();
         parts
-            .filter_map(|(at, (part, place))| Some(weight_of_name(part) * self.fits[place?][at]))
+            .filter_map(|(at, (part, index))| Some(weight_of_name(part) * self.fits[index?][at]))
             .sum()
     }
 
     /// What the fourth bone adds to the score of three.
-    fn fourth(&self, kind: Kind, place: usize, of_lengths: impl FnOnce(&mut Sums)) -> f32 {
+    fn fourth(&self, kind: Kind, index: usize, of_lengths: impl FnOnce(&mut Sums)) -> f32 {
         let mut sums = Sums::default();
         of_lengths(&mut sums);
         let part = if kind == Kind::Leg { 3 } else { 0 };
-        sums.sum() + weight_of_name(kind.parts()[part]) * self.fits[place][part]
+        sums.sum() + weight_of_name(kind.parts()[part]) * self.fits[index][part]
     }
 
     fn length(&self, from: usize, to: usize) -> f32 {
@@ -205,18 +205,18 @@ impl<'a> Chain<'a> {
         (self.detour(from, middle) + self.detour(middle, to)).min(MOST_DETOUR)
     }
 
-    /// The cosine of the angle by which the chain turns at `place`, between `from` and `to`.
-    fn turn(&self, from: usize, place: usize, to: usize) -> f32 {
-        let at = |place: usize| self.tree.at[self.nodes[place]];
-        let before = (at(place) - at(from)).normalize_or_zero();
-        let after = (at(to) - at(place)).normalize_or_zero();
+    /// The cosine of the angle by which the chain turns at `index`, between `from` and `to`.
+    fn turn(&self, from: usize, index: usize, to: usize) -> f32 {
+        let at = |index: usize| self.tree.at[self.nodes[index]];
+        let before = (at(index) - at(from)).normalize_or_zero();
+        let after = (at(to) - at(index)).normalize_or_zero();
         before.dot(after)
     }
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Reading {
-    places: [Option<usize>; 4],
+    indices: [Option<usize>; 4],
     lengths: f32,
     names: f32,
     score: f32,
@@ -232,12 +232,12 @@ fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> O
     let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);
     let first = chains[0];
     let joints: Vec<usize> = (0..first.nodes.len())
-        .filter(|&place| first.are_joints[place])
+        .filter(|&index| first.are_joints[index])
         .collect();
     let mut best: Option<(f32, [Option<usize>; 4])> = None;
-    let mut consider = |score: f32, places: [Option<usize>; 4]| {
-        if Some(places) != but && best.is_none_or(|(most, _)| score > most) {
-            best = Some((score, places));
+    let mut consider = |score: f32, indices: [Option<usize>; 4]| {
+        if Some(indices) != but && best.is_none_or(|(most, _)| score > most) {
+            best = Some((score, indices));
         }
         best.map_or(score, |(most, _)| most)
     };
@@ -249,8 +249,8 @@ fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> O
         let later = joints.iter().copied().filter(move |joint| *joint > after).map(Some);
         std::iter::once(None).chain(later)
     };
-    for (place, &upper) in joints.iter().enumerate() {
-        for &lower in &joints[place + 1..] {
+    for (index, &upper) in joints.iter().enumerate() {
+        for &lower in &joints[index + 1..] {
             for end in optional(lower) {
                 let three = match kind {
                     Kind::Leg => [Some(upper), Some(lower), end, None],
@@ -282,7 +282,7 @@ fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> O
                         }
                     }
                     Kind::Arm => {
-                        for &shoulder in &joints[..place] {
+                        for &shoulder in &joints[..index] {
                             let of_shoulder = |chain: &Chain<'_>| {
                                 let collar = |sums: &mut Sums| shoulder_fits(chain, shoulder, upper, lower, sums);
                                 chain.fourth(kind, shoulder, collar)
@@ -294,26 +294,26 @@ fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> O
             }
         }
     }
-    best.map(|(_, places)| read(chains, kind, places))
+    best.map(|(_, indices)| read(chains, kind, indices))
 }
 
-fn read(chains: &[&Chain<'_>], kind: Kind, places: [Option<usize>; 4]) -> Reading {
-    let share = 1.0 / chains.len() as f32;
+fn read(chains: &[&Chain<'_>], kind: Kind, indices: [Option<usize>; 4]) -> Reading {
+    let weight = 1.0 / chains.len() as f32;
     let mut reading = Reading {
-        places,
+        indices,
         lengths: 0.0,
         names: 0.0,
         score: 0.0,
         long_bones: 0.0,
     };
-    let found = places.iter().flatten().count() as f32;
+    let found = indices.iter().flatten().count() as f32;
     for chain in chains {
         let mut sums = Sums::default();
-        let long_bones = chain.weigh(kind, places, &mut sums);
-        reading.lengths += share * sums.lengths / found;
-        reading.names += share * chain.names(places) / found;
-        reading.long_bones += share * long_bones;
-        reading.score += share * sums.sum();
+        let long_bones = chain.weigh(kind, indices, &mut sums);
+        reading.lengths += weight * sums.lengths / found;
+        reading.names += weight * chain.names(indices) / found;
+        reading.long_bones += weight * long_bones;
+        reading.score += weight * sums.sum();
     }
     reading
 }
@@ -354,13 +354,13 @@ fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize, tally: &m
 }
 
 /// The same of an arm: upper arm and forearm.
-fn arm(chain: &Chain<'_>, places: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
-    match places {
+fn arm(chain: &Chain<'_>, indices: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
+    match indices {
         [Some(shoulder), Some(upper), Some(lower), _] => shoulder_fits(chain, shoulder, upper, lower, tally),
         [None, Some(upper), Some(lower), _] => without_shoulder(chain, upper, lower, tally),
         _ => {}
     }
-    free_arm(chain, places, tally)
+    free_arm(chain, indices, tally)
 }
 
 /// An arm from the upper arm on.

@@ -63,22 +63,22 @@ impl Map<'_> {
         } else if fits < -0.3 {
             (
                 Confidence::Unsure,
-                "its place and its length say so; its name says otherwise",
+                "its position and its length say so; its name says otherwise",
             )
         } else if !side_is_known {
             (
                 Confidence::Unsure,
-                "its place and its length say so; left and right cannot be told",
+                "its position and its length say so; left and right cannot be told",
             )
         } else if lengths >= LENGTHS_FIT && is_clear {
             (
                 Confidence::Likely,
-                "its place and its length say so; its name says nothing",
+                "its position and its length say so; its name says nothing",
             )
         } else {
             (
                 Confidence::Unsure,
-                "its place says so; the lengths are unusual, and its name says nothing",
+                "its position says so; the lengths are unusual, and its name says nothing",
             )
         };
         self.bones.insert(
@@ -158,11 +158,11 @@ impl Map<'_> {
                 for (bone, joint) in finger.bones().into_iter().zip(finger.joints) {
                     let Some(joint) = joint else { continue };
                     let (confidence, reason) = if finger.is_named {
-                        (Confidence::Likely, "the name of its finger, and its place in it")
+                        (Confidence::Likely, "the name of its finger, and its position in it")
                     } else {
                         (
                             Confidence::Unsure,
-                            "its place on the hand; names do not say which finger it is",
+                            "its position on the hand; names do not say which finger it is",
                         )
                     };
                     let found = HumanoidJoint {

@@ -222,7 +222,7 @@ impl Found {
     pub(super) fn new(scene: &Scene, tree: &Tree, body: &Body) -> Self {
         let by_name = |fit: &Fit| by_names(tree, &fit.joints, fit.pair.roots);
         let legs_by_name = by_name(&body.legs);
-        let (evidence, place) = look_for_sides(scene, tree, body, legs_by_name);
+        let (evidence, shown_by) = look_for_sides(scene, tree, body, legs_by_name);
         let sum = evidence.sum();
         let arms_by_name = body.arms.as_ref().and_then(by_name);
         let by_body = (sum.abs() > SAYS_A_SIDE).then_some(if sum > 0.0 { Side::Left } else { Side::Right });
@@ -250,7 +250,7 @@ impl Found {
                 } else {
                     Confidence::Unsure
                 },
-                format!("the names have no sides; {place} shows them"),
+                format!("the names have no sides; {shown_by} shows them"),
             ),
             (Some(_), None) => (
                 Sides::Unknown,
@@ -268,10 +268,10 @@ impl Found {
                     (
                         Sides::Agree,
                         confidence,
-                        format!("{parts} of {place} are as the names have it"),
+                        format!("{parts} of {shown_by} are as the names have it"),
                     )
                 } else {
-                    let reason = format!("{parts} of {place} show that what is named left is on the right");
+                    let reason = format!("{parts} of {shown_by} show that what is named left is on the right");
                     (Sides::Opposite, confidence, reason)
                 }
             }
@@ -338,8 +338,8 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) 
 
 /// Whether the shoulders look elsewhere than the hips, in a pose of a body whose names tell the sides of both.
 fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
-    let line = |fit: &Fit, place: usize| {
-        let [first, second] = [fit.joints[0][place]?, fit.joints[1][place]?];
+    let line = |fit: &Fit, index: usize| {
+        let [first, second] = [fit.joints[0][index]?, fit.joints[1][index]?];
         let sign = match by_names(tree, &fit.joints, fit.pair.roots)? {
             Side::Left => 1.0,
             Side::Right => -1.0,

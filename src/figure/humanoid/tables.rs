@@ -173,7 +173,7 @@ pub(super) trait Tally {
     /// `times` is how often the sign is there, or how much of it.
     fn sign(&mut self, row: &'static Sign, times: f32);
     /// `fit` is how well the name of `node` fits, from -1 to 1.
-    fn name(&mut self, part: Part, node: usize, fit: f32, share: f32);
+    fn name(&mut self, part: Part, node: usize, fit: f32, fraction: f32);
 }
 
 /// The sums.
@@ -215,7 +215,7 @@ impl Tally for Sums {
     }
 
     #[inline]
-    fn name(&mut self, part: Part, _: usize, fit: f32, share: f32) {
-        self.names += weight_of_name(part) * fit * share;
+    fn name(&mut self, part: Part, _: usize, fit: f32, fraction: f32) {
+        self.names += weight_of_name(part) * fit * fraction;
     }
 }

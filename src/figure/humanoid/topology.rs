@@ -206,7 +206,7 @@ pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     pairs
 }
 
-/// The share of all nodes that are below one child of a node, from which on the node only carries it.
+/// The fraction of all nodes that are below one child of a node, from which on the node only carries it.
 const CARRIES: f32 = 0.9;
 
 /// The topmost node that more hangs on than one other with all that is below it. Those above it only place the figure:

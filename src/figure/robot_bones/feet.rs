@@ -15,8 +15,8 @@ impl Tree<'_> {
     /// The foot of a shin without an ankle: the lowest link that is fixed to it, if that is below the knee, else the
     /// shin itself, where its shapes show how far it reaches.
     pub(super) fn fixed_foot(&self, shin: usize) -> Option<usize> {
-        let height = |link: &usize| self.places[*link].translation.z;
-        let fixed = (shin + 1..self.places.len()).filter(|link| self.is_fixed_to(*link, shin));
+        let height = |link: &usize| self.transforms[*link].translation.z;
+        let fixed = (shin + 1..self.transforms.len()).filter(|link| self.is_fixed_to(*link, shin));
         let lowest = fixed.min_by(|a, b| height(a).total_cmp(&height(b)));
         let knee = self.anchor(shin).z;
         match lowest.filter(|link| knee - height(link) > SHIN * (self.anchor_of_hip(shin).z - knee).abs()) {
@@ -47,12 +47,12 @@ impl Tree<'_> {
     /// The middle of the lowest points of the shapes of a link, which is a part of a leg.
     pub(super) fn lowest_point(&self, link: usize) -> Option<DVec3> {
         let balls = self.robot.links[link].shapes.iter().flat_map(RobotShape::balls);
-        let places = balls.map(|(centre, radius)| self.places[link].point(centre) - radius * DVec3::Z);
-        let places: Vec<DVec3> = places.collect();
-        let least = places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
-        let lowest: Vec<DVec3> = places
+        let points = balls.map(|(centre, radius)| self.transforms[link].point(centre) - radius * DVec3::Z);
+        let points: Vec<DVec3> = points.collect();
+        let least = points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
+        let lowest: Vec<DVec3> = points
             .into_iter()
-            .filter(|place| place.z < least + LEVEL_SOLE)
+            .filter(|point| point.z < least + LEVEL_SOLE)
             .collect();
         (!lowest.is_empty()).then(|| lowest.iter().sum::<DVec3>() / lowest.len() as f64)
     }

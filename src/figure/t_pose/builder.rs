@@ -97,7 +97,7 @@ impl Builder {
                     _ => above,
                 };
                 let next = next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint);
-                let along = next.map(|next| start * self.way(joint, next));
+                let along = next.map(|next| start * self.offset(joint, next));
                 match along.filter(|along| along.length() > self.shortest(joint)) {
                     Some(along) => {
                         let turn = arc(along, self.axes * direction) * start;
@@ -170,7 +170,7 @@ impl Builder {
 
     /// From a joint to the node towards which it points, in the reference pose. Knuckles are where the motion has them
     /// in the hand, if the reference pose is computed.
-    fn way(&self, joint: NodeId, next: NodeId) -> Vec3 {
+    fn offset(&self, joint: NodeId, next: NodeId) -> Vec3 {
         let shown = self.shown.as_ref().filter(|_| self.source == TPoseSource::Computed);
         let knuckle = shown.and_then(|shown| shown.to_knuckle(next, |node| self.rotations[node.index()]));
         knuckle.unwrap_or_else(|| self.position(next) - self.position(joint))
@@ -198,7 +198,7 @@ impl Builder {
     /// in the opposite order would turn the hand over.
     fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
-        let at = |finger: Bone| Some(self.way(joint, self.knuckles.of(finger.on(side))?));
+        let at = |finger: Bone| Some(self.offset(joint, self.knuckles.of(finger.on(side))?));
         let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
         let thumb = || at(Bone::LeftThumbProximal);
         let (across, forward) = match knuckles {

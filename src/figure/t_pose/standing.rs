@@ -37,7 +37,7 @@ pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_t
     };
     if let Some(first) = Pose::at_tick(scene, 0, 0.0) {
         let positions = (0..scene.nodes.len()).map(|node| first.position(NodeId::new(node)));
-        let figure = Measures::with_places(scene, humanoid, positions.collect());
+        let figure = Measures::with_positions(scene, humanoid, positions.collect());
         // One who moves raises the arms too, and does not stand upright then.
         let is_upright = figure
             .rest_up()
@@ -56,7 +56,7 @@ pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_t
 /// brought upright.
 fn upright(scene: &Scene, humanoid: &Humanoid, up: Vec3, mut rest: Pose) -> Pose {
     let positions = (0..scene.nodes.len()).map(|node| rest.position(NodeId::new(node)));
-    let trunk = Measures::with_places(scene, humanoid, positions.collect()).rest_up();
+    let trunk = Measures::with_positions(scene, humanoid, positions.collect()).rest_up();
     let Some(trunk) = trunk.filter(|trunk| trunk.angle_between(up) > UPRIGHT) else {
         return rest;
     };
@@ -101,11 +101,11 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown:
             Bone::Hips => axes.hips(&pose, &joint),
             _ => next_of(scene, bone, node, &joint, knuckles).and_then(|next| {
                 let as_it_is = |node: NodeId| rotation_of(&pose.node_to_world[node.index()]);
-                let way = shown.to_knuckle(next, as_it_is);
-                let way = way
+                let toward = shown.to_knuckle(next, as_it_is);
+                let toward = toward
                     .unwrap_or_else(|| pose.position(next) - pose.position(node))
                     .try_normalize()?;
-                Some(Quat::from_rotation_arc(way, axes.direction(bone)?))
+                Some(Quat::from_rotation_arc(toward, axes.direction(bone)?))
             }),
         };
         let rotation = rotation.filter(|rotation| rotation.is_finite());
