@@ -162,11 +162,11 @@ fn travel(motion: &Motion, row: &mut ClipRow) {
     }
     // Steps of a tenth of a second: noise of single frames is no path.
     let step = motion.frames_in(0.1);
-    let places: Vec<_> = (motion.first..motion.frames)
+    let points: Vec<_> = (motion.first..motion.frames)
         .step_by(step)
         .map(|frame| motion.at(frame, node).with_y(0.0))
         .collect();
-    let path: f32 = places.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let path: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     let half = motion.frames_in(0.25);
     let speed = |frame| motion.velocity(frame, node, half).with_y(0.0).length();
     let top = (motion.first..motion.frames)

@@ -227,12 +227,12 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
         let next = (piece + 1).min(path.len() - 1);
         let (from, to) = (path[piece], path[next]);
         let length = times[next] - times[piece];
-        let share = if length > 0.0 {
+        let fraction = if length > 0.0 {
             ((time - times[piece]) / length).clamp(0.0, 1.0)
         } else {
             0.0
         };
-        let (a, b) = (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1));
+        let (a, b) = (from.0 + fraction * (to.0 - from.0), from.1 + fraction * (to.1 - from.1));
         let even = a / last_a.max(1.0) * last_b;
         report.largest_time_shift = report.largest_time_shift.max((b - even).abs() / second.rate);
         // A motion that counts alone is interpolated at times of its own, not at those of the path.
@@ -267,10 +267,10 @@ fn times(path: &[(f64, f64)], weight: &BlendWeight, rates: [f64; 2]) -> Vec<f64>
     let mut times = vec![0.0];
     for pair in path.windows(2) {
         let last = times[times.len() - 1];
-        let share = weight.at(last);
+        let fraction = weight.at(last);
         let by_first = (pair[1].0 - pair[0].0) / rates[0];
         let by_second = (pair[1].1 - pair[0].1) / rates[1];
-        times.push(last + (1.0 - share) * by_first + share * by_second);
+        times.push(last + (1.0 - fraction) * by_first + fraction * by_second);
     }
     times
 }

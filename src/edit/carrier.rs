@@ -48,19 +48,19 @@ impl Carrier {
         }
     }
 
-    fn place(&self, row: &[Trs]) -> (Vec3, Quat) {
+    fn pose(&self, row: &[Trs]) -> (Vec3, Quat) {
         let trs = row[self.column];
         (self.parent.transform_point3(trs.translation), self.turn * trs.rotation)
     }
 
     /// Where the figure is in a row, in the world.
     pub(super) fn position(&self, row: &[Trs]) -> Vec3 {
-        self.place(row).0
+        self.pose(row).0
     }
 
     /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
-        let ((from, turned), (to, turned_to)) = (self.place(from), self.place(to));
+        let ((from, turned), (to, turned_to)) = (self.pose(from), self.pose(to));
         let turn = twist(turned_to * turned.inverse(), self.up);
         Placement {
             turn,
@@ -71,7 +71,7 @@ impl Carrier {
 
     /// Moves the figure of a row.
     pub(super) fn apply(&self, placement: &Placement, row: &mut [Trs]) {
-        let (position, rotation) = self.place(row);
+        let (position, rotation) = self.pose(row);
         let position = placement.to + placement.turn * (position - placement.from);
         let trs = &mut row[self.column];
         trs.translation = self.parent.inverse().transform_point3(position);
@@ -128,21 +128,21 @@ impl Placement {
         }
     }
 
-    /// A share of the motion, which goes along an arc: its speeds over the ground and about the axis are constant, as
-    /// the figure that is moved sees them.
-    pub(super) fn part(&self, share: f32) -> Self {
+    /// A fraction of the motion, which goes along an arc: its speeds over the ground and about the axis are constant,
+    /// as the figure that is moved sees them.
+    pub(super) fn part(&self, fraction: f32) -> Self {
         let turn = self.turn * self.turn.w.signum();
         let (axis, angle) = turn.to_axis_angle();
         let chord = if angle > 1e-4 {
-            (0.5 * share * angle).sin() / (0.5 * angle).sin()
+            (0.5 * fraction * angle).sin() / (0.5 * angle).sin()
         } else {
-            share
+            fraction
         };
-        let way = Quat::from_axis_angle(axis, 0.5 * (share - 1.0) * angle) * (self.to - self.from);
+        let chord_turned = Quat::from_axis_angle(axis, 0.5 * (fraction - 1.0) * angle) * (self.to - self.from);
         Self {
-            turn: Quat::IDENTITY.slerp(self.turn, share),
+            turn: Quat::IDENTITY.slerp(self.turn, fraction),
             from: self.from,
-            to: self.from + chord * way,
+            to: self.from + chord * chord_turned,
         }
     }
 

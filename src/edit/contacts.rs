@@ -116,7 +116,7 @@ pub struct ContactPoint {
     pub above_rest: Vec<f32>,
     /// For each frame where it is in the world, in units of the scene.
     #[serde(skip)]
-    pub places: Vec<Vec3>,
+    pub positions: Vec<Vec3>,
 }
 
 impl ContactPoint {
@@ -239,7 +239,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
                 height: 0.0,
                 at_rest,
                 above_rest,
-                places: track,
+                positions: track,
             });
         }
     }

@@ -124,11 +124,11 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
             ..*a
         };
         let shifted = spikes(&track, options, options.distance as f32 * size, by_length, middle);
-        bridge(&mut track, &turned, |at, before, after, share| {
-            at.rotation = before.rotation.slerp(after.rotation, share);
+        bridge(&mut track, &turned, |at, before, after, fraction| {
+            at.rotation = before.rotation.slerp(after.rotation, fraction);
         });
-        bridge(&mut track, &shifted, |at, before, after, share| {
-            at.translation = before.translation.lerp(after.translation, share);
+        bridge(&mut track, &shifted, |at, before, after, fraction| {
+            at.translation = before.translation.lerp(after.translation, fraction);
         });
         let is_flipped = |frame: usize| flipped.get(frame).copied().unwrap_or_default();
         let turned: Vec<bool> = (0..track.len())
@@ -197,8 +197,8 @@ fn bridge(track: &mut [Trs], marked: &[bool], mut set: impl FnMut(&mut Trs, Trs,
         if end > frame && end < track.len() {
             let (before, after) = (track[frame - 1], track[end]);
             for (index, trs) in track[frame..end].iter_mut().enumerate() {
-                let share = (index + 1) as f32 / (end + 1 - frame) as f32;
-                set(trs, before, after, share);
+                let fraction = (index + 1) as f32 / (end + 1 - frame) as f32;
+                set(trs, before, after, fraction);
             }
         }
         frame = end.max(frame) + 1;

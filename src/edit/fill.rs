@@ -143,13 +143,13 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     let turn_out = track
         .get(after + 1)
         .map_or(whole / steps, |later| log(to.rotation.inverse() * later.rotation));
-    let way = to.translation - from.translation;
+    let offset = to.translation - from.translation;
     let move_in = before
         .checked_sub(1)
-        .map_or(way / steps, |earlier| from.translation - track[earlier].translation);
+        .map_or(offset / steps, |earlier| from.translation - track[earlier].translation);
     let move_out = track
         .get(after + 1)
-        .map_or(way / steps, |later| later.translation - to.translation);
+        .map_or(offset / steps, |later| later.translation - to.translation);
     for (index, trs) in track[first..=last].iter_mut().enumerate() {
         let t = (index + 1) as f32 / steps;
         let moves = from.translation != to.translation;
@@ -158,7 +158,7 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
             trs.rotation = (from.rotation * exp(cubic(whole, turn_in, turn_out, steps, t))).normalize();
         }
         if moves {
-            trs.translation = from.translation + cubic(way, move_in, move_out, steps, t);
+            trs.translation = from.translation + cubic(offset, move_in, move_out, steps, t);
         }
     }
 }

@@ -24,7 +24,7 @@ const JUMP: f32 = 5.0;
 const BESIDE: f32 = 0.45;
 /// The smallest jump that is looked for, in degrees. Smaller ones are spikes, which `despike` finds by its threshold.
 const LEAST: f32 = 35.0;
-/// The smallest way over frames that are not known that may be a jump, in degrees: limbs that are exchanged are nearer.
+/// The smallest rotation over frames that are not known that may be a jump, in degrees: exchanged limbs are nearer.
 const LEAST_OVER: f32 = 20.0;
 /// The longest run that is turned back, in seconds ...
 const LONGEST: f64 = 2.0;
@@ -158,11 +158,11 @@ fn jumps(track: &[Quat]) -> Vec<usize> {
 
 /// Whether what lies between two frames, of which those between are not known, is a jump rather than a motion.
 pub(super) fn is_jump_over(track: &[Quat], from: usize, to: usize) -> bool {
-    let way = angle(track[from], track[to]);
+    let turned = angle(track[from], track[to]);
     let around = from.saturating_sub(AROUND)..(to + AROUND).min(track.len() - 1);
     let mut steps: Vec<f32> = around.map(|frame| angle(track[frame], track[frame + 1])).collect();
     let usual = median(&mut steps).unwrap_or(0.0);
-    way > LEAST_OVER.to_radians() && way > JUMP * usual * (to - from) as f32 * 0.5
+    turned > LEAST_OVER.to_radians() && turned > JUMP * usual * (to - from) as f32 * 0.5
 }
 
 fn angle(a: Quat, b: Quat) -> f32 {

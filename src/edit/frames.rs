@@ -117,9 +117,9 @@ impl Frames {
 
     /// Sets them.
     pub(super) fn set_track(&mut self, column: usize, track: &[Trs]) {
-        let places = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
-        for (place, trs) in places.zip(track) {
-            *place = *trs;
+        let column_of_node = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
+        for (kept, trs) in column_of_node.zip(track) {
+            *kept = *trs;
         }
     }
 
@@ -131,13 +131,13 @@ impl Frames {
 
     /// Sets them.
     pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
-        let places = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
-        places
+        let column_of_node = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
+        column_of_node
             .zip(rotations)
-            .for_each(|(place, rotation)| place.rotation = *rotation);
+            .for_each(|(kept, rotation)| kept.rotation = *rotation);
     }
 
-    /// The place of a node among those that are held.
+    /// The column of a node among those that are held.
     pub(super) fn column(&self, node: NodeId) -> Option<usize> {
         self.columns[node.index()]
     }
@@ -156,12 +156,12 @@ impl Frames {
     pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
         let last = self.len().saturating_sub(1);
         let frame = frame.clamp(0.0, last as f64);
-        let (before, share) = (frame.floor() as usize, (frame - frame.floor()) as f32);
-        if share == 0.0 {
+        let (before, fraction) = (frame.floor() as usize, (frame - frame.floor()) as f32);
+        if fraction == 0.0 {
             return self.row(before).to_vec();
         }
         let pairs = self.row(before).iter().zip(self.row((before + 1).min(last)));
-        pairs.map(|(a, b)| between(*a, *b, share)).collect()
+        pairs.map(|(a, b)| between(*a, *b, fraction)).collect()
     }
 
     /// Frames at whole ticks with the transforms of `rows` instead of these.
@@ -271,11 +271,11 @@ impl Frames {
 }
 
 /// The transform at a fraction of the change from one to another.
-pub(super) fn between(from: Trs, to: Trs, share: f32) -> Trs {
+pub(super) fn between(from: Trs, to: Trs, fraction: f32) -> Trs {
     Trs {
-        translation: from.translation.lerp(to.translation, share),
-        rotation: from.rotation.slerp(to.rotation, share),
-        scale: from.scale.lerp(to.scale, share),
+        translation: from.translation.lerp(to.translation, fraction),
+        rotation: from.rotation.slerp(to.rotation, fraction),
+        scale: from.scale.lerp(to.scale, fraction),
     }
 }
 

@@ -223,17 +223,17 @@ fn planes(
 ) -> Vec<(Natural, f32)> {
     let mut pose = Pose::rest(scene);
     let numbers: Vec<usize> = window.frames(frames.len()).map(|(frame, _)| frame).collect();
-    let (mut trunks, mut ways) = (Vec::new(), Vec::new());
+    let (mut trunks, mut to_goals) = (Vec::new(), Vec::new());
     for frame in &numbers {
         frames.pose(*frame, &mut pose);
         trunks.push(chain.trunk(&pose));
-        ways.push(chain.to_goal(&pose, goal(&pose)));
+        to_goals.push(chain.to_goal(&pose, goal(&pose)));
     }
     let bell = Bell::new(CALM, frames.rate);
     let natural = |at: usize| {
         chain.natural(
             bell.mean(&trunks, at),
-            bell.mean_of(ways.len(), at, |other| ways[other]),
+            bell.mean_of(to_goals.len(), at, |other| to_goals[other]),
         )
     };
     let naturals: Vec<Natural> = (0..numbers.len()).map(natural).collect();

@@ -107,21 +107,21 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
     keys.sort_unstable();
     keys.dedup();
     let mut rows: Vec<Vec<Trs>> = (0..frames.len()).map(|frame| frames.row(frame).to_vec()).collect();
-    for (place, pair) in keys.windows(2).enumerate() {
+    for (first, pair) in keys.windows(2).enumerate() {
         let around = [
-            keys[place.saturating_sub(1)],
+            keys[first.saturating_sub(1)],
             pair[0],
             pair[1],
-            keys[(place + 2).min(keys.len() - 1)],
+            keys[(first + 2).min(keys.len() - 1)],
         ];
         for column in 0..frames.nodes().len() {
             let values = around.map(|key| frames.row(key)[column]);
             let squad = (options.interpolation == KeyInterpolation::Squad).then(|| Squad::new(values, around));
             for (offset, row) in rows[pair[0] + 1..pair[1]].iter_mut().enumerate() {
-                let share = (offset + 1) as f32 / (pair[1] - pair[0]) as f32;
+                let fraction = (offset + 1) as f32 / (pair[1] - pair[0]) as f32;
                 row[column] = match &squad {
-                    None => between(values[1], values[2], share),
-                    Some(squad) => squad.at(share),
+                    None => between(values[1], values[2], fraction),
+                    Some(squad) => squad.at(fraction),
                 };
             }
         }
@@ -149,7 +149,7 @@ struct Squad {
     controls: [Quat; 2],
     /// Positions at both ends, and the distance that the speed there covers over the length of the curve.
     positions: [Vec3; 2],
-    ways: [Vec3; 2],
+    tangents: [Vec3; 2],
     scales: [Vec3; 2],
 }
 
@@ -165,11 +165,11 @@ impl Squad {
             (at * exp((log(inverse * before) + log(inverse * after)) * -0.25)).normalize()
         };
         // The slopes between the neighbours of each key, which need not be evenly apart.
-        let way = |before: usize, after: usize| {
+        let tangent = |before: usize, after: usize| {
             let [from, to] = [before, after].map(|index| keys[index] as f32);
-            let way = values[after].translation - values[before].translation;
+            let tangent = values[after].translation - values[before].translation;
             if to > from {
-                way / (to - from) * (keys[2] - keys[1]) as f32
+                tangent / (to - from) * (keys[2] - keys[1]) as f32
             } else {
                 Vec3::ZERO
             }
@@ -178,21 +178,21 @@ impl Squad {
             rotations: [q1, q2],
             controls: [control(q0, q1, q2), control(q1, q2, q3)],
             positions: [values[1].translation, values[2].translation],
-            ways: [way(0, 2), way(1, 3)],
+            tangents: [tangent(0, 2), tangent(1, 3)],
             scales: [values[1].scale, values[2].scale],
         }
     }
 
-    fn at(&self, share: f32) -> Trs {
-        let [along, beside] = [self.rotations, self.controls].map(|[from, to]| from.slerp(to, share));
-        let (t, t2, t3) = (share, share * share, share * share * share);
+    fn at(&self, fraction: f32) -> Trs {
+        let [along, beside] = [self.rotations, self.controls].map(|[from, to]| from.slerp(to, fraction));
+        let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         Trs {
             translation: self.positions[0] * (2.0 * t3 - 3.0 * t2 + 1.0)
                 + self.positions[1] * (3.0 * t2 - 2.0 * t3)
-                + self.ways[0] * (t3 - 2.0 * t2 + t)
-                + self.ways[1] * (t3 - t2),
-            rotation: along.slerp(beside, 2.0 * share * (1.0 - share)).normalize(),
-            scale: self.scales[0].lerp(self.scales[1], share),
+                + self.tangents[0] * (t3 - 2.0 * t2 + t)
+                + self.tangents[1] * (t3 - t2),
+            rotation: along.slerp(beside, 2.0 * fraction * (1.0 - fraction)).normalize(),
+            scale: self.scales[0].lerp(self.scales[1], fraction),
         }
     }
 }

@@ -132,11 +132,11 @@ impl LimbChain {
             body.depends_on(start, joint)
                 .then(|| (joint, body.frame_to_joint(*bone, joint)))
         });
-        let of_side = |way: Vec3| match limb.side() {
-            Side::Left => way,
-            Side::Right => Vec3::new(-way.x, way.y, way.z),
+        let of_side = |direction: Vec3| match limb.side() {
+            Side::Left => direction,
+            Side::Right => Vec3::new(-direction.x, direction.y, direction.z),
         };
-        let [way, aside] = limb.natural().map(of_side).map(Vec3::normalize);
+        let [direction, aside] = limb.natural().map(of_side).map(Vec3::normalize);
         let upper = bones[0].on(limb.side());
         let of_t_pose = body.frame_to_joint(upper, start).inverse() * bend_axis(upper).unwrap_or(Vec3::X);
         Ok(Self {
@@ -147,7 +147,7 @@ impl LimbChain {
             tip,
             hinge: of_t_pose,
             trunk: trunk.unwrap_or((body.hips, body.frame_to_joint(Bone::Hips, body.hips))),
-            natural: [way, aside.cross(way).normalize()],
+            natural: [direction, aside.cross(direction).normalize()],
         })
     }
 

@@ -185,12 +185,12 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
 /// How fast joints move beside the carrier at a frame, summed over the squares: the least at a calm moment, as when
 /// both feet are on the ground, at which a seam is seen least.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
-    let places = |frame: usize| {
+    let pose_at = |frame: usize| {
         let mut pose = Pose::rest(scene);
         frames.pose(frame.min(frames.len() - 1), &mut pose);
         pose
     };
-    let (from, to) = (places(frame), places(frame + 1));
+    let (from, to) = (pose_at(frame), pose_at(frame + 1));
     let step = |node: NodeId| to.position(node) - from.position(node);
     let nodes = (0..scene.nodes.len()).map(NodeId::new);
     nodes.map(|node| (step(node) - step(carrier)).length_squared()).sum()
@@ -223,8 +223,8 @@ fn best(
     let mut found: Option<(f32, usize, usize)> = None;
     let mut consider = |firsts: &[usize], lasts: &[usize]| {
         let poses = [firsts, lasts].map(poses);
-        for (place, &first) in firsts.iter().enumerate() {
-            for (distance, &last) in poses[1].distances(&poses[0], place).into_iter().zip(lasts) {
+        for (index, &first) in firsts.iter().enumerate() {
+            for (distance, &last) in poses[1].distances(&poses[0], index).into_iter().zip(lasts) {
                 let length = last.saturating_sub(first);
                 if length < least.max(2) || length > most {
                     continue;
@@ -253,8 +253,8 @@ fn best(
     let lasts: Vec<usize> = firsts.iter().map(|first| first + length).collect();
     let (from, to) = (poses(&firsts), poses(&lasts));
     let carrier = frames.nodes()[carrier.column];
-    let alike = firsts.iter().zip(&lasts).enumerate().filter(|(place, (first, last))| {
-        let distance = to.distances(&from, *place)[*place];
+    let alike = firsts.iter().zip(&lasts).enumerate().filter(|(index, (first, last))| {
+        let distance = to.distances(&from, *index)[*index];
         cost(distance, **first, **last) <= CALM * least_cost
     });
     let speeds = alike.map(|(_, (first, last))| (squared_speeds(scene, frames, carrier, *first), *first, *last));

@@ -59,17 +59,17 @@ impl Poses {
 
     /// The distances of one pose, an index among the chosen frames of `from`, which is of the same joints, to all of
     /// these.
-    pub(super) fn distances(&self, from: &Self, place: usize) -> Vec<f32> {
+    pub(super) fn distances(&self, from: &Self, index: usize) -> Vec<f32> {
         let mut sums = vec![0.0; self.count];
         for (track, from) in self.rotations.iter().zip(&from.rotations) {
             add_angles(
                 &mut sums,
                 track,
-                [&from[0], &from[1], &from[2], &from[3]].map(|list| list[place]),
+                [&from[0], &from[1], &from[2], &from[3]].map(|list| list[index]),
             );
         }
         for (track, from) in self.values.iter().zip(&from.values) {
-            add_squares(&mut sums, track, from[place]);
+            add_squares(&mut sums, track, from[index]);
         }
         sums
     }

@@ -97,18 +97,18 @@ impl EditStep {
                 taken.push(None);
                 continue;
             }
-            let place = step.with().unwrap_or(next);
-            if !(2..=count).contains(&place) {
+            let given = step.with().unwrap_or(next);
+            if !(2..=count).contains(&given) {
                 let name = step.name();
-                return refuse(format!("the step {name} takes motion {place}, and there are {count}"));
+                return refuse(format!("the step {name} takes motion {given}, and there are {count}"));
             }
-            taken.push(Some(place - 2));
-            next = place + 1;
+            taken.push(Some(given - 2));
+            next = given + 1;
         }
-        match (0..others.len()).find(|place| !taken.contains(&Some(*place))) {
-            Some(place) => refuse(format!(
+        match (0..others.len()).find(|given| !taken.contains(&Some(*given))) {
+            Some(given) => refuse(format!(
                 "{} would do nothing: no step takes it; leave it out",
-                others[place]
+                others[given]
             )),
             None => Ok(taken),
         }

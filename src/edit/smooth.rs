@@ -276,25 +276,25 @@ struct Padded {
 impl Padded {
     fn new(track: &[Trs], pad: usize) -> Self {
         let last = track.len() - 1;
-        let places = 0..2 * pad + track.len();
-        let frame = |place: usize| match place.checked_sub(pad) {
-            None => (pad - place).min(last),
+        let samples = 0..2 * pad + track.len();
+        let frame = |sample: usize| match sample.checked_sub(pad) {
+            None => (pad - sample).min(last),
             Some(frame) if frame <= last => frame,
             Some(frame) => (2 * last).saturating_sub(frame),
         };
         let component = |component: usize| {
-            let values = places
+            let values = samples
                 .clone()
-                .map(|place| track[frame(place)].rotation.to_array()[component]);
+                .map(|sample| track[frame(sample)].rotation.to_array()[component]);
             values.collect()
         };
-        let is_inside = |place: usize| (pad..=pad + last).contains(&place);
-        let sign = |place: usize| if is_inside(place) { 1.0 } else { -1.0 };
+        let is_inside = |sample: usize| (pad..=pad + last).contains(&sample);
+        let sign = |sample: usize| if is_inside(sample) { 1.0 } else { -1.0 };
         Self {
             pad,
             last,
             components: [0, 1, 2, 3].map(component),
-            sign: places.clone().map(sign).collect(),
+            sign: samples.clone().map(sign).collect(),
         }
     }
 

@@ -75,10 +75,10 @@ pub(super) fn from_object(value: &Value) -> Result<EditStep> {
 }
 
 fn with_keys(step: StepInfo, keys: Map<String, Value>, stated: &str) -> Result<EditStep> {
-    if let Some(place) = keys.get(WITH).filter(|place| !place.is_null())
-        && place.as_u64().is_none_or(|place| place < 2)
+    if let Some(given) = keys.get(WITH).filter(|given| !given.is_null())
+        && given.as_u64().is_none_or(|given| given < 2)
     {
-        return refuse(not_taken(WITH, Takes::Input, stated, place));
+        return refuse(not_taken(WITH, Takes::Input, stated, given));
     }
     let step_of = EditStep::with_keys(step.name, keys, stated);
     step_of.unwrap_or_else(|| refuse(format!("there is no step {:?}", step.name)))
@@ -194,10 +194,10 @@ mod tests {
             "clean:contacts=true,flips=true,floor=true,lengths=true,noise=false,time=true",
         ),
         (
-            "loop:frames=10..140,in-place=true",
-            "loop:blend=0.3,frames=10..140,in-place=true,longest=4.0,shortest=0.6",
+            "loop:frames=10..140,in-given=true",
+            "loop:blend=0.3,frames=10..140,in-given=true,longest=4.0,shortest=0.6",
         ),
-        ("loop", "loop:blend=0.3,in-place=false,longest=4.0,shortest=0.6"),
+        ("loop", "loop:blend=0.3,in-given=false,longest=4.0,shortest=0.6"),
         ("concat:align=false", "concat:align=false,blend=0.3,within=0.0"),
         (
             "concat:with=3,within=0.5",
@@ -227,7 +227,7 @@ mod tests {
         ("resample:rate=60", "resample:rate=60.0"),
         ("drop-first-frame", "drop-first-frame:always=false"),
         ("drop-first-frame:always=true", "drop-first-frame:always=true"),
-        ("in-place", "in-place"),
+        ("in-given", "in-given"),
         ("root-motion", "root-motion"),
         ("reverse", "reverse"),
         ("rest", "rest:pose=t-pose"),

@@ -41,8 +41,8 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
         let child = child.filter(|child| !is_end(scene, frames.nodes()[*child]));
         for at in within.clone() {
             let along = (at as f32 + 0.5 - frame as f32) / width as f32;
-            let share = (0.5 + 0.5 * along).clamp(0.0, 1.0);
-            let smooth = share * share * (3.0 - 2.0 * share);
+            let fraction = (0.5 + 0.5 * along).clamp(0.0, 1.0);
+            let smooth = fraction * fraction * (3.0 - 2.0 * fraction);
             let off = Quat::from_axis_angle(turn.bone, (smooth - f32::from(at >= frame)) * turn.angle);
             rotate(frames, turn.column, at, |rotation| rotation * off);
             if let Some(child) = child {

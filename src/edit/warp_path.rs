@@ -22,8 +22,8 @@ use crate::scene::Scene;
 /// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
-    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even share of the way
-    /// that it goes anyway.
+    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even fraction of the
+    /// path that it goes anyway.
     pub seconds: Option<f64>,
     /// Where, in metres along the two axes of the ground: x and z where +Y is up, x and y where +Z is.
     pub at: [f64; 2],
@@ -103,8 +103,8 @@ pub(super) fn warp_path(
     let above = scene.nodes[frames.nodes()[carrier.column].index()].parent;
     let to_world = above.map_or(Mat4::IDENTITY, |parent| Pose::rest(scene).node_to_world[parent.index()]);
     let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
-    let place = |frame: usize| to_world.transform_point3(frames.row(frame)[carrier.column].translation);
-    let was_at: Vec<DVec2> = (0..frames.len()).map(|frame| over_ground(place(frame))).collect();
+    let position_at = |frame: usize| to_world.transform_point3(frames.row(frame)[carrier.column].translation);
+    let was_at: Vec<DVec2> = (0..frames.len()).map(|frame| over_ground(position_at(frame))).collect();
     let at_frames = frames_of(points, &was_at, frames.rate)?;
     let seconds: Vec<f64> = frames.ticks.iter().map(|tick| tick / frames.rate).collect();
     let times: Vec<f64> = at_frames.iter().map(|frame| seconds[*frame]).collect();
@@ -149,7 +149,7 @@ pub(super) fn warp_path(
         let turn = turn.sin().atan2(turn.cos());
         let about = Quat::from_axis_angle(carrier.up, (turn * handed) as f32);
         let trs = &mut row[carrier.column];
-        trs.translation = from_world.transform_point3((place(frame).as_dvec3() + shift / metres).as_vec3());
+        trs.translation = from_world.transform_point3((position_at(frame).as_dvec3() + shift / metres).as_vec3());
         trs.rotation = (above_turned.inverse() * about * above_turned * trs.rotation).normalize();
         report.largest_shift = report.largest_shift.max(from.distance(to));
         report.largest_turn = report.largest_turn.max(turn.abs().to_degrees());
@@ -210,14 +210,16 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
         gone.push(gone[gone.len() - 1] + pair[0].distance(pair[1]));
     }
     let whole = gone[last];
-    let at_share = |share: f64| {
+    let at_fraction = |fraction: f64| {
         // One that stays where it is goes by time.
         if whole <= 1e-6 {
-            return (share * last as f64).round() as usize;
+            return (fraction * last as f64).round() as usize;
         }
-        let after = gone.partition_point(|way| *way < share * whole).min(last);
+        let after = gone
+            .partition_point(|travelled| *travelled < fraction * whole)
+            .min(last);
         let before = after.saturating_sub(1);
-        if share * whole - gone[before] < gone[after] - share * whole {
+        if fraction * whole - gone[before] < gone[after] - fraction * whole {
             before
         } else {
             after
@@ -232,10 +234,10 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
         return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     let mut frames: Vec<usize> = Vec::with_capacity(points.len());
-    for (place, point) in points.iter().enumerate() {
+    for (position_at, point) in points.iter().enumerate() {
         let frame = match point.seconds {
             Some(seconds) => (seconds * rate).round() as usize,
-            None => at_share(place as f64 / (points.len() - 1).max(1) as f64),
+            None => at_fraction(position_at as f64 / (points.len() - 1).max(1) as f64),
         };
         let least = frames.last().map_or(0, |last| last + 1);
         // The point at which a figure stands for a while has several moments, and two points cannot have one.
@@ -245,7 +247,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             frame.max(least)
         };
         if frame < least || frame > last {
-            let message = format!("point {} of the path would be at frame {frame}", place + 1);
+            let message = format!("point {} of the path would be at frame {frame}", position_at + 1);
             let expected = format!("a frame from {least} to {last}, one for each point");
             return Err(Diagnostic::new(Code::InvalidValue, message)
                 .expected_found(expected, found(points))

@@ -101,7 +101,7 @@ fn map(moments: &[(f64, f64)], time: f64) -> f64 {
     }
     let piece = moments.windows(2).find(|pair| time <= pair[1].0);
     piece.map_or(time, |pair| {
-        let share = (time - pair[0].0) / (pair[1].0 - pair[0].0);
-        pair[0].1 + share * (pair[1].1 - pair[0].1)
+        let fraction = (time - pair[0].0) / (pair[1].0 - pair[0].0);
+        pair[0].1 + fraction * (pair[1].1 - pair[0].1)
     })
 }

@@ -271,9 +271,9 @@ fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], o
 }
 
 /// A moving average over `half` pictures on both sides, so that the camera does not sway with the hips.
-fn smoothed(places: &[Vec3], half: usize) -> Vec<Vec3> {
-    let around = |index: usize| &places[index.saturating_sub(half)..(index + half + 1).min(places.len())];
-    (0..places.len())
+fn smoothed(path: &[Vec3], half: usize) -> Vec<Vec3> {
+    let around = |index: usize| &path[index.saturating_sub(half)..(index + half + 1).min(path.len())];
+    (0..path.len())
         .map(|index| around(index).iter().sum::<Vec3>() / around(index).len() as f32)
         .collect()
 }

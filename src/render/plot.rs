@@ -130,10 +130,10 @@ fn curves(clip: &Clip<'_>, joint: NodeId) -> (Vec<Curve>, Vec<Curve>) {
         color: theme::CURVES[axis],
         values,
     });
-    let rotation = order.axes().into_iter().enumerate().map(|(place, axis)| Curve {
+    let rotation = order.axes().into_iter().enumerate().map(|(index, axis)| Curve {
         name: format!("{}rotation", ["X", "Y", "Z"][axis]),
         color: theme::CURVES[axis],
-        values: angles.iter().map(|angles| angles[place]).collect(),
+        values: angles.iter().map(|angles| angles[index]).collect(),
     });
     (position.collect(), rotation.collect())
 }
@@ -170,7 +170,7 @@ fn paint_panel(
 
     drawing.text([left, top + 20.0], heading, 13.0, Anchor::Start, theme::INK);
     for value in values.marks() {
-        let y = values.place(value);
+        let y = values.pixel(value);
         drawing.line(
             vec![[left, y], [right, y]],
             1.0,
@@ -185,7 +185,7 @@ fn paint_panel(
         );
     }
     for time in times.marks() {
-        let x = times.place(time);
+        let x = times.pixel(time);
         drawing.line(vec![[x, upper], [x, lower]], 1.0, theme::RULE);
         drawing.text(
             [x, lower + 16.0],
@@ -197,10 +197,10 @@ fn paint_panel(
     }
     let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);
     for curve in curves {
-        let place = |(tick, value): (usize, f64)| [times.place(tick as f64 / per_second), values.place(value)];
+        let point = |(tick, value): (usize, f64)| [times.pixel(tick as f64 / per_second), values.pixel(value)];
         let points: Vec<Point> = thinned(&curve.values, drawing.width as usize)
             .into_iter()
-            .map(place)
+            .map(point)
             .collect();
         match points.as_slice() {
             [only] => drawing.circle(*only, 3.0, curve.color),
@@ -208,7 +208,7 @@ fn paint_panel(
         }
         for &frame in marked {
             if let Some(value) = curve.values.get(frame) {
-                drawing.circle(place((frame, *value)), 3.0, curve.color);
+                drawing.circle(point((frame, *value)), 3.0, curve.color);
             }
         }
     }
@@ -233,10 +233,10 @@ fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
         let by_value = |a: &usize, b: &usize| chunk[*a].total_cmp(&chunk[*b]);
         let lowest = (0..chunk.len()).min_by(by_value).unwrap_or(0);
         let highest = (0..chunk.len()).max_by(by_value).unwrap_or(0);
-        let mut places = vec![0, lowest, highest, chunk.len() - 1];
-        places.sort_unstable();
-        places.dedup();
-        kept.extend(places.into_iter().map(|place| (index * stretch + place, chunk[place])));
+        let mut indices = vec![0, lowest, highest, chunk.len() - 1];
+        indices.sort_unstable();
+        indices.dedup();
+        kept.extend(indices.into_iter().map(|at| (index * stretch + at, chunk[at])));
     }
     kept
 }
@@ -277,7 +277,7 @@ impl Scale {
         Self { from, to, pixels, step }
     }
 
-    fn place(&self, value: f64) -> f32 {
+    fn pixel(&self, value: f64) -> f32 {
         let fraction = (value - self.from) / (self.to - self.from);
         self.pixels[0] + (self.pixels[1] - self.pixels[0]) * fraction as f32
     }
@@ -317,7 +317,7 @@ mod tests {
     fn marks_stand_at_round_numbers() {
         let scale = Scale::around(-3.2, 17.9, [100.0, 0.0], 5);
         assert_eq!(scale.marks().collect::<Vec<_>>(), [-5.0, 0.0, 5.0, 10.0, 15.0, 20.0]);
-        assert_eq!([scale.place(-5.0), scale.place(20.0)], [100.0, 0.0]);
+        assert_eq!([scale.pixel(-5.0), scale.pixel(20.0)], [100.0, 0.0]);
         let flat = Scale::around(4.0, 4.0, [100.0, 0.0], 4);
         assert!(flat.from < 4.0 && flat.to > 4.0);
     }

@@ -155,11 +155,11 @@ fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Poin
     let scale = (inner_width / size.x.max(f32::MIN_POSITIVE)).min(inner_height / size.z.max(f32::MIN_POSITIVE));
     drawing.rectangle([left, top], [left + width, top + height], theme::GROUND);
     let middle = (from + to) * 0.5;
-    let place = |point: &Vec3| {
+    let on_map = |point: &Vec3| {
         let from_middle = (*point - middle) * scale;
         [left + 0.5 * width + from_middle.x, top + 0.5 * height + from_middle.z]
     };
-    let points: Vec<Point> = path.iter().map(place).collect();
+    let points: Vec<Point> = path.iter().map(on_map).collect();
     let ends = [points[0], points[points.len() - 1]];
     drawing.line(points, 1.5, theme::FADED);
     drawing.circle(ends[0], 3.0, theme::MIDDLE);

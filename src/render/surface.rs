@@ -79,7 +79,7 @@ impl Buffer {
         })
     }
 
-    /// Fills a triangle of points in pixels, each with its depth. `color` gets the shares of the corners; where it has
+    /// Fills a triangle of points in pixels, each with its depth. `color` gets the weights of the corners; where it has
     /// no colour there is nothing.
     fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
         let origin = Vec2::new(self.left as f32, self.top as f32);
@@ -179,10 +179,14 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
                 coords.copied().unwrap_or_default()
             });
             let corners = corners.map(|corner| (camera.project(corner).into(), camera.see(corner).z));
-            buffer.fill(corners, |shares| match &paint {
+            buffer.fill(corners, |weights| match &paint {
                 None => Some(grey),
                 Some(paint) => {
-                    let at: Vec2 = coords.iter().zip(shares).map(|(coords, share)| *coords * share).sum();
+                    let at: Vec2 = coords
+                        .iter()
+                        .zip(weights)
+                        .map(|(coords, weight)| *coords * weight)
+                        .sum();
                     // Colours are lighter than the light of a grey figure, so that they are those of the file.
                     paint.color(at, 0.45 + 0.55 * brightness)
                 }

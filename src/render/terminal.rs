@@ -290,8 +290,8 @@ impl<'a> Tree<'a> {
                 continue;
             }
             let forks = self.children[last].len();
-            for (place, &child) in self.children[last].iter().enumerate().rev() {
-                let is_last = place + 1 == forks;
+            for (child_index, &child) in self.children[last].iter().enumerate().rev() {
+                let is_last = child_index + 1 == forks;
                 branches.push(Branch {
                     node: child,
                     depth: depth + 1,

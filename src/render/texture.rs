@@ -35,7 +35,7 @@ impl Image {
 
     /// The pixel at texture coordinates, which begin at the upper left.
     fn at(&self, coords: Vec2, wrap: [Wrap; 2]) -> [u8; 4] {
-        let place = |coordinate: f32, wrap: Wrap, count: usize| {
+        let pixel = |coordinate: f32, wrap: Wrap, count: usize| {
             let within = match wrap {
                 Wrap::Repeat => coordinate.rem_euclid(1.0),
                 Wrap::Mirror => 1.0 - (coordinate.rem_euclid(2.0) - 1.0).abs(),
@@ -43,8 +43,8 @@ impl Image {
             };
             ((within * count as f32) as usize).min(count - 1)
         };
-        let column = place(coords.x, wrap[0], self.width);
-        let row = place(coords.y, wrap[1], self.height);
+        let column = pixel(coords.x, wrap[0], self.width);
+        let row = pixel(coords.y, wrap[1], self.height);
         self.pixels[row * self.width + column]
     }
 }

@@ -182,8 +182,8 @@ fn preview(motion: &Motion, from: usize) -> Option<Value> {
         .take_while(|frame| *frame < motion.frames)
         .take((SECONDS * RATE) as usize);
     let centimetres = |frame: usize| -> Vec<i32> {
-        let places = joints.iter().flat_map(|joint| motion.at(frame, *joint).to_array());
-        places
+        let coordinates = joints.iter().flat_map(|joint| motion.at(frame, *joint).to_array());
+        coordinates
             .map(|value| (100.0 * value).round().clamp(-1e6, 1e6) as i32)
             .collect()
     };

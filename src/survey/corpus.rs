@@ -183,9 +183,9 @@ impl Corpus {
     /// Where each clip is on the map.
     fn make_map(&mut self) {
         let descriptors = descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint));
-        for (clip, place) in self.clips.iter_mut().zip(descriptor::map(&descriptors)) {
-            clip.row.map_x = place.map(|[x, _]| x);
-            clip.row.map_y = place.map(|[_, y]| y);
+        for (clip, point) in self.clips.iter_mut().zip(descriptor::map(&descriptors)) {
+            clip.row.map_x = point.map(|[x, _]| x);
+            clip.row.map_y = point.map(|[_, y]| y);
         }
     }
 
@@ -228,7 +228,7 @@ impl Corpus {
 }
 
 /// How each clip repeats the one that is kept of its group: as it was compared with that, else by the weakest step on
-/// the way there from twin to twin.
+/// the path there from twin to twin.
 fn reasons(pairs: &[Pair], joined: &[(usize, usize, Reason)], roots: &[usize]) -> BTreeMap<usize, Reason> {
     let mut steps: BTreeMap<usize, Vec<(usize, Reason)>> = BTreeMap::new();
     for (first, second, reason) in joined {
@@ -236,13 +236,13 @@ fn reasons(pairs: &[Pair], joined: &[(usize, usize, Reason)], roots: &[usize]) -
         steps.entry(*second).or_default().push((*first, *reason));
     }
     let mut reasons = BTreeMap::new();
-    let mut ways: Vec<(usize, Reason)> = steps.keys().map(|clip| (roots[*clip], Reason::Bytes)).collect();
-    while let Some((clip, way)) = ways.pop() {
-        if reasons.insert(clip, way).is_none() {
+    let mut open: Vec<(usize, Reason)> = steps.keys().map(|clip| (roots[*clip], Reason::Bytes)).collect();
+    while let Some((clip, weakest)) = open.pop() {
+        if reasons.insert(clip, weakest).is_none() {
             let next = steps.get(&clip).into_iter().flatten();
-            ways.extend(
+            open.extend(
                 next.filter(|(next, _)| !reasons.contains_key(next))
-                    .map(|(next, step)| (*next, way.max(*step))),
+                    .map(|(next, step)| (*next, weakest.max(*step))),
             );
         }
     }

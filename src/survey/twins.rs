@@ -430,12 +430,12 @@ fn projections() -> Vec<[f32; BITS]> {
 
 /// The numbers of a sample with left and right exchanged.
 pub(crate) fn mirrored_row(row: &[i8]) -> [i8; WIDTH] {
-    std::array::from_fn(|place| match (place / 3, place % 3) {
+    std::array::from_fn(|column| match (column / 3, column % 3) {
         (limb @ 0..LIMBS, 0) => -row[3 * OTHER_SIDE[limb]],
         (limb @ 0..LIMBS, axis) => row[3 * OTHER_SIDE[limb] + axis],
         // Steps to the side, and turning.
-        _ if place == 3 * LIMBS + 1 || place == 3 * LIMBS + 3 => -row[place],
-        _ => row[place],
+        _ if column == 3 * LIMBS + 1 || column == 3 * LIMBS + 3 => -row[column],
+        _ => row[column],
     })
 }
 

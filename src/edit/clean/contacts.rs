@@ -47,14 +47,14 @@ fn whole(work: &Work<'_>) -> DetectedContacts {
 /// Adds to each contact the frames beside it in which the point is where it rests.
 fn extend(point: &mut ContactPoint, up: Vec3, within: f32) {
     for [first, last] in point.intervals() {
-        let places = &point.places[first..=last];
-        let centre = places.iter().sum::<Vec3>() / places.len() as f32;
+        let positions_held = &point.positions[first..=last];
+        let centre = positions_held.iter().sum::<Vec3>() / positions_held.len() as f32;
         let is_there = |frame: &usize| {
-            let off = (point.places[*frame] - centre).reject_from_normalized(up).length();
+            let off = (point.positions[*frame] - centre).reject_from_normalized(up).length();
             off < within && point.above_rest[*frame] < LOW
         };
         let before = (0..first).rev().take_while(is_there).count();
-        let after = (last + 1..point.places.len()).take_while(is_there).count();
+        let after = (last + 1..point.positions.len()).take_while(is_there).count();
         point.at_rest[first - before..=last + after].fill(true);
     }
 }

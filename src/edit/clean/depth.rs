@@ -37,7 +37,7 @@ const LEAST_WAVER: f64 = 0.012;
 /// Once it is taken out, the slower foot is slower than this, in m/s, in this fraction of the frames.
 const STILL: f64 = 0.2;
 const STANDS: f64 = 0.65;
-/// Seconds over which the way of the ground is made smooth: it changes from one foot to the other.
+/// Seconds over which the drift of the ground is made smooth: it changes from one foot to the other.
 const SMOOTH: f64 = 0.08;
 
 /// Takes the trembling out, and gives its standard deviation in metres. Leaves its axis in `work`.
@@ -48,11 +48,11 @@ pub(super) fn steady(work: &mut Work<'_>, bank: &Bank) -> Option<f64> {
     let track: Vec<DVec3> = tracks(&work.frames, work.scene, &[node])
         .swap_remove(0)
         .iter()
-        .map(|place| place.as_dvec3() * metres)
+        .map(|position| position.as_dvec3() * metres)
         .collect();
     let axis = noisiest(&track)?;
     // The smoother takes vectors: this one has the same value on each axis.
-    let along: Vec<DVec3> = track.iter().map(|place| DVec3::splat(place.dot(axis))).collect();
+    let along: Vec<DVec3> = track.iter().map(|position| DVec3::splat(position.dot(axis))).collect();
     let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
     let (smooth, noise) = without_noise::<Positions>(&along, &work.missing, work.frames.rate, bank, true, is_noise)?;
     let shifts: Vec<DVec3> = smooth
@@ -120,28 +120,28 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
         });
         of_seconds(along.collect(), work.frames.rate)
     };
-    let way = wavers(best);
-    let size = (way.iter().map(|at| at * at).sum::<f64>() / way.len().max(1) as f64).sqrt();
+    let drift = wavers(best);
+    let size = (drift.iter().map(|at| at * at).sum::<f64>() / drift.len().max(1) as f64).sqrt();
     if size < LEAST_WAVER {
         return None;
     }
     let axis = (x * best.x + y * best.y) / f64::from(work.metres);
-    let shifts: Vec<DVec3> = way.iter().map(|at| -axis * *at).collect();
+    let shifts: Vec<DVec3> = drift.iter().map(|at| -axis * *at).collect();
     let old = work.frames.clone();
     shift(work, carrier, &shifts);
     // A foot that did not stand, as that of a runner in the air, does not stand now.
     let stands = Feet::new(work).ground(STILL).iter().flatten().count() as f64;
-    if stands < STANDS * way.len() as f64 {
+    if stands < STANDS * drift.len() as f64 {
         work.frames = old;
         return None;
     }
-    Some(way.iter().fold(0.0, |most: f64, at| most.max(at.abs())))
+    Some(drift.iter().fold(0.0, |most: f64, at| most.max(at.abs())))
 }
 
-/// The way that a speed makes, without what lasts for seconds; where the speed is not known, it is that between.
+/// The drift that a speed makes, without what lasts for seconds; where the speed is not known, it is that between.
 fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
     let mut at = 0.0;
-    let mut way = Vec::with_capacity(speeds.len());
+    let mut drift = Vec::with_capacity(speeds.len());
     let known: Vec<(usize, f64)> = speeds
         .iter()
         .enumerate()
@@ -160,11 +160,11 @@ fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
             (None, None) => 0.0,
         };
         at += speed / rate;
-        way.push(at);
+        drift.push(at);
     }
-    let slow = smooth(&way, (0.5 * SLOWEST * rate) as usize);
-    let way: Vec<f64> = way.iter().zip(slow).map(|(way, slow)| way - slow).collect();
-    smooth(&way, (SMOOTH * rate).round() as usize)
+    let slow = smooth(&drift, (0.5 * SLOWEST * rate) as usize);
+    let drift: Vec<f64> = drift.iter().zip(slow).map(|(drift, slow)| drift - slow).collect();
+    smooth(&drift, (SMOOTH * rate).round() as usize)
 }
 
 /// The line of least squares around each value, within so many frames.

@@ -236,10 +236,10 @@ fn usual(left: &[[f32; 2]]) -> Vec<f32> {
         if window >= reach && window + reach < least.len() {
             return middle_of_nine(std::array::from_fn(|at| least[window - reach + STRIDE * at])) + ROUNDING;
         }
-        let places = (window % STRIDE..least.len()).step_by(STRIDE);
-        let mut values: Vec<f32> = places
-            .filter(|place| place.abs_diff(window) <= reach)
-            .map(|place| least[place])
+        let centres = (window % STRIDE..least.len()).step_by(STRIDE);
+        let mut values: Vec<f32> = centres
+            .filter(|window_at| window_at.abs_diff(window) <= reach)
+            .map(|window_at| least[window_at])
             .collect();
         median(&mut values).unwrap_or_default() + ROUNDING
     };

@@ -90,7 +90,7 @@ impl Palm {
         })
     }
 
-    fn place(self, pose: &Pose) -> Vec3 {
+    fn position(self, pose: &Pose) -> Vec3 {
         let wrist = pose.position(self.arm[2]);
         self.below.map_or(wrist, |below| wrist.midpoint(pose.position(below)))
     }
@@ -100,10 +100,10 @@ impl With {
     /// Where a hand is to it.
     fn apart(self, hand: Palm, pose: &Pose) -> Vec3 {
         match self {
-            Self::Hand(other) => hand.place(pose) - other.place(pose),
+            Self::Hand(other) => hand.position(pose) - other.position(pose),
             Self::Body(joint, _) => pose.node_to_world[joint.index()]
                 .inverse()
-                .transform_point3(hand.place(pose)),
+                .transform_point3(hand.position(pose)),
         }
     }
 

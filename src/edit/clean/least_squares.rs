@@ -19,10 +19,10 @@ impl LeastSquares {
 
     /// Adds an equation: the sum of some unknowns times their factors is `value`. `terms` are in the order of unknowns.
     pub(super) fn add(&mut self, terms: &[(usize, f64)], value: f64, weight: f64) {
-        for (place, &(row, factor)) in terms.iter().enumerate() {
+        for (index, &(row, factor)) in terms.iter().enumerate() {
             let weighted = weight * factor;
             self.right[row] += weighted * value;
-            for &(column, other) in &terms[..=place] {
+            for &(column, other) in &terms[..=index] {
                 self.matrix[row * self.unknowns + column] += weighted * other;
             }
         }

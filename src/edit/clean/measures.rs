@@ -80,20 +80,20 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
         .map(|(index, _)| index)
         .collect();
     let mut pose = Pose::rest(work.scene);
-    let mut places: Vec<Vec3> = Vec::with_capacity(frames.len() * joints.len());
+    let mut all_positions: Vec<Vec3> = Vec::with_capacity(frames.len() * joints.len());
     for frame in 0..frames.len() {
         frames.pose(frame, &mut pose);
-        places.extend(
+        all_positions.extend(
             joints
                 .iter()
                 .map(|joint| pose.node_to_world[*joint].w_axis.truncate() * work.metres),
         );
     }
-    let rows: Vec<&[Vec3]> = places.chunks_exact(joints.len().max(1)).collect();
+    let rows: Vec<&[Vec3]> = all_positions.chunks_exact(joints.len().max(1)).collect();
     let mut jerk = 0.0;
     for four in rows.windows(4) {
-        let places = four[0].iter().zip(four[1]).zip(four[2].iter().zip(four[3]));
-        for ((a, b), (c, d)) in places {
+        let all_positions = four[0].iter().zip(four[1]).zip(four[2].iter().zip(four[3]));
+        for ((a, b), (c, d)) in all_positions {
             jerk += f64::from((*d - *a + 3.0 * (*b - *c)).length());
         }
     }
@@ -103,10 +103,10 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
     let mut steps: Vec<f32> = pairs
         .flat_map(|(a, b)| a.iter().zip(*b).map(|(a, b)| a.distance(*b)))
         .collect();
-    let place = steps.len().saturating_sub(1) - steps.len().saturating_sub(1) / PEAK;
+    let rank = steps.len().saturating_sub(1) - steps.len().saturating_sub(1) / PEAK;
     let peak = match steps.is_empty() {
         true => 0.0,
-        false => f64::from(*steps.select_nth_unstable_by(place, f32::total_cmp).1) * rate / over as f64,
+        false => f64::from(*steps.select_nth_unstable_by(rank, f32::total_cmp).1) * rate / over as f64,
     };
     [jerk * rate.powi(3) / count.max(1) as f64, peak]
 }
@@ -117,7 +117,7 @@ fn skate(work: &Work<'_>) -> Option<f64> {
     let (mut slid, mut steps) = (0.0, 0);
     for point in &found.points {
         for frame in (1..found.frames).filter(|frame| point.at_rest[frame - 1] && point.at_rest[*frame]) {
-            let step = point.places[frame] - point.places[frame - 1];
+            let step = point.positions[frame] - point.positions[frame - 1];
             slid += f64::from((step - work.up * step.dot(work.up)).length() * work.metres);
             steps += 1;
         }

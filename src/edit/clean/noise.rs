@@ -227,10 +227,10 @@ impl Spans {
             let to = (from + self.span).min(differences.len());
             of_span.clear();
             of_span.extend_from_slice(&sizes[3 * from..3 * to]);
-            let place = of_span.len().saturating_sub(1) / 2;
+            let rank = of_span.len().saturating_sub(1) / 2;
             let middle = match of_span.is_empty() {
                 true => 0.0,
-                false => f64::from_bits(*of_span.select_nth_unstable(place).1),
+                false => f64::from_bits(*of_span.select_nth_unstable(rank).1),
             };
             middle / MEDIAN_OF_NORMAL / of_white.sqrt()
         };
@@ -270,9 +270,9 @@ impl Level {
 
 /// The value below which a fraction of the values are. The order of the values changes.
 fn middle(values: &mut [f64], fraction: f64) -> f64 {
-    let place = (fraction * values.len().saturating_sub(1) as f64) as usize;
+    let rank = (fraction * values.len().saturating_sub(1) as f64) as usize;
     match values.is_empty() {
         true => 0.0,
-        false => *values.select_nth_unstable_by(place, f64::total_cmp).1,
+        false => *values.select_nth_unstable_by(rank, f64::total_cmp).1,
     }
 }

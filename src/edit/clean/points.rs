@@ -2,7 +2,7 @@
 //!
 //! Rotations that are smoothed each for itself do not fit together: while a foot stands, the rotations of the leg and
 //! the motion of the hips cancel, and what is taken from each does not. A foot that stands is at rest in the world, and
-//! a hand that waits is too, so that their places are smoothed strongly, and the joints above follow. What a joint does
+//! a hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint does
 //! about its own bone stays as its rotation has it.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
@@ -16,8 +16,8 @@ use crate::math::quaternion::exp;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// How far a place may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less its
-/// direction tells.
+/// How far a position may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less
+/// its direction tells.
 const PER_RADIAN: f32 = 0.03;
 /// The largest turn of a joint, in degrees: noise is not more.
 const LARGEST: f32 = 15.0;
@@ -36,7 +36,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
     let frames = 0..work.frames.len();
     for frame in frames {
         work.frames.pose(frame, &mut pose);
-        let mut places: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
+        let mut positions: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
         let mut turns: Vec<Quat> = nodes
             .iter()
             .map(|node| Trs::from_matrix(pose.node_to_world[node.index()]).rotation)
@@ -44,10 +44,10 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
         let lasting: Vec<Vec3> = (0..nodes.len())
             .map(|index| skeleton.offset(work, frame, index))
             .collect();
-        places[0] = goals[0][frame];
+        positions[0] = goals[0][frame];
         for index in 0..nodes.len() {
             if let Some(parent) = skeleton.parents[index] {
-                places[index] = places[parent] + turns[parent] * lasting[index];
+                positions[index] = positions[parent] + turns[parent] * lasting[index];
                 if !skeleton.is_held[index] {
                     turns[index] = turns[parent] * skeleton.rest[index];
                     continue;
@@ -55,17 +55,17 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
             }
             let children = skeleton.children[index].iter();
             let pairs: Vec<(Vec3, Vec3)> = children
-                .map(|child| (lasting[*child], goals[*child][frame] - places[index]))
+                .map(|child| (lasting[*child], goals[*child][frame] - positions[index]))
                 .collect();
             turns[index] = (turn(turns[index], &pairs, PER_RADIAN / work.metres) * turns[index]).normalize();
         }
-        skeleton.write(work, frame, &nodes, &places, &turns, &pose);
+        skeleton.write(work, frame, &nodes, &positions, &turns, &pose);
     }
 }
 
 /// A track without its noise, where it has any.
 fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Vec<Vec3> {
-    let values: Vec<DVec3> = track.iter().map(|place| place.as_dvec3()).collect();
+    let values: Vec<DVec3> = track.iter().map(|position| position.as_dvec3()).collect();
     let is_noise = |noise: f64| noise * f64::from(work.metres) >= LEAST_DISTANCE;
     match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise) {
         Some((smoothed, _)) => smoothed.into_iter().map(glam::DVec3::as_vec3).collect(),
@@ -134,8 +134,16 @@ impl Skeleton {
         held.map_or(self.offsets[index], |trs| trs.translation)
     }
 
-    /// Makes the places and rotations in the world the transforms of a frame.
-    fn write(&self, work: &mut Work<'_>, frame: usize, nodes: &[NodeId], places: &[Vec3], turns: &[Quat], pose: &Pose) {
+    /// Makes the positions and rotations in the world the transforms of a frame.
+    fn write(
+        &self,
+        work: &mut Work<'_>,
+        frame: usize,
+        nodes: &[NodeId],
+        positions: &[Vec3],
+        turns: &[Quat],
+        pose: &Pose,
+    ) {
         for (index, node) in nodes.iter().enumerate() {
             let Some(old) = work.frames.get(frame, *node) else {
                 continue;
@@ -145,8 +153,8 @@ impl Skeleton {
                 None => {
                     let above = work.scene.nodes[node.index()].parent;
                     let above = above.map_or(glam::Mat4::IDENTITY, |above| pose.node_to_world[above.index()]);
-                    let place = above.inverse().transform_point3(places[index]);
-                    (Trs::from_matrix(above).rotation, place)
+                    let position = above.inverse().transform_point3(positions[index]);
+                    (Trs::from_matrix(above).rotation, position)
                 }
             };
             let rotation = (parent.inverse() * turns[index]).normalize();

@@ -77,8 +77,8 @@ impl Pattern {
         if periods < REPEATS {
             return None;
         }
-        let count = |place: usize| held.iter().skip(place).step_by(length).filter(|held| **held).count();
-        let is_held: Vec<bool> = (0..length).map(|place| 2 * count(place) > periods).collect();
+        let count = |position: usize| held.iter().skip(position).step_by(length).filter(|held| **held).count();
+        let is_held: Vec<bool> = (0..length).map(|position| 2 * count(position) > periods).collect();
         let agrees = held
             .iter()
             .enumerate()
@@ -136,7 +136,7 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// The places of the body over time, in metres: along the two axes of the ground, and up.
+/// The positions of the body over time, in metres: along the two axes of the ground, and up.
 struct Measured {
     centre: Vec<DVec3>,
     /// The height of the lowest point of either foot above where it rests.
@@ -207,13 +207,13 @@ impl Measured {
     }
 
     /// The rate at which these positions fall as gravity has it; `None` where they do not at any rate.
-    fn rate_of(&self, places: &[DVec3]) -> Option<f32> {
-        let frames = places.len() as f64;
-        let heights: Vec<f64> = places.iter().map(|place| place.z).collect();
+    fn rate_of(&self, positions: &[DVec3]) -> Option<f32> {
+        let frames = positions.len() as f64;
+        let heights: Vec<f64> = positions.iter().map(|position| position.z).collect();
         let [bend, beside] = parabola(&heights);
         let height = bend * (frames - 1.0).powi(2) / 8.0;
         let straight = [0, 1].map(|axis| {
-            let along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+            let along: Vec<f64> = positions.iter().map(|position| position[axis]).collect();
             parabola(&along)[0].abs() * (frames - 1.0).powi(2) / 8.0
         });
         let is_flight =
@@ -228,8 +228,8 @@ impl Measured {
         let steps: Vec<(f64, f64)> = landings
             .windows(2)
             .filter(|pair| {
-                let way = (self.centre[pair[1]] - self.centre[pair[0]]).truncate().length();
-                way > GOES * self.step_at(pair[1])
+                let step = (self.centre[pair[1]] - self.centre[pair[0]]).truncate().length();
+                step > GOES * self.step_at(pair[1])
             })
             .map(|pair| ((pair[1] - pair[0]) as f64 / rate, self.step_at(pair[1])))
             .collect();
@@ -255,7 +255,7 @@ impl Measured {
         })
     }
 
-    /// How far apart the ankles are over the ground, along the way of the body.
+    /// How far apart the ankles are over the ground, along the path of the body.
     fn step_at(&self, frame: usize) -> f64 {
         let apart = self.ankles[0][frame] - self.ankles[1][frame];
         apart.truncate().length()
@@ -267,9 +267,9 @@ impl Measured {
         let half = ((0.25 * rate) as usize).max(2);
         let along: Vec<f64> = (0..frames)
             .map(|frame| {
-                let way = self.centre[(frame + half).min(frames - 1)] - self.centre[frame.saturating_sub(half)];
-                let way = way.truncate().normalize_or_zero();
-                (self.ankles[0][frame] - self.ankles[1][frame]).truncate().dot(way)
+                let step = self.centre[(frame + half).min(frames - 1)] - self.centre[frame.saturating_sub(half)];
+                let step = step.truncate().normalize_or_zero();
+                (self.ankles[0][frame] - self.ankles[1][frame]).truncate().dot(step)
             })
             .collect();
         let least = LEAST_STEP * self.leg;
@@ -296,7 +296,7 @@ impl Measured {
 fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
     let frames = tracks.first().map_or(0, Vec::len);
     let level = |track: &Vec<DVec3>| {
-        let mut heights: Vec<f64> = track.iter().map(|place| place.z).collect();
+        let mut heights: Vec<f64> = track.iter().map(|position| position.z).collect();
         heights.sort_by(f64::total_cmp);
         heights[heights.len() / 10]
     };

@@ -69,9 +69,9 @@ impl<'a> Work<'a> {
     /// The length of a leg at rest, from the hip to the ankle, in metres.
     pub(super) fn leg(&self) -> Option<f32> {
         let rest = Pose::rest(self.scene);
-        let place = |bone: Bone| Some(rest.position(self.figure.humanoid.joint(bone)?));
-        let knee = place(Bone::LeftLowerLeg)?;
-        let length = knee.distance(place(Bone::LeftUpperLeg)?) + knee.distance(place(Bone::LeftFoot)?);
+        let position_of = |bone: Bone| Some(rest.position(self.figure.humanoid.joint(bone)?));
+        let knee = position_of(Bone::LeftLowerLeg)?;
+        let length = knee.distance(position_of(Bone::LeftUpperLeg)?) + knee.distance(position_of(Bone::LeftFoot)?);
         Some(length * self.metres)
     }
 

@@ -102,7 +102,7 @@ impl Follow {
         let sources = leg.points.iter().filter_map(|point| {
             let source = contacts.point(point.bone.on(side))?;
             let step = |pair: &[Vec3]| followed.turn * (pair[1] - pair[0]) * followed.scale;
-            let steps = source.places.windows(2).map(step);
+            let steps = source.positions.windows(2).map(step);
             Some(SourceTrack {
                 steps: steps
                     .map(|step| step.reject_from_normalized(figure.up_direction()))

@@ -201,7 +201,7 @@ impl Legs {
                 }
                 for (side, (foot, pace)) in feet.iter().zip(&*paces).enumerate() {
                     let weight = pace.weight(frame);
-                    change.missed[side] = self.place(foot, weight, frame, (&before, &mut pose), (figure, floor));
+                    change.missed[side] = self.place_foot(foot, weight, frame, (&before, &mut pose), (figure, floor));
                     let shift = weight * foot.leg().shifts[frame].length() * figure.metres();
                     change.shift = change.shift.max(shift);
                 }
@@ -222,7 +222,7 @@ impl Legs {
 
     /// Brings one foot to its goal in a frame, by the fraction `weight` of what changes. Returns how far it is from
     /// there, in metres.
-    fn place<F: Foot>(
+    fn place_foot<F: Foot>(
         &mut self,
         foot: &F,
         weight: f32,

@@ -35,33 +35,33 @@ pub(super) fn level(scene: &Scene, frames: &Frames, rows: &mut [Vec<Trs>], carry
 
 fn correct(scene: &Scene, frames: &Frames, around: &mut [Vec<Trs>; SHARES.len()]) {
     type Rotations = [Quat; SHARES.len()];
-    let places: [usize; SHARES.len()] = std::array::from_fn(|place| place);
+    let indices: [usize; SHARES.len()] = std::array::from_fn(|moment| moment);
     // The rotations of all nodes to the world, before and after.
     let (mut old, mut new): (Vec<Rotations>, Vec<Rotations>) = (Vec::new(), Vec::new());
     let mut held = frames.nodes().iter().enumerate().peekable();
     for (index, node) in scene.nodes.iter().enumerate() {
         let column = held.next_if(|(_, held)| held.index() == index);
-        let parent = |all: &[Rotations], place: usize| match node.parent {
-            Some(parent) => all[parent.index()][place],
+        let parent = |all: &[Rotations], moment: usize| match node.parent {
+            Some(parent) => all[parent.index()][moment],
             None => Quat::IDENTITY,
         };
         let rest = Trs::from_matrix(node.transform).rotation;
-        let local = places.map(|place| column.map_or(rest, |(column, _)| around[place][column].rotation));
-        let world = places.map(|place| (parent(&old, place) * local[place]).normalize());
+        let local = indices.map(|moment| column.map_or(rest, |(column, _)| around[moment][column].rotation));
+        let world = indices.map(|moment| (parent(&old, moment) * local[moment]).normalize());
         old.push(world);
         let Some((column, _)) = column else {
-            new.push(places.map(|place| parent(&new, place) * local[place]));
+            new.push(indices.map(|moment| parent(&new, moment) * local[moment]));
             continue;
         };
         let seam = world[AROUND].inverse();
         let acceleration = log(world[AROUND + 1] * seam) + log(world[AROUND - 1] * seam);
-        let [before, at, after] = [1, 2, 3].map(|place: usize| around[place][column].translation);
+        let [before, at, after] = [1, 2, 3].map(|moment: usize| around[moment][column].translation);
         let change = before + after - 2.0 * at;
-        let corrected = places.map(|place| exp(SHARES[place] * acceleration) * world[place]);
-        for place in places {
-            let trs = &mut around[place][column];
-            trs.rotation = (parent(&new, place).inverse() * corrected[place]).normalize();
-            trs.translation += SHARES[place] * change;
+        let corrected = indices.map(|moment| exp(SHARES[moment] * acceleration) * world[moment]);
+        for moment in indices {
+            let trs = &mut around[moment][column];
+            trs.rotation = (parent(&new, moment).inverse() * corrected[moment]).normalize();
+            trs.translation += SHARES[moment] * change;
         }
         new.push(corrected);
     }

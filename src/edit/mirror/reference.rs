@@ -71,8 +71,8 @@ pub(super) fn symmetric(
             let across: DVec3 = children[node]
                 .iter()
                 .map(|child| {
-                    let way = at(*child) - at(partners[*child].index());
-                    way * way.dot(normal).signum()
+                    let offset = at(*child) - at(partners[*child].index());
+                    offset * offset.dot(normal).signum()
                 })
                 .sum();
             let across = across.try_normalize().filter(|across| across.dot(normal) > NEAR);
@@ -90,13 +90,13 @@ pub(super) fn symmetric(
             rotations[node] = turn * rotations[node];
         } else if node < partner {
             let is_pair = |child: &&usize| scene.nodes[partners[**child].index()].parent == Some(partners[node]);
-            let ways: Vec<[DVec3; 2]> = children[node]
+            let pairs: Vec<[DVec3; 2]> = children[node]
                 .iter()
                 .filter(is_pair)
                 .map(|child| [at(*child) - at(node), at(partners[*child].index()) - at(partner)])
                 .collect();
             // To the middle of what hangs on it: a thumb that stands off is no direction of a hand.
-            let sums = [0, 1].map(|side: usize| ways.iter().map(|ways| ways[side]).sum::<DVec3>().try_normalize());
+            let sums = [0, 1].map(|side: usize| pairs.iter().map(|pairs| pairs[side]).sum::<DVec3>().try_normalize());
             let [Some(own), Some(other)] = sums else {
                 continue;
             };
@@ -116,14 +116,19 @@ pub(super) fn symmetric(
             }
             let mut turn = DQuat::from_rotation_arc(start * other, along) * start;
             // About itself a bone is turned as its axis says, or else as a finger does that goes off to one side.
-            let beside = |ways: &&[DVec3; 2]| {
-                let off = |along: &DVec3, way: DVec3| way.reject_from_normalized(*along).length() > BENT * way.length();
-                [own, other].iter().zip(**ways).all(|(along, way)| off(along, way))
+            let beside = |pairs: &&[DVec3; 2]| {
+                let off = |along: &DVec3, offset: DVec3| {
+                    offset.reject_from_normalized(*along).length() > BENT * offset.length()
+                };
+                [own, other]
+                    .iter()
+                    .zip(**pairs)
+                    .all(|(along, offset)| off(along, offset))
             };
             let second = match (axes[node], axes[partner]) {
                 // The mirror image of an axis of rotation is turned round besides.
                 (Some(axis), Some(other)) => Some([axis, -other]),
-                _ => ways
+                _ => pairs
                     .iter()
                     .filter(beside)
                     .max_by(|a, b| a[0].length().total_cmp(&b[0].length()))

@@ -17,16 +17,16 @@ impl Spline {
         let mut bends = vec![DVec2::ZERO; count];
         // The tridiagonal system of the second derivatives, which are 0 at both ends: forwards, and backwards.
         let mut over = vec![0.0; count];
-        for place in 1..count.saturating_sub(1) {
-            let (before, after) = (times[place] - times[place - 1], times[place + 1] - times[place]);
-            let jump = (points[place + 1] - points[place]) / after - (points[place] - points[place - 1]) / before;
-            let pivot = 2.0 * (before + after) - before * over[place - 1];
-            over[place] = after / pivot;
-            bends[place] = (6.0 * jump - before * bends[place - 1]) / pivot;
+        for index in 1..count.saturating_sub(1) {
+            let (before, after) = (times[index] - times[index - 1], times[index + 1] - times[index]);
+            let jump = (points[index + 1] - points[index]) / after - (points[index] - points[index - 1]) / before;
+            let pivot = 2.0 * (before + after) - before * over[index - 1];
+            over[index] = after / pivot;
+            bends[index] = (6.0 * jump - before * bends[index - 1]) / pivot;
         }
-        for place in (1..count.saturating_sub(1)).rev() {
-            let next = bends[place + 1];
-            bends[place] -= over[place] * next;
+        for index in (1..count.saturating_sub(1)).rev() {
+            let next = bends[index + 1];
+            bends[index] -= over[index] * next;
         }
         Self {
             times: times.to_vec(),
@@ -35,17 +35,17 @@ impl Spline {
         }
     }
 
-    /// The piece of a time, its length, and the shares of its two ends.
+    /// The piece of a time, its length, and the weights of its two ends.
     fn piece(&self, time: f64) -> (usize, f64, f64, f64) {
         let last = self.times.len() - 2;
-        let place = self
+        let index = self
             .times
             .partition_point(|key| *key <= time)
             .saturating_sub(1)
             .min(last);
-        let length = self.times[place + 1] - self.times[place];
-        let share = (time - self.times[place]) / length;
-        (place, length, 1.0 - share, share)
+        let length = self.times[index + 1] - self.times[index];
+        let weight = (time - self.times[index]) / length;
+        (index, length, 1.0 - weight, weight)
     }
 
     fn ends(&self) -> (f64, f64) {
@@ -58,10 +58,10 @@ impl Spline {
         }
         let (first, last) = self.ends();
         let inside = time.clamp(first, last);
-        let (place, length, a, b) = self.piece(inside);
+        let (index, length, a, b) = self.piece(inside);
         let cubic =
-            ((a * a * a - a) * self.bends[place] + (b * b * b - b) * self.bends[place + 1]) * length * length / 6.0;
-        let point = a * self.points[place] + b * self.points[place + 1] + cubic;
+            ((a * a * a - a) * self.bends[index] + (b * b * b - b) * self.bends[index + 1]) * length * length / 6.0;
+        let point = a * self.points[index] + b * self.points[index + 1] + cubic;
         point + self.speed(inside) * (time - inside)
     }
 
@@ -70,9 +70,9 @@ impl Spline {
             return DVec2::ZERO;
         }
         let (first, last) = self.ends();
-        let (place, length, a, b) = self.piece(time.clamp(first, last));
-        let slope = (self.points[place + 1] - self.points[place]) / length;
-        let (before, after) = (self.bends[place], self.bends[place + 1]);
+        let (index, length, a, b) = self.piece(time.clamp(first, last));
+        let slope = (self.points[index + 1] - self.points[index]) / length;
+        let (before, after) = (self.bends[index], self.bends[index + 1]);
         slope + ((3.0 * b * b - 1.0) * after - (3.0 * a * a - 1.0) * before) * length / 6.0
     }
 }

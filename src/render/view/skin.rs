@@ -106,7 +106,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
         let texture = surface
             .and_then(|surface| surface.texture)
             .filter(|_| !mesh.texture_coords.is_empty());
-        let texture = texture.and_then(|source| textures.place(scene, source, &mut notes));
+        let texture = texture.and_then(|source| textures.index_of(scene, source, &mut notes));
         let Surface { base_color, alpha, .. } = surface.unwrap_or(Surface {
             base_color: PLAIN.into(),
             ..Surface::default()
@@ -116,7 +116,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
             first: packer.corners.len(),
             count: mesh.indices.len(),
             color: base_color.to_array(),
-            texture: texture.map_or(-1, |place| place as i64),
+            texture: texture.map_or(-1, |index| index as i64),
             alpha: match alpha {
                 AlphaMode::Opaque => "opaque",
                 AlphaMode::Mask(_) => "mask",
@@ -148,12 +148,12 @@ struct Textures {
 }
 
 impl Textures {
-    fn place(&mut self, scene: &Scene, source: usize, notes: &mut Vec<String>) -> Option<usize> {
+    fn index_of(&mut self, scene: &Scene, source: usize, notes: &mut Vec<String>) -> Option<usize> {
         if let Some(known) = self.known.get(&source) {
             return *known;
         }
         let texture = scene.textures.get(source)?;
-        let place = match self.fault(&texture.bytes) {
+        let index = match self.fault(&texture.bytes) {
             Err(fault) => {
                 let name = visible(&texture.name);
                 notes.push(format!("the texture \"{name}\" is not shown: {fault}"));
@@ -169,8 +169,8 @@ impl Textures {
                 Some(self.blocks.len() - 1)
             }
         };
-        self.known.insert(source, place);
-        place
+        self.known.insert(source, index);
+        index
     }
 
     /// The type of an image, or why it is not shown.
@@ -233,19 +233,19 @@ impl Packer {
             let matrix = bone.offset_matrix.to_cols_array();
             let key = (bone.node.index(), matrix.map(f32::to_bits));
             let next = u16::try_from(self.bones.len()).ok();
-            let place = match self.known.get(&key) {
-                Some(&place) => place,
+            let index = match self.known.get(&key) {
+                Some(&index) => index,
                 None => {
-                    let place = next?;
-                    self.known.insert(key, place);
+                    let index = next?;
+                    self.known.insert(key, index);
                     self.bones.push(bone.node.index());
                     self.offsets.extend(matrix);
-                    place
+                    index
                 }
             };
             for weight in &bone.weights {
                 if let Some(ties) = ties.get_mut(weight.vertex_id as usize) {
-                    ties.push((place, weight.weight));
+                    ties.push((index, weight.weight));
                 }
             }
         }
@@ -287,9 +287,9 @@ fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
     let four = &ties[..ties.len().min(4)];
     let sum: f32 = four.iter().map(|(_, weight)| weight).sum();
     let (mut joints, mut weights) = ([0; 4], [0u16; 4]);
-    for (place, (joint, weight)) in four.iter().enumerate() {
-        joints[place] = *joint;
-        weights[place] = (weight / sum * 65_535.0).round() as u16;
+    for (index, (joint, weight)) in four.iter().enumerate() {
+        joints[index] = *joint;
+        weights[index] = (weight / sum * 65_535.0).round() as u16;
     }
     // What rounding took or gave goes to the largest.
     let rest: u32 = weights[1..].iter().map(|weight| u32::from(*weight)).sum();

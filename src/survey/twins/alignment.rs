@@ -32,7 +32,7 @@ const AROUND_BEGINNING: i8 = 2;
 /// Samples that are compared at first, at least one in three.
 const FEW: usize = 16;
 const LEAST_STRIDE: usize = 3;
-/// How many steps off the best place the nearest one that is tried may be: half a sample and half a pace, over half the
+/// How many steps off the best timing the nearest one tried may be: half a sample and half a pace, over half the
 /// overlap on average, and a margin of two.
 const OFF_AT_FIRST: f32 = 1.5;
 const OFF_BY_PACE: f32 = 0.005;
@@ -139,36 +139,36 @@ impl Alignment {
         let mut fine = Best::default();
         for pace_step in -2_i8..=2 {
             for start_step in -5_i8..=5 {
-                let place = [
+                let timing = [
                     pace + 0.5 * PACE_STEP * f32::from(pace_step),
                     start + 0.2 * f32::from(start_step),
                 ];
-                fine.consider(&both, place, false);
+                fine.consider(&both, timing, false);
             }
         }
-        let place = fine.found?.1;
-        let overlap = both.overlap(place)?;
+        let timing = fine.found?.1;
+        let overlap = both.overlap(timing)?;
         let most = NEAR_MOST + 2.0 * OFF_A_LINE * both.step(&overlap);
-        (both.most(place, &overlap) < most).then(|| Self {
-            pace: place[0],
-            overlap: (overlap.end() + 1 - overlap.start()) as f32 * place[0],
+        (both.most(timing, &overlap) < most).then(|| Self {
+            pace: timing[0],
+            overlap: (overlap.end() + 1 - overlap.start()) as f32 * timing[0],
         })
     }
 }
 
 /// A pace, and the sample of the first at which the second begins.
-type Place = [f32; 2];
+type Timing = [f32; 2];
 
-/// The place with the least distance.
+/// The timing with the least distance.
 #[derive(Default)]
 struct Best {
-    found: Option<(f32, Place)>,
+    found: Option<(f32, Timing)>,
 }
 
 impl Best {
-    /// Compares clips at a place, at first by a few samples. What is too far to become a twin is not kept.
-    fn consider(&mut self, both: &Both<'_>, place: Place, at_first: bool) {
-        let Some(overlap) = both.overlap(place) else { return };
+    /// Compares clips at a timing, at first by a few samples. What is too far to become a twin is not kept.
+    fn consider(&mut self, both: &Both<'_>, timing: Timing, at_first: bool) {
+        let Some(overlap) = both.overlap(timing) else { return };
         let (samples, step) = (overlap.end() + 1 - overlap.start(), both.step(&overlap));
         let (stride, off) = match at_first {
             true => (
@@ -178,9 +178,9 @@ impl Best {
             false => (1, OFF_A_LINE),
         };
         let least = self.found.map_or(f32::INFINITY, |(least, _)| least);
-        let mean = both.mean(place, overlap, stride, least.min(NEAR + off * step));
+        let mean = both.mean(timing, overlap, stride, least.min(NEAR + off * step));
         if let Some(mean) = mean {
-            self.found = Some((mean, place));
+            self.found = Some((mean, timing));
         }
     }
 }
@@ -192,7 +192,7 @@ struct Both<'a> {
 
 impl Both<'_> {
     /// The samples of the second clip that overlap the first; `None` where they are too few, or nothing moves.
-    fn overlap(&self, [pace, start]: Place) -> Option<RangeInclusive<usize>> {
+    fn overlap(&self, [pace, start]: Timing) -> Option<RangeInclusive<usize>> {
         let last = self.a.samples() as f32 - 1.0;
         let from = (-start / pace).ceil().max(0.0) as usize;
         let to = (((last - start) / pace).floor() as isize).min(self.b.samples() as isize - 1);
@@ -208,11 +208,11 @@ impl Both<'_> {
     }
 
     /// The mean distance of limbs, if it is less than `most`.
-    fn mean(&self, place: Place, overlap: RangeInclusive<usize>, stride: usize, most: f32) -> Option<f32> {
+    fn mean(&self, timing: Timing, overlap: RangeInclusive<usize>, stride: usize, most: f32) -> Option<f32> {
         let count = (overlap.end() - overlap.start()) / stride + 1;
         let (mut sum, most) = (0.0, most * count as f32);
         for sample in overlap.step_by(stride) {
-            sum += self.distance(place, sample);
+            sum += self.distance(timing, sample);
             if sum >= most {
                 return None;
             }
@@ -221,15 +221,15 @@ impl Both<'_> {
     }
 
     /// The distance that nine tenths of the samples keep below.
-    fn most(&self, place: Place, overlap: &RangeInclusive<usize>) -> f32 {
-        let mut distances: Vec<f32> = overlap.clone().map(|sample| self.distance(place, sample)).collect();
+    fn most(&self, timing: Timing, overlap: &RangeInclusive<usize>) -> f32 {
+        let mut distances: Vec<f32> = overlap.clone().map(|sample| self.distance(timing, sample)).collect();
         let nine_tenths = (distances.len() * 9 / 10).min(distances.len() - 1);
         *distances.select_nth_unstable_by(nine_tenths, f32::total_cmp).1
     }
 
     /// The mean distance of limbs of a sample of the second from the first at that time.
     #[inline(always)]
-    fn distance(&self, [pace, start]: Place, sample: usize) -> f32 {
+    fn distance(&self, [pace, start]: Timing, sample: usize) -> f32 {
         let last = self.a.samples() - 1;
         let time = (start + pace * sample as f32).clamp(0.0, last as f32);
         let early = time as usize;
