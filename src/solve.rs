@@ -125,9 +125,9 @@ fn write(
             position_keys: match joint.parent {
                 None => Keys::every_tick(points.tracks[index].clone()),
                 Some(parent) if set.lengths == Lengths::Moving => {
-                    let place =
+                    let position =
                         |frame: usize| world[parent][frame].inverse() * rest::vector(points, parent, index, frame);
-                    Keys::every_tick((0..points.frames).map(place).collect())
+                    Keys::every_tick((0..points.frames).map(position).collect())
                 }
                 Some(_) => Keys::constant(offset),
             },

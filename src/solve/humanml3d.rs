@@ -3,11 +3,11 @@
 //! | numbers | |
 //! |---|---|
 //! | 1 | half the angle by which the root turns about +Y to the next frame |
-//! | 2 | its way to the next frame over the ground, in its own heading |
+//! | 2 | its step to the next frame over the ground, in its own heading |
 //! | 1 | its height |
 //! | 21 x 3 | the other joints, from the root over the ground, in its heading |
 //! | 21 x 6 | rotations of the joints along their chains, as the first two columns of matrices |
-//! | 22 x 3 | the ways of all joints to the next frame, in the heading |
+//! | 22 x 3 | the steps of all joints to the next frame, in the heading |
 //! | 4 | whether left ankle and toes, right ankle and toes hardly move to the next frame |
 //!
 //! The definition is Guo and others, *Generating Diverse and Natural 3D Human Motions from Text* (CVPR 2022), as their
@@ -46,7 +46,7 @@ const LEFT_SHOULDER: usize = 16;
 const RIGHT_SHOULDER: usize = 17;
 /// Ankles and toes, the left ones first.
 const FEET: [usize; 4] = [7, 10, 8, 11];
-/// A joint of a foot is in contact whose way in a frame has at most this square, in square metres.
+/// A joint of a foot is in contact whose step in a frame has at most this square, in square metres.
 const CONTACT: f64 = 0.002;
 /// The deviation of the Gaussian that smooths headings, in frames, and how many deviations it reaches.
 const SMOOTHING: f64 = 20.0;
@@ -63,14 +63,14 @@ pub(crate) fn numbers(joints: &[Frame]) -> Vec<[f32; NUMBERS]> {
         let (now, next) = (&frames[index], &frames[index + 1]);
         let (heading, next_heading) = (headings[index], headings[index + 1]);
         let turned = next_heading * heading.inverse();
-        let way = next_heading * (next[0] - now[0]);
+        let step = next_heading * (next[0] - now[0]);
         let mut row = Vec::with_capacity(NUMBERS);
-        row.extend([turned.y.clamp(-1.0, 1.0).asin(), way.x, way.z, now[0].y]);
+        row.extend([turned.y.clamp(-1.0, 1.0).asin(), step.x, step.z, now[0].y]);
         let ground = DVec3::new(now[0].x, 0.0, now[0].z);
         row.extend(
             now[1..]
                 .iter()
-                .flat_map(|place| (heading * (*place - ground)).to_array()),
+                .flat_map(|position| (heading * (*position - ground)).to_array()),
         );
         row.extend(rotations(now, heading)[1..].iter().flat_map(|rotation| {
             let matrix = DMat3::from_quat(*rotation);
@@ -93,8 +93,8 @@ pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
         let heading = DQuat::from_xyzw(0.0, angle.sin(), 0.0, angle.cos());
         root.y = row[3];
         let mut frame = [root; JOINTS];
-        for (place, numbers) in std::iter::zip(&mut frame[1..], row[4..].chunks_exact(3)) {
-            *place = heading.inverse() * DVec3::from_slice(numbers) + DVec3::new(root.x, 0.0, root.z);
+        for (position, numbers) in std::iter::zip(&mut frame[1..], row[4..].chunks_exact(3)) {
+            *position = heading.inverse() * DVec3::from_slice(numbers) + DVec3::new(root.x, 0.0, root.z);
         }
         frames.push(frame);
         angle += row[0];
@@ -110,7 +110,7 @@ fn standing(joints: &[Frame]) -> Vec<Frame> {
     let floor = joints
         .iter()
         .flatten()
-        .map(|place| place.y)
+        .map(|position| position.y)
         .fold(f64::INFINITY, f64::min);
     let origin = DVec3::new(first[0].x, floor, first[0].z);
     let across = first[RIGHT_HIP] - first[LEFT_HIP] + first[RIGHT_SHOULDER] - first[LEFT_SHOULDER];
@@ -118,7 +118,7 @@ fn standing(joints: &[Frame]) -> Vec<Frame> {
     let turn = between(facing, DVec3::Z);
     joints
         .iter()
-        .map(|frame| frame.map(|place| turn * (place - origin)))
+        .map(|frame| frame.map(|position| turn * (position - origin)))
         .collect()
 }
 

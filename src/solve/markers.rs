@@ -92,7 +92,7 @@ impl Known {
     }
 }
 
-/// Puts a skeleton in the place of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
+/// Puts a skeleton in the at of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
 /// up.
 pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let may_guess = known.named.is_empty() && known.standing.is_none();
@@ -194,13 +194,13 @@ fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
     if !has(Bone::LeftFoot) || !has(Bone::RightFoot) {
         return Err(report::missing(take, standing).into());
     }
-    let places: Vec<usize> = (0..CALIBRATED.min(whole.len()))
+    let sample: Vec<usize> = (0..CALIBRATED.min(whole.len()))
         .map(|index| whole[index * whole.len() / CALIBRATED.min(whole.len())])
         .collect();
-    let frames: Vec<usize> = places.iter().map(|place| all[*place]).collect();
+    let frames: Vec<usize> = sample.iter().map(|at| all[*at]).collect();
     Ok(Chosen {
         take: take.filled(&frames, standing),
-        centres: places.iter().filter_map(|place| found[*place].clone()).collect(),
+        centres: sample.iter().filter_map(|at| found[*at].clone()).collect(),
         frames,
     })
 }

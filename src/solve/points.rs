@@ -64,9 +64,9 @@ impl Points {
         }
         points.tracks = (set.joints.iter())
             .map(|joint| {
-                let share = 1.0 / joint.of.len().max(1) as f32;
+                let weight = 1.0 / joint.of.len().max(1) as f32;
                 (0..frames)
-                    .map(|frame| joint.of.iter().map(|point| points.all[*point][frame] * share).sum())
+                    .map(|frame| joint.of.iter().map(|point| points.all[*point][frame] * weight).sum())
                     .collect()
             })
             .collect();
@@ -133,7 +133,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
         letters.flat_map(char::to_lowercase).collect::<String>()
     };
     let keys: Vec<String> = nodes.iter().map(|node| key(&scene.nodes[*node].name)).collect();
-    let named = |point: &String| keys.iter().position(|own| *own == key(point)).map(|place| nodes[place]);
+    let named = |point: &String| keys.iter().position(|own| *own == key(point)).map(|index| nodes[index]);
     let found: Vec<Option<usize>> = set.points.iter().map(named).collect();
     // An array has no names of its own: those of its points were assumed.
     let is_named = scene

@@ -57,7 +57,7 @@ pub(super) fn vector(points: &Points, from: usize, to: usize, frame: usize) -> V
 pub(super) fn foot_direction(points: &Points, ankle: usize, toes: usize) -> Vec3 {
     /// Toes on the ground: so much of the length of the foot above where they are lowest.
     const NEAR: f32 = 0.2;
-    let mut heights: Vec<f32> = points.tracks[toes].iter().map(|place| place.y).collect();
+    let mut heights: Vec<f32> = points.tracks[toes].iter().map(|position| position.y).collect();
     heights.sort_by(f32::total_cmp);
     let lowest = heights.get(heights.len() / 20).copied().unwrap_or(0.0);
     let length = length(points, ankle, toes).max(f32::MIN_POSITIVE);

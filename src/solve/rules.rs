@@ -188,8 +188,8 @@ fn share_twist(set: &JointSet, of: &mut [Rule], hips: usize, chest: usize) {
     let parents = std::iter::successors(set.joints[chest].parent, |joint| set.joints[*joint].parent);
     let between: Vec<usize> = parents.take_while(|joint| *joint != hips).collect();
     let parts = between.len() as f32 + 1.0;
-    for (place, joint) in between.iter().rev().enumerate() {
-        let fraction = (place as f32 + 1.0) / parts;
+    for (index, joint) in between.iter().rev().enumerate() {
+        let fraction = (index as f32 + 1.0) / parts;
         let child = std::iter::successors(Some(chest), |above| set.joints[*above].parent)
             .find(|above| set.joints[*above].parent == Some(*joint));
         if let Some(child) = child {

@@ -223,15 +223,15 @@ pub(crate) fn soma(count: usize) -> Option<Vec<Joint>> {
             };
             let mut parent = parent.replace('*', word);
             // Of a finger the set of 30 has the end alone, on the hand.
-            let place = loop {
+            let index = loop {
                 match joints.iter().position(|joint| joint.name == parent) {
                     None if parent.contains("Hand") => parent = format!("{word}Hand"),
-                    place => break place,
+                    index => break index,
                 }
             };
             joints.push(Joint {
                 name: name.replace('*', word),
-                parent: place,
+                parent: index,
                 bone: bone.map(|bone| side.map_or(bone, |side| bone.on(side))),
             });
         }

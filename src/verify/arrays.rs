@@ -63,25 +63,25 @@ pub(super) fn invalid(message: impl Into<String>) -> Error {
 pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> {
     let clip = (!source.animations.is_empty()).then_some(0);
     let ours = Skeleton::of_scene(source, clip);
-    let places = places(&ours, file)?;
+    let node_of = nodes_of(&ours, file)?;
     let change = Change::recorded(&file.header.provenance.steps);
     let timeline = Timeline::new(source, clip, &change)?;
     let mut verification = Verification {
-        joints: places.len(),
+        joints: node_of.len(),
         metres_per_unit: change.metres_per_unit,
         has_provenance: true,
         ..Verification::default()
     };
     let joints = ours.joints.iter().enumerate();
-    for (_, joint) in joints.filter(|(place, _)| !places.contains(place)) {
+    for (_, joint) in joints.filter(|(index, _)| !node_of.contains(index)) {
         match joint.kind {
             NodeKind::Joint => verification.missing.push(joint.name.clone()),
             NodeKind::EndSite => verification.missing_end_sites.push(joint.name.clone()),
             NodeKind::Group => {}
         }
     }
-    find(source, file, &ours, &places, &timeline, &mut verification.findings);
-    find_in_skeleton(source, file, &places, &change, &mut verification.findings);
+    find(source, file, &ours, &node_of, &timeline, &mut verification.findings);
+    find_in_skeleton(source, file, &node_of, &change, &mut verification.findings);
 
     let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
@@ -99,10 +99,10 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     for frame in 0..frames {
         let tick = timeline.tick(frame, &cuts);
         ours.world(tick / timeline.rate, &mut world);
-        for (joint, &place) in places.iter().enumerate() {
-            let parent = file.parents[joint].map(|parent| &world[places[parent]]);
-            let row = frame * places.len() + joint;
-            let (position, rotation) = expected(&change, file, &world[place], parent, &world[roots[place]]);
+        for (joint, &node) in node_of.iter().enumerate() {
+            let parent = file.parents[joint].map(|parent| &world[node_of[parent]]);
+            let row = frame * node_of.len() + joint;
+            let (position, rotation) = expected(&change, file, &world[node], parent, &world[roots[node]]);
             let found = &file.positions[3 * row..][..3];
             let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
             errors.add(position.distance(found) * metres, || Worst {
@@ -134,21 +134,21 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
 }
 
 /// The joint of the source for each of the file: the next of its name and kind, in the order of both.
-fn places(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
-    let mut places: Vec<usize> = Vec::with_capacity(file.names.len());
+fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
+    let mut node_of: Vec<usize> = Vec::with_capacity(file.names.len());
     for (name, is_end_site) in std::iter::zip(&file.names, &file.end_sites) {
-        let next = places.last().map_or(0, |last| last + 1);
-        let is_it = |place: &usize| {
-            let joint = &ours.joints[*place];
+        let next = node_of.last().map_or(0, |last| last + 1);
+        let is_it = |node: &usize| {
+            let joint = &ours.joints[*node];
             joint.name == *name && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *is_end_site
         };
-        let place = (next..ours.joints.len()).find(is_it);
-        places.push(place.ok_or_else(|| {
+        let node = (next..ours.joints.len()).find(is_it);
+        node_of.push(node.ok_or_else(|| {
             let message = format!("the joint {name:?} of the file is not in its source, or not in this order");
             Diagnostic::new(Code::Unrepresentable, message).help("compare it with the file it was made from")
         })?);
     }
-    Ok(places)
+    Ok(node_of)
 }
 
 /// Finds joints on other parents, and frames that are too few or too many.
@@ -156,16 +156,16 @@ fn find(
     source: &Scene,
     file: &ArrayFile,
     ours: &Skeleton,
-    places: &[usize],
+    node_of: &[usize],
     timeline: &Timeline,
     findings: &mut Vec<Finding>,
 ) {
-    for (joint, &place) in places.iter().enumerate() {
-        let mut above = ours.joints[place].parent;
-        while let Some(place) = above.filter(|place| !places.contains(place)) {
-            above = ours.joints[place].parent;
+    for (joint, &node) in node_of.iter().enumerate() {
+        let mut above = ours.joints[node].parent;
+        while let Some(node) = above.filter(|node| !node_of.contains(node)) {
+            above = ours.joints[node].parent;
         }
-        if above != file.parents[joint].map(|parent| places[parent]) {
+        if above != file.parents[joint].map(|parent| node_of[parent]) {
             let message = format!("\"{}\" has another parent in the file", file.names[joint]);
             findings.push(Finding::new(FindingKind::MovedJoint, message));
         }
@@ -199,17 +199,17 @@ fn find(
 }
 
 /// Finds offsets and orders of rotations that are not those of the source.
-fn find_in_skeleton(source: &Scene, file: &ArrayFile, places: &[usize], change: &Change, findings: &mut Vec<Finding>) {
+fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change: &Change, findings: &mut Vec<Finding>) {
     /// As a fraction of the farthest position: what 32-bit products round.
     const ROUNDING: f64 = 1e-5;
     let mut world = Vec::new();
     Skeleton::of_scene(source, None).world(0.0, &mut world);
-    let place = |matrix: &DMat4| matrix.w_axis.truncate();
-    let farthest = world.iter().map(|matrix| place(matrix).length()).fold(0.0, f64::max) * change.metres_per_unit;
-    for (joint, &index) in places.iter().enumerate() {
+    let origin = |matrix: &DMat4| matrix.w_axis.truncate();
+    let farthest = world.iter().map(|matrix| origin(matrix).length()).fold(0.0, f64::max) * change.metres_per_unit;
+    for (joint, &index) in node_of.iter().enumerate() {
         let name = &file.names[joint];
-        let parent = file.parents[joint].map(|parent| world[places[parent]].inverse());
-        let expected = place(&(parent.unwrap_or(DMat4::IDENTITY) * world[index])) * change.metres_per_unit;
+        let parent = file.parents[joint].map(|parent| world[node_of[parent]].inverse());
+        let expected = origin(&(parent.unwrap_or(DMat4::IDENTITY) * world[index])) * change.metres_per_unit;
         let found = DVec3::from(file.offsets[joint].map(f64::from));
         let distance = expected.distance(found);
         if distance.is_nan() || distance > ROUNDING * farthest {
@@ -231,13 +231,13 @@ fn find_in_skeleton(source: &Scene, file: &ArrayFile, places: &[usize], change: 
 
 /// The position and the rotation that the file should have. `world` and the others are those of the source.
 fn expected(change: &Change, file: &ArrayFile, world: &DMat4, parent: Option<&DMat4>, root: &DMat4) -> (DVec3, DMat3) {
-    let place = |matrix: &DMat4| matrix.w_axis.truncate();
+    let origin = |matrix: &DMat4| matrix.w_axis.truncate();
     let in_parent = parent.map(|parent| parent.inverse() * *world);
     let position = match (file.header.space, &in_parent) {
-        (Space::World, _) | (Space::Local, None) => change.place(place(world)),
-        (Space::Root, _) => change.place(place(world)) - change.place(place(root)),
+        (Space::World, _) | (Space::Local, None) => change.apply(origin(world)),
+        (Space::Root, _) => change.apply(origin(world)) - change.apply(origin(root)),
         // Lengths have another unit, but the axes are the parent's.
-        (Space::Local, Some(matrix)) => place(matrix) * change.metres_per_unit,
+        (Space::Local, Some(matrix)) => origin(matrix) * change.metres_per_unit,
     };
     let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize());
     let [x, y, z] = match (file.header.rotation_space, &in_parent) {

@@ -107,7 +107,7 @@ impl Skeleton<'static> {
         let listed = file.nodes()?;
         let only_show = file.only_show()?;
         let mut faces = file.faces();
-        let mut place_of = HashMap::new();
+        let mut joint_of = HashMap::new();
         let mut joints = Vec::with_capacity(listed.len());
         for node in &listed {
             let at = match file.transform(node.index) {
@@ -115,10 +115,10 @@ impl Skeleton<'static> {
                 Err(_) if only_show.contains(&node.index) => continue,
                 at => at?,
             };
-            place_of.insert(node.index, joints.len());
+            joint_of.insert(node.index, joints.len());
             let parent = node
                 .parent
-                .and_then(|parent| place_of.get(&listed[parent].index).copied());
+                .and_then(|parent| joint_of.get(&listed[parent].index).copied());
             let rest = (at.translation.as_dvec3(), at.rotation.as_dquat(), at.scale.as_dvec3());
             let kind = if file.is_end_site(node.index) {
                 NodeKind::EndSite
@@ -138,11 +138,11 @@ impl Skeleton<'static> {
         };
         let (mut end, mut stepped) = (0.0, None);
         for track in tracks {
-            let Some(&place) = place_of.get(&track.node) else {
+            let Some(&known) = joint_of.get(&track.node) else {
                 continue;
             };
             end = track.times.last().map_or(end, |last| f64::max(end, f64::from(*last)));
-            let (joint, times) = (&mut joints[place], Times::Seconds(track.times));
+            let (joint, times) = (&mut joints[known], Times::Seconds(track.times));
             joint.still = None;
             if matches!(track.bent, Some((Bend::Step, _))) {
                 stepped.get_or_insert_with(|| joint.name.clone());
@@ -361,11 +361,11 @@ impl<'a, T: Clone> Track<'a, T> {
         if next == 0 || next > last {
             return convert(&self.values[next.saturating_sub(1).min(last)]);
         }
-        let share = (seconds - self.time(next - 1)) / (self.time(next) - self.time(next - 1));
+        let fraction = (seconds - self.time(next - 1)) / (self.time(next) - self.time(next - 1));
         mix(
             convert(&self.values[next - 1]),
             convert(&self.values[next]),
-            share.clamp(0.0, 1.0),
+            fraction.clamp(0.0, 1.0),
         )
     }
 }

@@ -197,11 +197,11 @@ impl Change {
             change.has_unit = unit.is_some();
             change.metres_per_unit = unit.unwrap_or(ratio);
         }
-        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
+        let position = |world: &[DMat4], node: usize| world[node].w_axis.truncate();
         let distance = |change: &Self| -> f64 {
             let distances = seen.iter().flat_map(|(here, there)| {
                 let pairs = pairs.list.iter();
-                pairs.map(|(a, b)| change.place(position(here, *a)).distance(position(there, *b)))
+                pairs.map(|(a, b)| change.apply(position(here, *a)).distance(position(there, *b)))
             });
             distances.sum()
         };
@@ -235,7 +235,7 @@ impl Change {
     }
 
     /// Where a point of the source is in the file.
-    pub(super) fn place(&self, point: DVec3) -> DVec3 {
+    pub(super) fn apply(&self, point: DVec3) -> DVec3 {
         let lift = self.humanoid.map_or(DVec3::ZERO, |(_, lift)| lift);
         self.turn(point * self.metres_per_unit) + lift
     }
@@ -268,7 +268,7 @@ impl Change {
         theirs.world(0.0, &mut there);
         let at = |&(a, b): &(usize, usize)| {
             let (a, b) = (here[a].w_axis.truncate(), there[b].w_axis.truncate());
-            (self.place(a), b)
+            (self.apply(a), b)
         };
         let Some(first) = pairs.list.first().map(at) else {
             return false;
@@ -311,7 +311,7 @@ fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> 
 /// The ratio of the distances from the origin, where it is farthest: of a single joint, or of joints that are always in
 /// one point, nothing else has a length.
 fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
-    let length = |world: &[DMat4], place: usize| world[place].w_axis.truncate().length();
+    let length = |world: &[DMat4], node: usize| world[node].w_axis.truncate().length();
     let distances = seen.iter().flat_map(|(here, there)| {
         let pairs = pairs.iter();
         pairs.map(|(a, b)| (length(here, *a), length(there, *b)))

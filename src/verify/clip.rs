@@ -157,7 +157,9 @@ impl Compared<'_> {
         let mut keys = timeline.between(theirs).into_iter().peekable();
         for (index, &frame) in ticks.iter().enumerate() {
             let next = ticks.get(index + 1).copied();
-            let after = between.iter().filter_map(|share| Some(frame + share * (next? - frame)));
+            let after = between
+                .iter()
+                .filter_map(|fraction| Some(frame + fraction * (next? - frame)));
             let until_next = std::iter::from_fn(|| keys.next_if(|key| next.is_some_and(|next| *key < next)));
             for tick in std::iter::once(frame).chain(after).chain(until_next) {
                 let moment = self.moment(tick, ours, theirs, timeline);
@@ -167,9 +169,9 @@ impl Compared<'_> {
                     let has_place = rigid.as_ref().is_none_or(|rigid| rigid.has_place[pair]);
                     let mut off = DVec3::ZERO;
                     if has_place {
-                        let mut expected = moment.places[a];
+                        let mut expected = moment.positions[a];
                         if self.change.in_place {
-                            let offset = moment.places[root_of[a]] - first.places[root_of[a]];
+                            let offset = moment.positions[root_of[a]] - first.positions[root_of[a]];
                             expected -= self.change.over_ground(offset);
                         }
                         off = (moment.there[b].w_axis.truncate() - expected) * self.metres;
@@ -215,10 +217,10 @@ impl Compared<'_> {
             seconds
         };
         theirs.world(rounded, &mut there);
-        let places = here.iter().map(|matrix| self.change.place(matrix.w_axis.truncate()));
+        let positions = here.iter().map(|matrix| self.change.apply(matrix.w_axis.truncate()));
         Moment {
             seconds,
-            places: places.collect(),
+            positions: positions.collect(),
             here,
             there,
         }
@@ -255,7 +257,7 @@ struct Moment {
     seconds: f64,
     here: Vec<DMat4>,
     there: Vec<DMat4>,
-    places: Vec<DVec3>,
+    positions: Vec<DVec3>,
 }
 
 /// Whether the axes of a matrix are those of a rotation, each with a length: none is mirrored, flat or sheared.
@@ -283,12 +285,12 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    pub(super) fn add(&mut self, error: f64, place: impl FnOnce() -> Worst) {
+    pub(super) fn add(&mut self, error: f64, worst: impl FnOnce() -> Worst) {
         self.sum_of_squares += error * error;
         self.count += 1;
         if self.worst.is_none() || is_worse(error, self.max) {
             self.max = error;
-            self.worst = Some(place());
+            self.worst = Some(worst());
         }
     }
 

@@ -65,10 +65,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     let mut row = 0;
     while let Some(record) = records.next()? {
         let (frame, joint) = (row / count.max(1), row % count.max(1));
-        let place = format!("line {}", records.line);
+        let at_line = format!("line {}", records.line);
         if record.len() != columns.len() {
             return Err(invalid(format!(
-                "{place} has {} cells, not {}",
+                "{at_line} has {} cells, not {}",
                 record.len(),
                 columns.len()
             )));
@@ -81,12 +81,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
         if record[0] != frame.to_string() || !is_time || !is_name {
             let found = record[..3].join(",");
             return Err(invalid(format!(
-                "{place} is not frame {frame} of joint {name:?}, but {found:?}"
+                "{at_line} is not frame {frame} of joint {name:?}, but {found:?}"
             )));
         }
         let numbers = record[3..expected.len()].iter().map(|cell| cell.parse::<f32>());
         let numbers = numbers.collect::<Result<Vec<_>, _>>();
-        let numbers = numbers.map_err(|_| invalid(format!("{place} has a cell that is not a number")))?;
+        let numbers = numbers.map_err(|_| invalid(format!("{at_line} has a cell that is not a number")))?;
         positions.extend(&numbers[..3]);
         rotations.extend(&numbers[3..]);
         row += 1;

@@ -193,10 +193,10 @@ fn eliminated(
         }
     }
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    for (place, &body) in touched.iter().enumerate() {
+    for (index, &body) in touched.iter().enumerate() {
         let row = &mixed[body * poses..(body + 1) * poses];
         right[body] -= dot(row, &own_right);
-        for &other in &touched[..=place] {
+        for &other in &touched[..=index] {
             matrix[body * bodies + other] -= dot(row, &mixed[other * poses..(other + 1) * poses]);
         }
     }

@@ -99,11 +99,11 @@ impl Fit {
             let off = *seen - model.marker(marker, &self.world);
             let weight = weight(off.length()) / (model.slides * model.slides);
             model.moves(marker, &self.world, &mut self.columns);
-            for (place, &(row, a)) in self.columns.iter().enumerate() {
+            for (index, &(row, a)) in self.columns.iter().enumerate() {
                 let a = a * weight;
                 self.right[row] += a.dot(off);
                 let here = &mut self.matrix[row * size..(row + 1) * size];
-                for &(column, b) in &self.columns[..=place] {
+                for &(column, b) in &self.columns[..=index] {
                     here[column] += a.dot(b);
                 }
             }

@@ -99,12 +99,12 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &Solved, tracked: &Tra
     let mut distances: Vec<f64> = all.clone().flatten().copied().collect();
     let mean = rms(distances.iter().copied());
     let median = wide_median(&mut distances);
-    let places = (take.frames * take.tracks.len()).max(1);
+    let possible = (take.frames * take.tracks.len()).max(1);
     let text = format!(
         "{:.1} mm RMS and {:.1} mm in the median from their bodies; seen in {:.2} % of frames",
         mean * 1000.0,
         median * 1000.0,
-        100.0 * seen as f64 / places as f64,
+        100.0 * seen as f64 / possible as f64,
     );
     scene.warnings.retain(|warning| warning.code != Code::Gap);
     scene.metadata.assumptions.push(Assumption {

@@ -91,8 +91,8 @@ impl Take {
             take.tracks.push(track);
         }
         take.metres = scene.metadata.metres_per_unit.unwrap_or_else(|| take.guessed_unit());
-        for place in take.tracks.iter_mut().flatten().flatten() {
-            *place *= take.metres;
+        for point in take.tracks.iter_mut().flatten().flatten() {
+            *point *= take.metres;
         }
         Ok(take)
     }
@@ -135,8 +135,8 @@ impl Take {
         };
         let Some(standing) = standing else { return take };
         let still = standing.fullest();
-        for (place, landmark) in standing.landmarks.iter().enumerate() {
-            let Some(own) = standing.tracks[place][still] else {
+        for (index, landmark) in standing.landmarks.iter().enumerate() {
+            let Some(own) = standing.tracks[index][still] else {
                 continue;
             };
             let mates: Vec<(DVec3, &str)> = standing
@@ -162,7 +162,7 @@ impl Take {
                 None => {
                     take.by_name.insert(landmark.name.clone(), take.landmarks.len());
                     take.landmarks.push(landmark.clone());
-                    take.labels.push(standing.labels[place].clone());
+                    take.labels.push(standing.labels[index].clone());
                     take.tracks.push(track);
                 }
             }
@@ -175,13 +175,13 @@ impl Take {
         self.landmarks.truncate(count);
         self.labels.truncate(count);
         self.tracks.truncate(count);
-        self.by_name.retain(|_, place| *place < count);
+        self.by_name.retain(|_, index| *index < count);
     }
 
     /// Rotates all positions.
     pub(super) fn rotate(&mut self, rotation: impl Fn(DVec3) -> DVec3) {
-        for place in self.tracks.iter_mut().flatten().flatten() {
-            *place = rotation(*place);
+        for point in self.tracks.iter_mut().flatten().flatten() {
+            *point = rotation(*point);
         }
     }
 }
@@ -192,8 +192,8 @@ fn track(animation: &Animation, node: NodeId, frames: usize) -> Track {
     let channel = animation.channels.iter().find(|channel| channel.node == Some(node));
     if let Some(position_keys) = channel.map(|channel| &channel.position_keys) {
         for (key, position) in position_keys.values.iter().enumerate() {
-            if let Some(place) = track.get_mut(position_keys.tick(key).max(0.0) as usize) {
-                *place = Some(position.as_dvec3());
+            if let Some(seen) = track.get_mut(position_keys.tick(key).max(0.0) as usize) {
+                *seen = Some(position.as_dvec3());
             }
         }
         // A marker that never moves has one key, at the first frame.
@@ -230,7 +230,7 @@ fn best_rotation(sums: &DMat3) -> DQuat {
     let delta = DVec3::new(s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0));
     let trace = s(0, 0) + s(1, 1) + s(2, 2);
     // A shift makes the largest eigenvalue that of the largest size.
-    let shift = 2.0 * (0..9).map(|place| s(place / 3, place % 3).abs()).sum::<f64>();
+    let shift = 2.0 * (0..9).map(|cell| s(cell / 3, cell % 3).abs()).sum::<f64>();
     let apply = |q: DQuat| {
         let v = q.xyz();
         let w = trace * q.w + delta.dot(v);

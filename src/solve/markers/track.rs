@@ -109,16 +109,16 @@ impl Tracker<'_> {
 
 /// Pairs of markers that are nearer to where the body has them with the labels exchanged.
 fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, usize)> {
-    let places: Vec<DVec3> = (0..seen.len()).map(|marker| model.marker(marker, world)).collect();
-    let far = |marker: usize| seen[marker].filter(|seen| seen.distance(places[marker]) > SWAPPED);
+    let expected: Vec<DVec3> = (0..seen.len()).map(|marker| model.marker(marker, world)).collect();
+    let far = |marker: usize| seen[marker].filter(|seen| seen.distance(expected[marker]) > SWAPPED);
     let far: Vec<(usize, DVec3)> = (0..seen.len())
         .filter_map(|marker| Some((marker, far(marker)?)))
         .collect();
     let mut found: Vec<(usize, usize)> = Vec::new();
-    for (place, &(a, at_a)) in far.iter().enumerate() {
-        for &(b, at_b) in &far[place + 1..] {
-            let own = at_a.distance(places[a]).max(at_b.distance(places[b]));
-            let other = at_a.distance(places[b]).max(at_b.distance(places[a]));
+    for (index, &(a, at_a)) in far.iter().enumerate() {
+        for &(b, at_b) in &far[index + 1..] {
+            let own = at_a.distance(expected[a]).max(at_b.distance(expected[b]));
+            let other = at_a.distance(expected[b]).max(at_b.distance(expected[a]));
             let is_taken = found
                 .iter()
                 .any(|pair| [pair.0, pair.1].iter().any(|taken| *taken == a || *taken == b));
