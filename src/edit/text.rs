@@ -194,10 +194,10 @@ mod tests {
             "clean:contacts=true,flips=true,floor=true,lengths=true,noise=false,time=true",
         ),
         (
-            "loop:frames=10..140,in-given=true",
-            "loop:blend=0.3,frames=10..140,in-given=true,longest=4.0,shortest=0.6",
+            "loop:frames=10..140,in-place=true",
+            "loop:blend=0.3,frames=10..140,in-place=true,longest=4.0,shortest=0.6",
         ),
-        ("loop", "loop:blend=0.3,in-given=false,longest=4.0,shortest=0.6"),
+        ("loop", "loop:blend=0.3,in-place=false,longest=4.0,shortest=0.6"),
         ("concat:align=false", "concat:align=false,blend=0.3,within=0.0"),
         (
             "concat:with=3,within=0.5",
@@ -227,7 +227,7 @@ mod tests {
         ("resample:rate=60", "resample:rate=60.0"),
         ("drop-first-frame", "drop-first-frame:always=false"),
         ("drop-first-frame:always=true", "drop-first-frame:always=true"),
-        ("in-given", "in-given"),
+        ("in-place", "in-place"),
         ("root-motion", "root-motion"),
         ("reverse", "reverse"),
         ("rest", "rest:pose=t-pose"),

@@ -59,7 +59,7 @@ pub struct SolvedJoint {
     pub name: String,
     /// The distance from its parent in metres.
     pub length: f64,
-    /// The standard deviation of its place beside its parent in metres, from the covariance of the fit; `None` where
+    /// The standard deviation of its position beside its parent in metres, from the covariance of the fit; `None` where
     /// it is not fitted.
     pub deviation: Option<f64>,
     /// Whether the motion tells it: the deviation is less than half of what the regression alone has.

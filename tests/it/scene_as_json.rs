@@ -5,7 +5,7 @@ use std::fs;
 use mocap::{Importer, Scene};
 
 #[test]
-fn every_scene_is_read_back_but_for_the_bytes_of_images_and_the_original() {
+fn every_scene_is_read_back_but_for_what_serde_leaves_out() {
     for folder in ["real", "made", "characters"] {
         let mut files = 0;
         for path in fs::read_dir(format!("fixtures/{folder}"))
@@ -20,6 +20,7 @@ fn every_scene_is_read_back_but_for_the_bytes_of_images_and_the_original() {
             let found: Scene =
                 serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             scene.original = None;
+            (scene.metadata.recorded, scene.metadata.solved) = (None, None);
             scene.textures.iter_mut().for_each(|texture| texture.bytes.clear());
             assert!(found == scene, "{} is another scene", path.display());
         }

@@ -1,7 +1,7 @@
 //! Left and right that are exchanged for some frames, as an estimator does that takes one leg for the other.
 //!
-//! For each pair of limbs the path through the frames is sought on which the rotations change least, where a limb is, or
-//! is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large step, so that limbs that
+//! For each pair of limbs the path through the frames is sought on which the rotations change least, where a limb is,
+//! or is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large step, so that limbs that
 //! cross quickly stay.
 
 use glam::Quat;

@@ -2,8 +2,8 @@
 //!
 //! Rotations that are smoothed each for itself do not fit together: while a foot stands, the rotations of the leg and
 //! the motion of the hips cancel, and what is taken from each does not. A foot that stands is at rest in the world, and
-//! a hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint does
-//! about its own bone stays as its rotation has it.
+//! a hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint
+//! does about its own bone stays as its rotation has it.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
 
