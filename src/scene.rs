@@ -98,8 +98,8 @@ use crate::error::Diagnostic;
 ///
 /// By `serde` it is written and read with everything but the bytes of [`textures`](Self::textures), the
 /// [`original`](Self::original), and [`recorded`](Metadata::recorded) and [`solved`](Metadata::solved) of its metadata.
-/// What another program wrote may break the rules of a scene: ask [`validate`](Self::validate). `serde_json` keeps every
-/// bit of a number by its feature `float_roundtrip`.
+/// What another program wrote may break the rules of a scene: ask [`validate`](Self::validate). `serde_json` keeps
+/// every bit of a number by its feature `float_roundtrip`.
 ///
 /// ```
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
