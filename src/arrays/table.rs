@@ -93,8 +93,8 @@ impl Arrays {
         let name = |row: usize| joints[row % joints.len()].name.as_str();
         add("joint", Arc::new(StringArray::from_iter_values(rows().map(name))));
         let mut add_floats = |names: &[&str], values: &[f32]| {
-            for (place, name) in names.iter().enumerate() {
-                let column = values.iter().skip(place).step_by(names.len()).copied();
+            for (joint_index, name) in names.iter().enumerate() {
+                let column = values.iter().skip(joint_index).step_by(names.len()).copied();
                 add(name, Arc::new(Float32Array::from_iter_values(column)));
             }
         };

@@ -241,8 +241,8 @@ fn no_storage() -> Failure {
 }
 
 /// Adds the arrays of an `.npy` with this name: those of a pickle where it holds objects.
-fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: Bytes<'a>, place: &str) -> Result<(), Failure> {
-    match npy::read(&bytes, place)? {
+fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
+    match npy::read(&bytes, path_of_entry)? {
         Npy::Array(array) => entries.arrays.push((name.to_owned(), array)),
         Npy::Objects(Bytes::File(bytes)) => add_objects(entries, name, bytes)?,
         // Small ones are read, from bytes that are kept as long as the file's.

@@ -113,8 +113,8 @@ impl Tree {
         let mut down = Vec::new();
         let mut node = to;
         let meeting = loop {
-            if let Some(place) = up.iter().position(|other| *other == node) {
-                break place;
+            if let Some(index) = up.iter().position(|other| *other == node) {
+                break index;
             }
             down.push(node);
             match self.parent[node] {
@@ -189,8 +189,8 @@ pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
             .filter(|&child| !tree.children[child].is_empty() && length(child) > SHORTEST_LIMB * longest)
             .map(|child| (child, tree.chain(child).len()))
             .collect();
-        for (place, &(a, nodes_of_a)) in limbs.iter().enumerate() {
-            for &(b, nodes_of_b) in &limbs[place + 1..] {
+        for (index, &(a, nodes_of_a)) in limbs.iter().enumerate() {
+            for &(b, nodes_of_b) in &limbs[index + 1..] {
                 if are_alike(tree, a, b, nodes_of_a.abs_diff(nodes_of_b)) {
                     pairs.push(Pair {
                         branch,

@@ -250,7 +250,7 @@ fn plates(
             scales: own
                 .iter()
                 .enumerate()
-                .map(|(place, channel)| si(plate_type, place, &channels[*channel].unit, metres))
+                .map(|(index, channel)| si(plate_type, index, &channels[*channel].unit, metres))
                 .collect(),
             channels: own,
             calibration: match array("CAL_MATRIX", 2, plate, CALIBRATION) {
@@ -276,8 +276,8 @@ fn plates(
 
 /// The matrix by rows, with moments in newton metres: the file has its columns one after the other.
 fn calibration(matrix: &[f64], metres: f64) -> Vec<f64> {
-    let number = |place: usize| {
-        let (row, column) = (place / 6, place % 6);
+    let number = |index: usize| {
+        let (row, column) = (index / 6, index % 6);
         matrix[6 * column + row] * if row < 3 { 1.0 } else { metres }
     };
     (0..CALIBRATION).map(number).collect()
@@ -293,7 +293,7 @@ fn zero(range: &[f64]) -> Option<[usize; 2]> {
 
 /// What values of a plate's channel are multiplied by to be in newtons, metres and newton metres. A unit that is not
 /// stated is that of the points.
-fn si(plate_type: u32, place: usize, unit: &str, metres: f64) -> f64 {
+fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
     let letters: String = unit
         .chars()
         .filter(|letter| letter.is_alphabetic())
@@ -303,7 +303,7 @@ fn si(plate_type: u32, place: usize, unit: &str, metres: f64) -> f64 {
         Some(length) => points::metres(length).unwrap_or(metres),
         None => metres,
     };
-    match (plate_type, place) {
+    match (plate_type, index) {
         (1, 3 | 4) => points::metres(&letters).unwrap_or(metres),
         (1, 5) | (2, 3..) => moment(),
         _ => 1.0,

@@ -163,9 +163,9 @@ fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
         std::iter::successors(above(&node), above).any(|node| node.index() == hips)
     };
     let moves = |channel: &&Channel| {
-        let places = &channel.position_keys.values;
-        let is_far = |place: &Vec3| place.distance(places[0]) > MOVES;
-        channel.node.is_some_and(is_below_hips) && places.iter().any(is_far)
+        let positions = &channel.position_keys.values;
+        let is_far = |position: &Vec3| position.distance(positions[0]) > MOVES;
+        channel.node.is_some_and(is_below_hips) && positions.iter().any(is_far)
     };
     let count = scene.animations.first()?.channels.iter().filter(moves).count();
     (count > 0).then(|| {

@@ -101,7 +101,7 @@ impl Cloud {
 
     /// Finds height, ground and the frames in which the body stands.
     fn stand(&mut self) -> Option<()> {
-        let height = |place: &Option<DVec3>| place.map(|place| place.dot(self.up));
+        let height = |point: &Option<DVec3>| point.map(|point| point.dot(self.up));
         let ends: Vec<(f64, f64)> = self
             .frames
             .iter()
@@ -110,7 +110,7 @@ impl Cloud {
                 let mut heights: Vec<f64> = frame.iter().filter_map(height).collect();
                 heights.sort_by(f64::total_cmp);
                 let last = heights.len().saturating_sub(2);
-                let at = |place: usize| heights.get(place).copied().unwrap_or(0.0);
+                let at = |point: usize| heights.get(point).copied().unwrap_or(0.0);
                 (at(1.min(last)), at(last))
             })
             .collect();
@@ -160,8 +160,8 @@ impl Cloud {
                         (range / DEVIATIONS / self.stature, percentile(pairs, 0.5) / self.stature)
                     }
                 };
-                for place in [a * count + b, b * count + a] {
-                    (self.spread[place], self.distance[place]) = (spread, middle);
+                for cell in [a * count + b, b * count + a] {
+                    (self.spread[cell], self.distance[cell]) = (spread, middle);
                 }
             }
         }
@@ -178,10 +178,10 @@ impl Cloud {
             for &marker in &open {
                 best[marker] = best[marker].min(best[last].max(self.spread(last, marker)));
             }
-            let Some(place) = (0..open.len()).min_by(|a, b| best[open[*a]].total_cmp(&best[open[*b]])) else {
+            let Some(point) = (0..open.len()).min_by(|a, b| best[open[*a]].total_cmp(&best[open[*b]])) else {
                 break;
             };
-            last = open.swap_remove(place);
+            last = open.swap_remove(point);
         }
         best
     }
@@ -189,22 +189,22 @@ impl Cloud {
     /// The middle of some markers in a frame.
     pub(super) fn middle(&self, markers: &[usize], frame: usize) -> Option<DVec3> {
         let seen = markers.iter().filter_map(|marker| self.frames[frame][*marker]);
-        let (sum, count) = seen.fold((DVec3::ZERO, 0), |(sum, count), place| (sum + place, count + 1));
+        let (sum, count) = seen.fold((DVec3::ZERO, 0), |(sum, count), point| (sum + point, count + 1));
         (count > 0).then(|| sum / f64::from(count))
     }
 
     /// The median, over `frames`, of where a marker is along an axis from an origin, both frame by frame, in parts of
     /// the height.
     pub(super) fn along(&self, marker: usize, axes: &[DVec3], from: &[Option<DVec3>], frames: &[usize]) -> f64 {
-        let place = |frame: &usize| {
+        let height = |frame: &usize| {
             let own = self.frames[*frame][marker]? - from[*frame]?;
             Some(own.dot(axes[*frame]) / self.stature)
         };
-        let mut places: Vec<f64> = frames.iter().filter_map(place).collect();
-        if places.is_empty() {
+        let mut heights: Vec<f64> = frames.iter().filter_map(height).collect();
+        if heights.is_empty() {
             0.0
         } else {
-            wide_median(&mut places)
+            wide_median(&mut heights)
         }
     }
 }
@@ -213,8 +213,8 @@ impl Cloud {
 fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
     let reach = |axis: &DVec3| {
         let of_frame = |frame: &Vec<Option<DVec3>>| {
-            let places = frame.iter().flatten().map(|place| place.dot(*axis));
-            let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), own| (low.min(own), high.max(own)));
+            let heights = frame.iter().flatten().map(|point| point.dot(*axis));
+            let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), own| (low.min(own), high.max(own)));
             high - low
         };
         percentile(frames.iter().map(of_frame).collect(), 0.5)

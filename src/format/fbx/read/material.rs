@@ -202,7 +202,7 @@ impl<'a> Materials<'a> {
             path.file_name().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
         };
         let mut candidates = candidates.filter(is_below);
-        candidates.find_map(|place| (self.source.open)(&here.with_file_name(place)).ok())
+        candidates.find_map(|name| (self.source.open)(&here.with_file_name(name)).ok())
     }
 }
 
@@ -243,12 +243,12 @@ fn name_of(file: &ufbx::Texture) -> String {
 }
 
 /// A texture coordinate, whose origin is above in a scene and below in FBX.
-pub(super) fn place(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 {
-    let place = to_texture
+pub(super) fn texture_coords(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 {
+    let found = to_texture
         .transform_point3(DVec3::new(coords.x, coords.y, 0.0))
         .as_vec3();
-    match place.is_finite() {
-        true => Vec2::new(place.x, 1.0 - place.y),
+    match found.is_finite() {
+        true => Vec2::new(found.x, 1.0 - found.y),
         false => Vec2::ZERO,
     }
 }

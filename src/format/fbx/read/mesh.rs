@@ -56,7 +56,7 @@ pub(super) fn read(
         };
         for (material, faces) in by_material(source) {
             let material = material
-                .and_then(|place| source.materials.get(place))
+                .and_then(|part| source.materials.get(part))
                 .map(|material| &**material);
             let Read { index, coords } = materials.read(material, scene, warnings);
             match bound.mesh(&faces, coords.as_ref()) {
@@ -114,11 +114,11 @@ fn by_material(source: &ufbx::Mesh) -> Vec<(Option<usize>, Vec<ufbx::Face>)> {
     {
         let material = source.face_material.get(index).map(|material| *material as usize);
         let material = material.filter(|material| *material < source.materials.len());
-        let place = *part_of.entry(material).or_insert_with(|| {
+        let part = *part_of.entry(material).or_insert_with(|| {
             parts.push((material, Vec::new()));
             parts.len() - 1
         });
-        parts[place].1.push(*face);
+        parts[part].1.push(*face);
     }
     parts
 }
@@ -206,7 +206,8 @@ impl<'a> Bound<'a> {
             let normal = to_bind_normal.transform_vector3(vector(source.vertex_normal[corner]));
             mesh.normals.push(unit(normal));
             if let Some((coords, to_texture)) = coords {
-                mesh.texture_coords.push(material::place(coords[corner], to_texture));
+                mesh.texture_coords
+                    .push(material::texture_coords(coords[corner], to_texture));
             }
             let vertex = source.vertex_indices[corner] as usize;
             for (bone, weight) in weights(self.skin, vertex, &self.bone_of_cluster) {

@@ -99,8 +99,8 @@ pub(in super::super) fn with_root(bytes: &[u8], root: usize, name: &str) -> Resu
     edits.append("nodes", sections.nodes, &[node])?;
     for scene in list(sections.scenes)? {
         let roots: Roots<'_> = parse(scene.get())?;
-        for place in roots.nodes.iter().filter(|index| index.get().parse() == Ok(root)) {
-            edits.replace(place, count.to_string());
+        for number in roots.nodes.iter().filter(|index| index.get().parse() == Ok(root)) {
+            edits.replace(number, count.to_string());
         }
     }
     let text = edits.finish();
