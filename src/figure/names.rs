@@ -198,9 +198,9 @@ fn take_side(words: &mut Vec<String>) -> Option<Side> {
     for (index, word) in words.iter().enumerate() {
         let side = match word.as_str() {
             "l" | "left" | "lft" | "lt" | "左" | "izquierda" | "izq" | "esquerda" | "esq" | "gauche" | "links"
-            | "lf" => Side::Left,
+            | "linker" | "linke" | "linkes" | "lf" => Side::Left,
             "r" | "right" | "rgt" | "rt" | "右" | "derecha" | "der" | "direita" | "dir" | "droite" | "droit"
-            | "rechts" | "rght" => Side::Right,
+            | "rechts" | "rechter" | "rechte" | "rechtes" | "rght" => Side::Right,
             _ => continue,
         };
         words.remove(index);
@@ -312,6 +312,8 @@ mod tests {
             ("LHipJoint", left, Part::UpperLeg),
             ("LeftHip", left, Part::UpperLeg),
             ("HipLeft", left, Part::UpperLeg),
+            ("LinkerOberarm", left, Part::UpperArm),
+            ("rechter Unterarm", right, Part::LowerArm),
             ("Hip", None, Part::Hips),
             ("upperarm_l", left, Part::UpperArm),
             ("thigh.R", right, Part::UpperLeg),
