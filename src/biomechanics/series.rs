@@ -1,5 +1,7 @@
 //! Columns over time, such as analog channels and ground reaction forces.
 
+use std::collections::{HashMap, HashSet};
+
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::ANALOG_MARK;
 use crate::scene::Scene;
@@ -77,7 +79,9 @@ impl TimeSeries {
 
 /// Names of columns without the separators of tables, each once: the second of a name ends in `_2`.
 fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
+    let mut found = Vec::new();
+    let mut taken = HashSet::from(["time".to_owned()]);
+    let mut counts: HashMap<String, usize> = HashMap::new();
     for name in names {
         let plain: String = name
             .chars()
@@ -89,10 +93,10 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
                 }
             })
             .collect();
+        let count = counts.entry(plain.clone()).or_insert(1);
         let mut own = plain.clone();
-        let mut count = 1;
-        while found.contains(&own) || own == "time" {
-            count += 1;
+        while !taken.insert(own.clone()) {
+            *count += 1;
             own = format!("{plain}_{count}");
         }
         found.push(own);

@@ -107,7 +107,8 @@ fn channels(
         .analog_channels()
         .filter(|count| *count > 0)
         .unwrap_or(header.samples);
-    if header.samples == 0 || count == 0 {
+    // A header may state thousands of channels in a file that ends before them.
+    if header.samples == 0 || count == 0 || frames == 0 {
         return (0, Vec::new());
     }
     if !header.samples.is_multiple_of(count) {
