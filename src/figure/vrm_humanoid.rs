@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use super::body::Body;
 use super::ground;
 use super::ticks::{Ticks, ticks};
-use super::track::{Track, chain_index, whole};
+use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
@@ -107,7 +107,7 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
     let mover = Mover {
         tracks: bones
             .iter()
-            .map(|placed| Follows::new(&body, placed.bone, &mut watched))
+            .map(|placed| whole(&body, placed.bone, &mut watched))
             .collect(),
         watched,
         bones: &bones,
@@ -241,52 +241,12 @@ fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
     all
 }
 
-/// The rotation of a bone, or of a spine of more joints than VRM has where this bone of VRM's is: between two of them.
-struct Follows {
-    from: Track,
-    to: Option<(Track, f32)>,
-}
-
-impl Follows {
-    /// `None` for a bone that the source lacks. A spine is divided as in retargeting, so that a VRM animation moves
-    /// three joints of it as their motion itself does. The neck of VRM is the first of several: necks bend one way
-    /// below and the other way above, and one with the turn of both would bend those of another neck the wrong way.
-    fn new(body: &Body, bone: Bone, watched: &mut Watched) -> Option<Self> {
-        let bones = [Bone::Spine, Bone::Chest, Bone::UpperChest].into_iter();
-        let bones: Vec<Bone> = bones.filter(|bone| body.joint(*bone).is_some()).collect();
-        let joints = &body.trunk;
-        let index = bones.iter().position(|other| *other == bone);
-        let Some(index) = index.filter(|_| joints.len() > bones.len()) else {
-            let from = whole(body, bone, watched)?;
-            return Some(Self { from, to: None });
-        };
-        let (from, to, fraction) = chain_index(index, joints.len(), bones.len());
-        let below = (Bone::Hips, body.hips);
-        let mut track = |at: usize| {
-            let (bone, joint) = at.checked_sub(1).map_or(below, |index| (bones[0], joints[index]));
-            Track::new(body, bone, joint, None, watched)
-        };
-        Some(Self {
-            from: track(from),
-            to: (fraction > 0.0).then(|| (track(to), fraction)),
-        })
-    }
-
-    fn frame(&self, seen: &Seen<1>) -> Quat {
-        let at = |track: &Track| Quat::from_array(track.frame(seen).lane(0));
-        let from = at(&self.from);
-        self.to
-            .as_ref()
-            .map_or(from, |(to, fraction)| from.slerp(at(to), *fraction))
-    }
-}
-
 /// Moves the motion of the source to the bones.
 struct Mover<'a> {
     body: &'a Body,
     bones: &'a [Placed],
     /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
-    tracks: Vec<Option<Follows>>,
+    tracks: Vec<Option<Track>>,
     watched: Watched,
     lift: f32,
 }
@@ -309,7 +269,9 @@ impl Mover<'_> {
             for (keys, (placed, track)) in rotations.iter_mut().zip(self.bones.iter().zip(&self.tracks)) {
                 let above = placed.parent.and_then(|parent| frames.get(&parent).copied());
                 let above = above.unwrap_or(Quat::IDENTITY);
-                let frame = track.as_ref().map_or(above, |track| track.frame(&seen));
+                let frame = track
+                    .as_ref()
+                    .map_or(above, |track| Quat::from_array(track.frame(&seen).lane(0)));
                 frames.insert(placed.bone, frame);
                 let rotation = (above.inverse() * frame).normalize();
                 // On the shorter arc from the key before.

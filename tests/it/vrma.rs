@@ -129,26 +129,6 @@ fn the_file_is_what_the_specification_demands() {
     }
 }
 
-/// The joint of the source that turns as a bone of VRM does: of a spine of more joints than VRM has the last, which has
-/// turned by all of them. Bones below the last divide what the joints turn, and have none.
-fn joint_that_turns_alike(scene: &Scene, bones: &Humanoid, bone: Bone) -> Option<NodeId> {
-    const SPINE: [Bone; 3] = [Bone::Spine, Bone::Chest, Bone::UpperChest];
-    if !SPINE.contains(&bone) {
-        return bones.joint(bone);
-    }
-    let above = bones.joint(Bone::Neck).or(bones.joint(Bone::Head))?;
-    let chain = SPINE.into_iter().filter(|bone| bones.joint(*bone).is_some());
-    let chain: Vec<Bone> = chain.collect();
-    let parent = |node: &NodeId| scene.nodes[node.index()].parent;
-    let first = bones.joint(*chain.first()?)?;
-    let mut joints: Vec<NodeId> = std::iter::successors(parent(&above), parent).collect();
-    joints.truncate(joints.iter().position(|joint| *joint == first)? + 1);
-    match joints.len() > chain.len() {
-        true => joints.first().copied().filter(|_| chain.last() == Some(&bone)),
-        false => bones.joint(bone),
-    }
-}
-
 /// Computed from the two scenes alone: where limbs point, and how each bone has turned since the first frame.
 #[test]
 fn the_motion_is_that_of_the_source() {
@@ -181,11 +161,10 @@ fn the_motion_is_that_of_the_source() {
                     read.nodes[bone.1.index()].name
                 );
             }
-            let in_source = |bone: Bone| joint_that_turns_alike(&scene, &ours, bone);
             let bones = theirs
                 .bones
                 .iter()
-                .filter_map(|(bone, joint)| Some((*bone, in_source(*bone)?, joint.joint)));
+                .filter_map(|(bone, joint)| Some((*bone, ours.joint(*bone)?, joint.joint)));
             for (bone, a, b) in bones {
                 let now = (heading * rotation(&here, a), rotation(&there, b));
                 let first = *first.entry(bone).or_insert(now);

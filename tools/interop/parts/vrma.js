@@ -96,22 +96,6 @@ async function posesInThree(character, animation, times) {
   });
 }
 
-/**
- * The joints of the source between whose rotations that of a bone is, and the fraction of the way: where a spine has more joints than
- * VRM has bones, each bone takes the rotation at its fraction of the chain.
- */
-function betweenOf(bone, joints) {
-  const above = (joint) => (joint ? [joint, ...above(joint.parent)] : []);
-  const top = joints.get("neck") ?? joints.get("head");
-  const parts = above(top?.parent).filter((joint) => above(joint).includes(joints.get("spine"))).reverse();
-  const bones = ["spine", "chest", "upperChest"].filter((name) => joints.has(name));
-  const place = bones.indexOf(bone);
-  if (place < 0 || parts.length <= bones.length) return [joints.get(bone), joints.get(bone), 0];
-  const at = ((place + 1) * parts.length) / bones.length;
-  const joint = (index) => (index === 0 ? joints.get("hips") : parts[index - 1]);
-  return [joint(Math.floor(at)), joint(Math.ceil(at)), at % 1];
-}
-
 /** How the source poses its own body: at each tick, of each bone its rotation and its place in the axes of the file. */
 function posesInSource(input, output, ticks) {
   const provenance = readGlb(output).json.asset.extras.mocap;
@@ -122,14 +106,11 @@ function posesInSource(input, output, ticks) {
   const columns = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => new Vector3(...change(axis)).sub(origin).normalize());
   const axes = new Quaternion().setFromRotationMatrix(new Matrix4().makeBasis(...columns));
   const found = Object.entries(bones).map(([bone, { joint }]) => [bone, joints.find(({ name }) => name === joint)]);
-  const known = new Map(found.filter(([, joint]) => joint));
-  const betweens = new Map([...known.keys()].map((bone) => [bone, betweenOf(bone, known)]));
   return ticks.map((tick) => {
     showTime(sourceTick(tick) * provenance.source.frame_time);
     const turn = (joint) => axes.clone().multiply(joint.getWorldQuaternion(new Quaternion()));
     const place = (joint) => new Vector3(...change(joint.getWorldPosition(new Vector3()).toArray()));
-    const turned = ([from, to, share]) => turn(from).slerp(turn(to), share);
-    return new Map([...known].map(([bone, joint]) => [bone, { turn: turned(betweens.get(bone)), place: place(joint) }]));
+    return new Map(found.filter(([, joint]) => joint).map(([bone, joint]) => [bone, { turn: turn(joint), place: place(joint) }]));
   });
 }
 
