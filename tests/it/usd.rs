@@ -287,6 +287,22 @@ fn control_characters_of_names_are_kept() {
     assert_eq!(Importer::new().read(&bytes, "a.usda").unwrap().nodes[0].name, name);
 }
 
+/// A joint that the file marks as an end site and moves was lost where end sites have no channels, as in FBX.
+#[test]
+fn what_moves_or_carries_a_joint_is_no_end_site() {
+    let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    let bytes = Exporter::new()
+        .write_as(&scene, "a.usda")
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let marked = text.replace("\"joint\"", "\"end_site\"");
+    assert_ne!(text, marked);
+    let kinds = |scene: &mocap::Scene| scene.nodes.iter().map(|node| node.kind).collect::<Vec<_>>();
+    assert_eq!(kinds(&read(&marked).unwrap()), kinds(&scene));
+}
+
 /// A step has a key just before the next frame, which is no key of that frame.
 #[test]
 fn a_key_just_before_a_frame_stays_there() {

@@ -23,7 +23,7 @@ use crate::format::provenance::Provenance;
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::Limits;
-use crate::scene::{Assumption, Format, Scene, Topic, UpAxis};
+use crate::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 pub(in crate::format) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
@@ -74,6 +74,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     scene.metadata.metres_per_unit = Some(metres(&layer)?);
     scene.metadata.up = Some(up(&layer)?);
     scene.animations = animation::read(&layer, &skeleton, options, warnings)?;
+    joints_that_are_no_tips(&mut scene);
     let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
     if meshes > 0 {
         scene.metadata.assumptions.push(Assumption {
@@ -90,6 +91,19 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         });
     }
     Ok(scene)
+}
+
+/// End sites are tips that do not move: what the file marks as one, and moves or has below it a joint, is a joint.
+fn joints_that_are_no_tips(scene: &mut Scene) {
+    let above: Vec<NodeId> = scene.nodes.iter().filter_map(|node| node.parent).collect();
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let moved: Vec<NodeId> = channels.filter_map(|channel| channel.node).collect();
+    for node in above.into_iter().chain(moved) {
+        let node = &mut scene.nodes[node.index()];
+        if node.kind == NodeKind::EndSite {
+            node.kind = NodeKind::Joint;
+        }
+    }
 }
 
 fn metadata_number(layer: &Layer, name: &str) -> Option<f64> {
