@@ -237,7 +237,8 @@ impl Axes {
         let up = (spine - spine.project_onto_normalized(left)).try_normalize()?;
         let from = Mat3::from_cols(left, up, left.cross(up));
         let to = Mat3::from_cols(self.left, self.up, self.left.cross(self.up));
-        Some(Quat::from_mat3(&(to * from.transpose())))
+        // The axes of a figure whose rest pose is wrung may be no right angles apart.
+        Some(Quat::from_mat3(&(to * from.transpose())).normalize())
     }
 
     /// The rotation about the up axis that brings the shoulders of a joint of the spine to left and right.
