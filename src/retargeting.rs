@@ -397,14 +397,14 @@ impl Retargeting {
         scene
     }
 
-    /// The same without nodes for faces.
+    /// What [`Self::scene`] returns, without nodes for faces.
     pub(crate) fn body_scene(&self) -> Scene {
         let mut scene = self.with_clips();
         self.record(&mut scene);
         scene
     }
 
-    /// The same in metres with +Y up, as glTF, FBX and VRM animations are written.
+    /// What [`Self::scene`] returns, in metres with +Y up, as glTF, FBX and VRM animations are written.
     ///
     /// # Errors
     /// As [`Conversion::apply`].
@@ -414,7 +414,7 @@ impl Retargeting {
         Ok(scene)
     }
 
-    /// The same in the unit and the axes of a conversion, without nodes for faces.
+    /// What [`Self::body_scene`] returns, in the unit and the axes of a conversion.
     pub(crate) fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
         let mut scene = self.with_clips();
         match &self.figure {

@@ -131,6 +131,21 @@ pub struct Scene {
     pub original: Option<Original>,
 }
 
+impl Scene {
+    /// The first node of this name, as Assimp's `aiNode::FindNode` finds it.
+    ///
+    /// ```
+    /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let head = scene.find_node("Head").unwrap();
+    /// assert_eq!(scene.nodes[head.index()].name, "Head");
+    /// assert_eq!(scene.find_node("head"), None);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn find_node(&self, name: &str) -> Option<NodeId> {
+        self.nodes.iter().position(|node| node.name == name).map(NodeId::new)
+    }
+}
+
 /// The index of a node in [`Scene::nodes`].
 ///
 /// The [module](crate::scene) has an example.

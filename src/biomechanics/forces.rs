@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3, Vec3};
 
 use super::TimeSeries;
+use super::series::recorded;
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::FORCES_MARK;
 use crate::scene::{AnalogChannel, ForcePlate, Recorded, Scene};
@@ -32,16 +33,7 @@ impl TimeSeries {
     /// # Errors
     /// [`Code::NoMotion`] where the file has no force plates, or none of a type that is known.
     pub fn ground_forces(scene: &Scene) -> Result<Self> {
-        let recorded = scene
-            .metadata
-            .recorded
-            .as_deref()
-            .filter(|recorded| !recorded.plates.is_empty());
-        let Some(recorded) = recorded else {
-            let message = "the file has no force plates";
-            let help = "C3D files of laboratories have them: mocap info --json lists what is in a file";
-            return Err(Diagnostic::new(Code::NoMotion, message).help(help).into());
-        };
+        let recorded = recorded(scene, |recorded| !recorded.plates.is_empty(), "force plates")?;
         let mut series = Self {
             title: FORCES_MARK,
             frame_rate: recorded.analog_rate,
@@ -102,7 +94,7 @@ struct Wrench {
 /// Force and moment about the middle of the surface, in the plate's axes.
 type ForceAndMoment = (DVec3, DVec3);
 
-/// The wrenches of all samples, or why there are none.
+/// Computes the wrench of each sample. The error says why a plate is left out.
 fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, String> {
     let of_values: fn(&ForcePlate, &[f64]) -> ForceAndMoment = match plate.plate_type {
         1 => force_and_centre,

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::ANALOG_MARK;
-use crate::scene::Scene;
+use crate::scene::{Recorded, Scene};
 
 /// Columns with their units, sample by sample.
 ///
@@ -39,16 +39,7 @@ impl TimeSeries {
     /// # Errors
     /// [`Code::NoMotion`] where it has none.
     pub fn analog(scene: &Scene) -> Result<Self> {
-        let recorded = scene
-            .metadata
-            .recorded
-            .as_deref()
-            .filter(|recorded| !recorded.channels.is_empty());
-        let Some(recorded) = recorded else {
-            let message = "the file has no analog channels";
-            let help = "C3D files of laboratories have them: mocap info --json lists what is in a file";
-            return Err(Diagnostic::new(Code::NoMotion, message).help(help).into());
-        };
+        let recorded = recorded(scene, |recorded| !recorded.channels.is_empty(), "analog channels")?;
         let channels = &recorded.channels;
         let samples = channels.iter().map(|channel| channel.values.len()).min().unwrap_or(0);
         let of_sample = |sample: usize| channels.iter().map(move |channel| f64::from(channel.values[sample]));
@@ -75,6 +66,17 @@ impl TimeSeries {
         let column = self.columns.iter().position(|own| own == name)?;
         Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
     }
+}
+
+/// What the file of `scene` has beside the motion, if `has` finds there what is asked for: `what`, in the plural.
+pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recorded) -> bool, what: &str) -> Result<&'a Recorded> {
+    let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
+    recorded.ok_or_else(|| {
+        let help = "C3D files of laboratories have them: mocap info --json lists what is in a file";
+        Diagnostic::new(Code::NoMotion, format!("the file has no {what}"))
+            .help(help)
+            .into()
+    })
 }
 
 /// Names of columns without the separators of tables, each once: the second of a name ends in `_2`.

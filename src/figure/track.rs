@@ -96,10 +96,3 @@ pub(crate) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Tr
     let (node, ends) = ends(from, bone)?;
     Some(Track::new(from, bone, node, ends, watched))
 }
-
-/// Of a chain of `have` rotations, of which number 0 is that of what it stands on, those between which the joint at
-/// `index` of a chain of `want` is: each takes the rotation at its fraction of the length.
-pub(crate) fn chain_index(index: usize, have: usize, want: usize) -> (usize, usize, f32) {
-    let (whole, rest) = ((index + 1) * have / want, (index + 1) * have % want);
-    (whole, (whole + 1).min(have), rest as f32 / want as f32)
-}

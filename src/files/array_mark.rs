@@ -21,7 +21,7 @@ const PARQUET_END: &[u8] = b"PAR1";
 /// The first line of a motion file of OpenSim, `.mot`, with joint angles.
 pub(crate) const ANGLES_MARK: &str = "mocap joint angles";
 
-/// As above, with analog channels and with ground reaction forces.
+/// The first lines of OpenSim's files with analog channels, and with ground reaction forces.
 pub(crate) const ANALOG_MARK: &str = "mocap analog";
 pub(crate) const FORCES_MARK: &str = "mocap forces";
 

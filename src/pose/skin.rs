@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Pose;
-use crate::scene::{Mesh, NodeId, Scene};
+use crate::scene::Mesh;
 
 impl Pose {
     /// Where the vertices of `mesh` are in the world: each is moved by its bones, node to world x
@@ -43,21 +43,6 @@ impl Pose {
     }
 }
 
-impl Scene {
-    /// The first node of this name, as Assimp's `aiNode::FindNode` finds it.
-    ///
-    /// ```
-    /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-    /// let head = scene.find_node("Head").unwrap();
-    /// assert_eq!(scene.nodes[head.index()].name, "Head");
-    /// assert_eq!(scene.find_node("head"), None);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    pub fn find_node(&self, name: &str) -> Option<NodeId> {
-        self.nodes.iter().position(|node| node.name == name).map(NodeId::new)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::f32::consts::FRAC_PI_2;
@@ -65,7 +50,7 @@ mod tests {
     use glam::Mat4;
 
     use super::*;
-    use crate::scene::{Bone, Node, VertexWeight};
+    use crate::scene::{Bone, Node, NodeId, Scene, VertexWeight};
 
     /// An arm along X, of two bones of length 1, with a vertex on each, one between, and one without a weight.
     #[test]

@@ -46,7 +46,7 @@ impl Palette {
             counts.remove(known);
         }
         let mut counted: Vec<_> = counts.into_iter().collect();
-        // The order in which they are found is none.
+        // A map has no order. Sorted, the colours are the same in every run.
         counted.sort_unstable();
         let room = MOST - colors.len();
         colors.extend(median_cut(counted, room));

@@ -9,7 +9,7 @@ use super::rules::{Above, Drive, Rule, Twist};
 use crate::figure::body::Body;
 use crate::figure::names::Name;
 use crate::figure::t_pose::{direction, limb_end};
-use crate::figure::track::{Ends, Track, chain_index, ends, is_twisted_at_beginning};
+use crate::figure::track::{Ends, Track, ends, is_twisted_at_beginning};
 use crate::figure::vrm_humanoid::ENDS;
 use crate::figure::watched::Watched;
 use crate::figure::{HumanoidBone as Bone, Side};
@@ -140,12 +140,12 @@ impl Builder<'_> {
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (index, &joint) in joints.iter().enumerate() {
-            let (from, to, fraction) = chain_index(index, have, want);
+            let (whole, rest) = ((index + 1) * have / want, (index + 1) * have % want);
             let at = |index: usize| if index == 0 { base } else { tracks[index - 1] };
             let rule = Rule::Between {
-                from: at(from),
-                to: at(to),
-                fraction,
+                from: at(whole),
+                to: at((whole + 1).min(have)),
+                fraction: rest as f32 / want as f32,
             };
             self.drive(bone, joint, rule);
         }

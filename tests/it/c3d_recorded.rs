@@ -7,9 +7,9 @@ use mocap::biomechanics::TimeSeries;
 
 use crate::program::Folder;
 
-/// Numbers of sample 40, as ezc3d finds them in the file that `tools/markers/plates.py` makes: of plates of type 2, 3
-/// and 4 the force in newtons, the centre of pressure in millimetres and the free moment in newton millimetres, all
-/// with +Z up.
+/// What ezc3d reads at sample 40 of the file that `tools/markers/plates.py` makes. Rows are plates of type 2, 3 and 4.
+/// Columns are the force in newtons, the centre of pressure in millimetres, and the free moment in newton millimetres.
+/// +Z is up.
 const PLATES: [[[f64; 3]; 3]; 3] = [
     [
         [-57.85903, -33.69977, 779.14866],

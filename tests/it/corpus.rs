@@ -365,7 +365,7 @@ fn arms_that_are_held_out_are_a_t_pose() {
     let row = rows_of("hip_knee_ankle_names.bvh").remove(0).row;
     let seconds = row.amounts[&DefectKind::TPose];
     assert!((3.0..4.9).contains(&seconds), "{:?}", row.defects);
-    // Arms that are out for a moment of a dance are none.
+    // A dancer who holds the arms out for a moment is in no T-pose.
     let dance = rows_of("rokoko_dance.bvh").remove(0).row;
     assert_eq!(dance.amounts[&DefectKind::TPose], 0.0, "{dance:?}");
 }

@@ -1,5 +1,5 @@
-//! Every step of `mocap edit` by every door of this package gives the same bytes. Those of C, Python and JavaScript try
-//! the same steps, which `tests/steps.json` lists.
+//! Every step of `mocap edit` writes the same bytes from the command line, from a job and from the library. The tests
+//! of C, Python and JavaScript read the same list of steps, `tests/steps.json`.
 
 use mocap::MemoryFile;
 use mocap::edit::EditStep;

@@ -79,8 +79,8 @@ const CASES: &[Case] = &[
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
-/// Commands that take no motion of the table's; `solve` is `convert` for positions, `mcp` serves the others, `analog`
-/// and `forces` take C3D alone, and `record` hears a network.
+/// Commands that do not read the table's motion. `solve` is `convert` for positions, `mcp` serves the others, `analog`
+/// and `forces` read C3D alone, and `record` listens to a network.
 const OTHERS: &[&str] = &[
     "analog",
     "forces",

@@ -113,7 +113,8 @@ fn channels(
     }
     if !header.samples.is_multiple_of(count) {
         warnings.push(Code::HeaderCount, || {
-            let message = "analog samples were left out: they are no whole number for each channel";
+            let message =
+                "analog samples were left out: a frame must have as many samples of one channel as of another";
             Diagnostic::new(Code::HeaderCount, message).expected_found(
                 format!("a multiple of the {count} channels of ANALOG:USED in a frame"),
                 format!("{} samples", header.samples),
@@ -284,7 +285,8 @@ fn calibration(matrix: &[f64], metres: f64) -> Vec<f64> {
     (0..CALIBRATION).map(number).collect()
 }
 
-/// The frames of the baseline, from 0; a range that begins at 0 is none.
+/// The first and the last frame of the baseline, counted from 0. C3D counts from 1: a range from 0 means that the file
+/// states no baseline.
 fn zero(range: &[f64]) -> Option<[usize; 2]> {
     match *range {
         [first, last, ..] if first >= 1.0 && last >= first => Some([first as usize - 1, last as usize - 1]),
