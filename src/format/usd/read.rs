@@ -95,14 +95,23 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
 
 /// End sites are tips that do not move: what the file marks as one, and moves or has below it a joint, is a joint.
 fn joints_that_are_no_tips(scene: &mut Scene) {
-    let above: Vec<NodeId> = scene.nodes.iter().filter_map(|node| node.parent).collect();
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
-    let moved: Vec<NodeId> = channels.filter_map(|channel| channel.node).collect();
-    for node in above.into_iter().chain(moved) {
-        let node = &mut scene.nodes[node.index()];
-        if node.kind == NodeKind::EndSite {
-            node.kind = NodeKind::Joint;
+    for node in channels.filter_map(|channel| channel.node).collect::<Vec<NodeId>>() {
+        make_joint(scene, node);
+    }
+    // Children stand after their parents, so that a joint reaches all above it.
+    for index in (0..scene.nodes.len()).rev() {
+        let node = &scene.nodes[index];
+        if let Some(parent) = node.parent.filter(|_| node.kind != NodeKind::EndSite) {
+            make_joint(scene, parent);
         }
+    }
+}
+
+fn make_joint(scene: &mut Scene, node: NodeId) {
+    let node = &mut scene.nodes[node.index()];
+    if node.kind == NodeKind::EndSite {
+        node.kind = NodeKind::Joint;
     }
 }
 
