@@ -2,6 +2,7 @@
 //! themselves, the trunk, the head and the palms.
 //!
 //! Of the source, positions are looked at alone: lines of the trunk, planes in which elbows and knees bend, knuckles.
+//! Rotations say only whether an elbow has one axis.
 //! Of the target, where its joints carry the axes of its own T-pose. So a T-pose of the source that is wrong is seen.
 
 use std::fmt;
@@ -22,6 +23,10 @@ const BENT: f32 = 0.34;
 
 /// The fewest frames that show one.
 const FEWEST: usize = 5;
+
+/// An elbow has one axis where its axis in the joint of the forearm is this near to its mean, in radians: 10 degrees, in
+/// the mean of all frames. Elsewhere the forearm turns about itself besides.
+const CONSTANT: f32 = 0.175;
 
 /// What of a body is compared.
 ///
@@ -147,6 +152,8 @@ struct Limb {
     /// From the frame of the T-pose to that joint.
     frame_to_joint: Quat,
     axis: Vec3,
+    /// Of a forearm the axes of its elbow in the joint of the source, in the frames that show them.
+    in_forearm: Option<Vec<Vec3>>,
 }
 
 impl<'a> Sight<'a> {
@@ -204,7 +211,8 @@ impl<'a> Sight<'a> {
 
     /// What was seen, the farthest off first.
     pub(super) fn found(self, tick: f64) -> Vec<Seen> {
-        let rolls = self.rolls.into_iter().map(|(_, angles)| angles);
+        let rolls = self.rolls.into_iter().filter(|(limb, _)| limb.has_one_axis());
+        let rolls = rolls.map(|(_, angles)| angles);
         let lines = self.lines.into_iter().map(|(_, angles)| angles);
         let palms = self.palms.into_iter().map(|(_, angles)| angles);
         let mut head = Angles {
@@ -246,10 +254,6 @@ impl Limb {
         };
         let lower = limb_end(upper)?;
         let end = limb_end(lower)?;
-        // A forearm turns about itself besides.
-        if !is_upper && part == Bone::LeftLowerArm {
-            return None;
-        }
         let turned = match is_upper {
             true => *target.segment(bone).last()?,
             false => target.joint(bone)?,
@@ -260,17 +264,30 @@ impl Limb {
             turned,
             frame_to_joint: target.frame_to_joint(bone, turned),
             axis,
+            in_forearm: (part == Bone::LeftLowerArm).then(Vec::new),
         })
+    }
+
+    /// Whether the axis about which it bends is one axis of the bone: of all limbs but some forearms.
+    fn has_one_axis(&self) -> bool {
+        let Some(axes) = &self.in_forearm else { return true };
+        let mean = axes.iter().sum::<Vec3>();
+        let off: f32 = axes.iter().map(|axis| angle_between(*axis, mean)).sum();
+        off <= CONSTANT * axes.len() as f32
     }
 
     /// From where the target bends to where the source does, about the bone, in radians, and the sine of the bend;
     /// `None` where it is straight.
-    fn roll(&self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<(f32, f32)> {
+    fn roll(&mut self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<(f32, f32)> {
         let at = self.joints.map(|joint| was.position(joint));
         let upper = (at[1] - at[0]).try_normalize()?;
         let lower = (at[2] - at[1]).try_normalize()?;
         let plane = upper.cross(lower);
         (plane.length() > BENT).then_some(())?;
+        if let Some(axes) = &mut self.in_forearm {
+            let forearm = rotation_of(&was.node_to_world[self.joints[1].index()]);
+            axes.push(forearm.inverse() * plane.normalize());
+        }
         let along = to_target * (is.position(self.target[1]) - is.position(self.target[0])).try_normalize()?;
         let rotation = rotation_of(&is.node_to_world[self.turned.index()]);
         let carried = to_target * (rotation * self.frame_to_joint.inverse() * self.axis);
