@@ -58,8 +58,15 @@ fn tell(error: &clap::Error) -> ! {
 impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
-        let command = help::grouped(Self::command());
-        Self::parse_from(&command, std::env::args_os()).unwrap_or_else(|error| {
+        let parse = |command| Self::parse_from(&command, std::env::args_os());
+        // To group the commands takes longer than to convert a small file, so only those who ask for help wait for it.
+        let parsed = parse(Self::command()).or_else(|error| match error.kind() {
+            ErrorKind::DisplayHelp | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                parse(help::grouped(Self::command()))
+            }
+            _ => Err(error),
+        });
+        parsed.unwrap_or_else(|error| {
             if asks_for_job(&error) {
                 report::complain(
                     "--print-job: only convert, edit, clean, retarget and robot, which write motion, are jobs; leave it out",

@@ -9,6 +9,8 @@ const GROUPS: &[(&str, &[&str])] = &[
         "Convert and change",
         &["convert", "retarget", "robot", "edit", "clean", "graph", "solve", "run"],
     ),
+    ("Search", &["index", "find", "match"]),
+    ("Stream", &["record", "play"]),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     (
         "Compute",
