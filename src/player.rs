@@ -83,13 +83,19 @@ pub struct Player {
 impl Player {
     /// A player at the start of `animation` that loops at its normal speed.
     pub fn new(animation: &Animation) -> Self {
+        Self::of_length(animation.duration, animation.ticks_per_second)
+    }
+
+    /// A player of what has a length in ticks and is no [`Animation`], such as a packed clip, whose
+    /// [`player`](crate::compress::PackedClip::player) it is. A length that is not above 0 is 0.
+    pub fn of_length(duration: f64, ticks_per_second: f64) -> Self {
         Self {
             tick: 0.0,
             speed: 1.0,
             loop_mode: LoopMode::default(),
-            ticks_per_second: animation.ticks_per_second,
+            ticks_per_second,
             // NaN becomes 0 as well.
-            duration: animation.duration.max(0.0),
+            duration: duration.max(0.0),
             returns: false,
         }
     }

@@ -19,6 +19,7 @@ use self::encoding::Packed;
 use self::layout::{RotationTrack, TranslationTrack};
 use super::{CompressedClip, ErrorBound};
 use crate::error::Result;
+use crate::player::Player;
 use crate::pose::Trs;
 use crate::scene::Scene;
 
@@ -160,6 +161,26 @@ impl<'a> PackedClip<'a> {
     /// The last tick.
     pub fn duration(&self) -> f64 {
         self.duration
+    }
+
+    /// A clock for this clip, at its start.
+    ///
+    /// ```
+    /// use mocap::Trs;
+    /// use mocap::compress::PackedClip;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let clip = PackedClip::encode(&scene, 0, 0.001)?;
+    /// let (mut player, mut pose) = (clip.player(), vec![Trs::IDENTITY; clip.node_count()]);
+    /// // A tick is a tenth of a second, and the clip is 0.9 s long.
+    /// for expected in [5.0, 1.0, 6.0] {
+    ///     assert!((player.advance(0.5) - expected).abs() < 1e-9);
+    ///     clip.sample(player.tick, &mut pose);
+    /// }
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn player(&self) -> Player {
+        Player::of_length(self.duration, self.ticks_per_second)
     }
 
     /// How many frames the source has.

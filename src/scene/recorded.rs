@@ -1,7 +1,7 @@
 //! What a laboratory records beside positions: events, analog channels and force plates.
 
 use glam::{DVec3, Vec3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a laboratory recorded beside the motion. Steps and conversions do not change it: times are in seconds from the
 /// first frame of the file, lengths in metres, axes those of the scene as it was read, with +Y up.
@@ -15,7 +15,7 @@ use serde::Serialize;
 /// assert_eq!((recorded.plates[0].plate_type, recorded.events[1].label.as_str()), (2, "RHS"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Recorded {
     /// Events, in the order of time.
@@ -33,7 +33,7 @@ pub struct Recorded {
 /// A moment that somebody, or a program, named.
 ///
 /// [`Recorded`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {
     /// In seconds from the first frame.
@@ -49,7 +49,7 @@ pub struct Event {
 /// A channel of analog samples, as scaled by the file.
 ///
 /// [`Recorded`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct AnalogChannel {
     /// Its label.
@@ -64,7 +64,7 @@ pub struct AnalogChannel {
 /// A force plate as C3D describes it: by its type, where it is, and its channels.
 ///
 /// [`Recorded`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ForcePlate {
     /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of

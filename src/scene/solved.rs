@@ -1,6 +1,6 @@
 //! What is known of a skeleton that was solved from markers.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How well a skeleton that was solved from markers explains them, and how well its joints are known.
 ///
@@ -14,7 +14,7 @@ use serde::Serialize;
 /// assert!(solved.swaps.is_empty());
 /// # Ok::<(), mocap::Error>(())
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Solved {
     /// Each marker that takes part.
@@ -30,7 +30,7 @@ pub struct Solved {
 /// A marker beside the body that explains it.
 ///
 /// [`Solved`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SolvedMarker {
     /// Its label in the file.
@@ -52,7 +52,7 @@ pub struct SolvedMarker {
 /// A joint: how far it is from its parent, and how well that is known.
 ///
 /// [`Solved`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SolvedJoint {
     /// Its name.
@@ -69,7 +69,7 @@ pub struct SolvedJoint {
 /// Two markers that had the labels of each other.
 ///
 /// [`Solved`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SwappedMarkers {
     /// Their labels.

@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("player", &["error", "limits", "scene", "pose"]),
     ("figure", &["error", "scene", "math", "pose"]),
     ("ik", &["options", "scene", "math", "pose"]),
-    ("compress", &["error", "scene", "math", "pose"]),
+    ("compress", &["error", "scene", "math", "pose", "player"]),
     (
         "process",
         &[

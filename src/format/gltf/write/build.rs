@@ -284,7 +284,15 @@ impl Builder<'_> {
             }
         }
         let others = [(VRM_ANIMATION.to_owned(), extension)].into_iter().collect();
-        self.root.extensions = Some(gltf::json::extensions::Root { others });
+        #[allow(
+            clippy::needless_update,
+            reason = "it has more fields where another crate of a program turns features of `gltf` on, as Bevy does"
+        )]
+        let extensions = gltf::json::extensions::Root {
+            others,
+            ..Default::default()
+        };
+        self.root.extensions = Some(extensions);
         self.root.extensions_used.push(VRM_ANIMATION.to_owned());
     }
 
