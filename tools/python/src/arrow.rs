@@ -5,13 +5,15 @@ use arrow_array::ffi::{FFI_ArrowSchema, to_ffi};
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{Array, RecordBatch, RecordBatchIterator, StructArray};
 use mocap::arrays::{Arrays, table as tables};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyCapsule;
 
+use crate::errors::invalid;
 use crate::{ReadOptions, options_from};
 
+/// A table with the Arrow PyCapsule interface, which `pyarrow.table`, `polars.DataFrame`, DuckDB and others take
+/// without a copy.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct ArrowTable {
     batch: RecordBatch,
@@ -24,16 +26,18 @@ impl ArrowTable {
 }
 
 fn refused(error: tables::arrow_schema::ArrowError) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    invalid(error.to_string())
 }
 
 #[pymethods]
 impl ArrowTable {
+    /// How many rows there are.
     #[getter]
     fn num_rows(&self) -> usize {
         self.batch.num_rows()
     }
 
+    /// The names of the columns.
     #[getter]
     fn column_names(&self) -> Vec<String> {
         self.batch
@@ -95,7 +99,7 @@ pub(crate) fn table(
         "inventory" => true,
         other => {
             let message = format!("shape must be clips or inventory, got {other:?}");
-            return Err(PyValueError::new_err(message));
+            return Err(invalid(message));
         }
     };
     let batch = py.detach(|| {

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::RestPoseSource;
-use mocap::figure::{Humanoid, HumanoidMap};
+use mocap::figure::{Figure, HumanoidMap};
 use mocap::files::ReplacePolicy;
 use mocap::job::JointNames;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::ReadOptions;
-use crate::errors::to_python;
+use crate::edit::parsed;
+use crate::errors::{invalid, to_python};
 
 /// How a file is written, as `mocap/_options.py` has it.
 #[derive(FromPyObject)]
@@ -37,7 +37,7 @@ impl WriteOptions {
         let extension = target.extension().and_then(|extension| extension.to_str());
         let row = FormatInfo::of_output(target).ok_or_else(|| {
             let known = FormatInfo::written_extensions();
-            PyValueError::new_err(format!(
+            invalid(format!(
                 "the file must end in {known}, got {:?}",
                 target.display().to_string()
             ))
@@ -50,7 +50,7 @@ impl WriteOptions {
         ];
         let mut given = given.iter().chain(changes).copied().filter(|(_, is_given)| *is_given);
         if let Some(refusal) = given.find_map(|(option, _)| row.refusal(option, extension.unwrap_or_default())) {
-            return Err(PyValueError::new_err(refusal.message));
+            return Err(invalid(refusal.message));
         }
         let mut exporter = Exporter::new()
             .replace(ReplacePolicy::new(sources))
@@ -64,7 +64,7 @@ impl WriteOptions {
         if let Some(name) = &self.compress {
             exporter = exporter.compression(name.parse().map_err(|error: mocap::Error| {
                 let known = error.diagnostic().expected.clone().unwrap_or_default();
-                PyValueError::new_err(format!("compress must be one of {known}, got {name:?}"))
+                invalid(format!("compress must be one of {known}, got {name:?}"))
             })?);
         }
         Ok(exporter)
@@ -85,6 +85,7 @@ pub(crate) fn convert(
     rest: &str,
     t_pose_first: bool,
     names: Option<&str>,
+    bones: Option<&str>,
     read: ReadOptions,
     write: WriteOptions,
 ) -> PyResult<u64> {
@@ -101,8 +102,9 @@ pub(crate) fn convert(
     }
     let rest: RestPoseSource = rest
         .parse()
-        .map_err(|error| PyValueError::new_err(format!("rest: {error}, got {rest:?}")))?;
+        .map_err(|error| invalid(format!("rest: {error}, got {rest:?}")))?;
     conversion = conversion.rest(rest).t_pose_first(t_pose_first);
+    let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
     let names = names.map(names_of).transpose()?;
     let given = [
         (WriteOption::Rest, rest != RestPoseSource::default()),
@@ -113,7 +115,7 @@ pub(crate) fn convert(
     let keeps_units = row.is_some_and(FormatInfo::keeps_units);
     if keeps_units && (metres_per_unit.is_some() || up.is_some()) {
         let message = "unit and up would do nothing: the file keeps the unit and the axes of its source";
-        return Err(PyValueError::new_err(message));
+        return Err(invalid(message));
     }
     let conversion = conversion.keep_units(keeps_units);
     // Where the meshes of the file are written, a skeleton needs none.
@@ -131,10 +133,10 @@ pub(crate) fn convert(
         if write.skeleton_only {
             scene.original = None;
         }
-        conversion.apply(&mut scene)?;
+        let found = Figure::mapped(&scene, &bones)?;
+        let (figure, _) = conversion.apply_to(&mut scene, &found)?;
         if let Some(names) = &names {
-            let bones = Humanoid::of(&scene);
-            scene.name_joints(&bones, names)?;
+            scene.name_joints(&figure.humanoid, names)?;
         }
         exporter.export(&scene, &target)
     });
@@ -145,22 +147,22 @@ pub(crate) fn convert(
 
 /// The names of bones, as JSON: a word that is known, the name of a file, or the name of each bone.
 fn names_of(names: &str) -> PyResult<HumanoidMap> {
-    let invalid = |error: String| PyValueError::new_err(format!("names: {error}"));
-    let names: JointNames = serde_json::from_str(names).map_err(|error| invalid(error.to_string()))?;
+    let refused = |error: String| invalid(format!("names: {error}"));
+    let names: JointNames = serde_json::from_str(names).map_err(|error| refused(error.to_string()))?;
     let names = match names {
         JointNames::File(path) => JointNames::parse(&path.to_string_lossy()),
         names => Ok(names),
     };
     names
         .and_then(|names| names.names())
-        .map_err(|error| invalid(error.diagnostic().message.clone()))
+        .map_err(|error| refused(error.diagnostic().message.clone()))
 }
 
 /// The axis of this name.
 pub(crate) fn up_axis(name: Option<&str>) -> PyResult<Option<UpAxis>> {
     let named = |name: &str| {
         let up = UpAxis::ALL.into_iter().find(|up| up.as_str() == name);
-        up.ok_or_else(|| PyValueError::new_err(format!("up must be y, z, -y or -z, got {name:?}")))
+        up.ok_or_else(|| invalid(format!("up must be y, z, -y or -z, got {name:?}")))
     };
     name.map(named).transpose()
 }

@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditStep};
+use mocap::edit::{ContactOptions, EditReport, EditStep};
 use mocap::figure::{Humanoid, HumanoidMap};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{WriteOptions, up_axis};
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
 /// The scene in metres with +Y up, without a rest pose in its first frame.
@@ -20,8 +19,10 @@ pub(crate) fn prepare(
     scene: &Scene,
     metres_per_unit: Option<f64>,
     up: Option<&str>,
+    bones: Option<&str>,
 ) -> PyResult<Scene> {
-    let mut conversion = Conversion::new().first_frame(FirstFrame::DropRestPose);
+    let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
+    let mut conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).bones(bones);
     if let Some(metres) = metres_per_unit {
         conversion = conversion.metres_per_unit(metres);
     }
@@ -40,29 +41,63 @@ pub(crate) fn edit(
     py: Python<'_>,
     scene: &Scene,
     step: &str,
-    other: Option<&Scene>,
+    other: Option<Py<Scene>>,
     bones: Option<&str>,
 ) -> PyResult<(Scene, String)> {
+    let (changed, reports) = apply(py, scene, vec![parsed(step)?], other.into_iter().collect(), bones)?;
+    Ok((changed, json(&reports[0])?))
+}
+
+/// The scene after all steps of a JSON list, and the reports as a JSON list. `others` are the second motions of the
+/// steps that take one, in their order.
+#[pyfunction]
+pub(crate) fn edit_all(
+    py: Python<'_>,
+    scene: &Scene,
+    steps: &str,
+    others: Vec<Py<Scene>>,
+    bones: Option<&str>,
+) -> PyResult<(Scene, String)> {
+    let (changed, reports) = apply(py, scene, parsed(steps)?, others, bones)?;
+    Ok((changed, json(&reports)?))
+}
+
+fn apply(
+    py: Python<'_>,
+    scene: &Scene,
+    steps: Vec<serde_json::Value>,
+    others: Vec<Py<Scene>>,
+    bones: Option<&str>,
+) -> PyResult<(Scene, Vec<EditReport>)> {
     let mut changed = scene.scene().clone();
-    let step: serde_json::Value = parsed(step)?;
     let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
     let done = py.detach(|| {
         let known = bones
             .map(|bones| Humanoid::of(&changed).with_map(&changed, bones))
             .transpose()?;
-        let steps = [EditStep::from_value(&step)?];
-        let others: Vec<_> = other.iter().map(|other| other.scene()).collect();
+        let steps = steps
+            .iter()
+            .map(EditStep::from_value)
+            .collect::<mocap::Result<Vec<_>>>()?;
+        let others: Vec<_> = others.iter().map(|other| other.get().scene()).collect();
         EditStep::apply_all(&mut changed, &steps, &others, known.as_ref())
     });
     let reports = done.map_err(|error| to_python(py, &error))?;
-    Ok((Scene::new(changed), json(&reports[0])?))
+    Ok((Scene::new(changed), reports))
 }
 
 /// When feet and hands are at rest, as JSON. `options` are those of the library, as JSON.
 #[pyfunction]
-pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult<String> {
+pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str, bones: Option<&str>) -> PyResult<String> {
     let options: ContactOptions = parsed(options)?;
-    let found = py.detach(|| options.detect(scene.scene(), 0, None));
+    let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
+    let found = py.detach(|| {
+        let scene = scene.scene();
+        let known = bones
+            .map(|bones| Humanoid::of(scene).with_map(scene, bones))
+            .transpose()?;
+        options.detect(scene, 0, known.as_ref())
+    });
     json(&found.map_err(|error| to_python(py, &error))?)
 }
 
@@ -82,9 +117,9 @@ pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: Wri
 }
 
 pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
-    serde_json::from_str(json).map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::from_str(json).map_err(|error| invalid(error.to_string()))
 }
 
 pub(crate) fn json(value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::to_string(value).map_err(|error| invalid(error.to_string()))
 }

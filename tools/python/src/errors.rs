@@ -20,6 +20,16 @@ fn kind(error: &Error) -> &'static str {
     }
 }
 
+/// A `mocap.OptionError`: an argument has no meaning.
+pub(crate) fn invalid(message: impl Into<String>) -> PyErr {
+    let message = message.into();
+    let make = |py: Python<'_>| -> PyResult<PyErr> {
+        let made = py.import("mocap._errors")?.getattr("OptionError")?.call1((message,))?;
+        Ok(PyErr::from_value(made))
+    };
+    Python::attach(make).unwrap_or_else(|failure| failure)
+}
+
 /// A `mocap.MocapError` with all fields of the diagnostic.
 pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let make = || -> PyResult<PyErr> {

@@ -10,6 +10,9 @@ mod arrow;
 mod convert;
 mod edit;
 mod errors;
+mod ik;
+mod packed;
+mod picture;
 mod retarget;
 mod robot;
 mod run;
@@ -22,11 +25,10 @@ use mocap::figure::Unit;
 use mocap::job::Reading;
 use mocap::solve::Lengths;
 use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
@@ -38,7 +40,13 @@ mod _mocap {
     #[pymodule_export]
     use super::convert::convert;
     #[pymodule_export]
-    use super::edit::{contacts, edit, prepare, write};
+    use super::edit::{contacts, edit, edit_all, prepare, write};
+    #[pymodule_export]
+    use super::ik::{bend, chain, two_bone};
+    #[pymodule_export]
+    use super::packed::{PackedClip, pack};
+    #[pymodule_export]
+    use super::picture::{Picture, page, plot, sheet};
     #[pymodule_export]
     use super::retarget::{add_motions, retarget};
     #[pymodule_export]
@@ -46,7 +54,7 @@ mod _mocap {
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]
-    use super::scene::{Node, Scene};
+    use super::scene::{Node, Scene, scene_of};
     #[pymodule_export]
     use super::survey::{Survey, examine, extensions, survey};
     #[pymodule_export]
@@ -74,7 +82,7 @@ fn read_bytes(py: Python<'_>, data: PyBackedBytes, name: &str, options: ReadOpti
 fn metres_in(unit: &str) -> PyResult<f64> {
     Unit::named(unit).map(Unit::metres).ok_or_else(|| {
         let names = Unit::ALL.map(Unit::as_str).join(", ");
-        PyValueError::new_err(format!(
+        invalid(format!(
             "unit must be one of {names}, or metres as a number, got {unit:?}"
         ))
     })
@@ -121,7 +129,7 @@ impl ReadOptions {
             "add" => RootOffset::Add,
             other => {
                 let message = format!("root_offset must be auto, replace or add, got {other:?}");
-                return Err(PyValueError::new_err(message));
+                return Err(invalid(message));
             }
         };
         if let Some(format) = &self.format {
@@ -141,7 +149,7 @@ impl ReadOptions {
             Some("moving") => Some(Lengths::Moving),
             Some(other) => {
                 let message = format!("lengths must be median or moving, got {other:?}");
-                return Err(PyValueError::new_err(message));
+                return Err(invalid(message));
             }
         };
         reading.markers = text(&self.markers);
@@ -163,6 +171,6 @@ pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::ArrayOptions> 
         let message = message
             .rsplit_once(" at line ")
             .map_or(message.as_str(), |(what, _)| what);
-        PyValueError::new_err(format!("options: {message}"))
+        invalid(format!("options: {message}"))
     })
 }

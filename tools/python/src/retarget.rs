@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use mocap::Importer;
+use mocap::figure::HumanoidMap;
 use mocap::files::{ReplacePolicy, write_file};
 use mocap::retarget::Scale;
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions, Target};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::errors::to_python;
+use crate::edit::parsed;
+use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
 /// The motions of `source` on the skeleton of `target`, and the reports as JSON.
@@ -20,10 +21,13 @@ pub(crate) fn retarget(
     target: &Scene,
     scale: Option<f64>,
     lock_feet: bool,
+    bones: Option<&str>,
+    target_bones: Option<&str>,
 ) -> PyResult<(Scene, String)> {
+    let options = options(scale, lock_feet, bones, target_bones)?;
     let done = py.detach(|| {
         let (source, target) = (source.scene().clone(), target.scene().clone());
-        Retargeting::new(source, target, options(scale, lock_feet))
+        Retargeting::new(source, target, options)
     });
     let retargeting = done.map_err(|error| to_python(py, &error))?;
     Ok((Scene::new(retargeting.scene()), reports(&retargeting)?))
@@ -32,6 +36,7 @@ pub(crate) fn retarget(
 /// Writes the file of a character with further motions, each with its name; returns the reports as JSON, and what of a
 /// face the character cannot show, a sentence each.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn add_motions(
     py: Python<'_>,
     motions: Vec<(String, Py<Scene>)>,
@@ -40,12 +45,14 @@ pub(crate) fn add_motions(
     scale: Option<f64>,
     lock_feet: bool,
     replace: bool,
+    bones: Option<&str>,
+    target_bones: Option<&str>,
 ) -> PyResult<(String, Vec<String>)> {
+    let options = options(scale, lock_feet, bones, target_bones)?.replace_animations(replace);
     let done = py.detach(|| {
         ReplacePolicy::new([&character]).check_inputs(&target)?;
         // The skin shows the soles of the feet.
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
-        let options = options(scale, lock_feet).replace_animations(replace);
         let mut retargeting = Retargeting::onto(Target::from(character), options)?;
         for (name, motion) in &motions {
             let source = retargeting.prepare(motion.get().scene().clone())?;
@@ -60,13 +67,22 @@ pub(crate) fn add_motions(
     Ok((reports(&retargeting)?, notes))
 }
 
-fn options(scale: Option<f64>, lock_feet: bool) -> RetargetingOptions {
-    RetargetingOptions::new()
+/// `bones` and `target_bones` are the names of joints for bones, as JSON.
+fn options(
+    scale: Option<f64>,
+    lock_feet: bool,
+    bones: Option<&str>,
+    target_bones: Option<&str>,
+) -> PyResult<RetargetingOptions> {
+    let map = |bones: Option<&str>| -> PyResult<HumanoidMap> { Ok(bones.map(parsed).transpose()?.unwrap_or_default()) };
+    Ok(RetargetingOptions::new()
         .scale(scale.map_or(Scale::Auto, Scale::Factor))
         .lock_feet(lock_feet)
+        .source_bones(map(bones)?)
+        .target_bones(map(target_bones)?))
 }
 
 fn reports(retargeting: &Retargeting) -> PyResult<String> {
     let reports: Vec<&Report> = retargeting.clips().iter().map(|clip| &clip.report).collect();
-    serde_json::to_string(&reports).map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::to_string(&reports).map_err(|error| invalid(error.to_string()))
 }

@@ -10,12 +10,11 @@ use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::robot::{Floor, RobotMotion};
 use mocap::{Conversion, Importer};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::edit::parsed;
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
 /// A robot of URDF or MJCF.
@@ -61,7 +60,7 @@ impl Robot {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
         let floor: Floor = serde_json::from_value(floor.into())
-            .map_err(|_| PyValueError::new_err(format!("floor must be 'auto', 'z=0' or 'keep', got '{floor}'")))?;
+            .map_err(|_| invalid(format!("floor must be 'auto', 'z=0' or 'keep', got '{floor}'")))?;
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -86,7 +85,7 @@ impl Robot {
             .as_ref()
             .expect("the source has a motion, and the target is a robot");
         let arrays = arrays(py, motion)?;
-        let report = serde_json::to_string(&clip.report).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let report = serde_json::to_string(&clip.report).map_err(|error| invalid(error.to_string()))?;
         Ok((arrays, report, RobotClip { retargeting }))
     }
 }
@@ -124,7 +123,7 @@ impl RobotClip {
         let Some(format) = RobotFormat::named(name) else {
             let names = RobotFormat::ALL.map(RobotFormat::name).join(", ");
             let message = format!("no format of robots' motions is called {name:?}; to must be one of {names}");
-            return Err(PyValueError::new_err(message));
+            return Err(invalid(message));
         };
         let fps = self.retargeting.clips()[0]
             .robot_motion
@@ -136,7 +135,7 @@ impl RobotClip {
             let message = format!(
                 "{name} is read at {rate} frames a second, and the motion has {fps}: retarget(..., fps={rate})"
             );
-            return Err(PyValueError::new_err(message));
+            return Err(invalid(message));
         }
         let saved = py.detach(|| {
             let policy = ReplacePolicy::new([] as [&Path; 0]).force(overwrite);

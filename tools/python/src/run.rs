@@ -1,15 +1,14 @@
 //! Whole jobs.
 
 use mocap::job::Job;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 
 /// Does the job of a JSON text; returns what was done, as JSON.
 #[pyfunction]
 pub(crate) fn run(py: Python<'_>, job: &str) -> PyResult<String> {
-    let job = Job::from_json(job).map_err(|error| PyValueError::new_err(error.diagnostic().message.clone()))?;
+    let job = Job::from_json(job).map_err(|error| invalid(error.diagnostic().message.clone()))?;
     let report = py.detach(|| job.run()).map_err(|error| to_python(py, &error))?;
-    serde_json::to_string(&report).map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::to_string(&report).map_err(|error| invalid(error.to_string()))
 }

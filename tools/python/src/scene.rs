@@ -4,16 +4,18 @@ use std::sync::Arc;
 
 use mocap::arrays::{Arrays, BodyArrays, Rotation};
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use mocap::figure::{Figure, HumanoidMap};
 use mocap::glam::Mat4;
-use mocap::scene::{NodeKind, RotationOrder};
+use mocap::scene::{NodeKind, Recorded, RotationOrder, Solved};
 use mocap::{Binding, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::arrow::ArrowTable;
-use crate::edit::json;
-use crate::errors::to_python;
+use crate::edit::{json, parsed};
+use crate::errors::{invalid, to_python};
 use crate::options_from;
 
 #[pyclass(frozen, module = "mocap")]
@@ -21,13 +23,33 @@ pub(crate) struct Scene {
     scene: Arc<mocap::Scene>,
 }
 
+/// What is written of a scene between processes, beside the scene itself.
+#[derive(Default, serde::Serialize, serde::Deserialize)]
+struct Beside {
+    recorded: Option<Recorded>,
+    /// The values of the recorded channels, which are no part of their JSON.
+    values: Vec<Vec<f32>>,
+    solved: Option<Solved>,
+}
+
+/// A node of a scene; :attr:`Scene.nodes` lists them.
 #[pyclass(frozen, get_all, module = "mocap")]
 pub(crate) struct Node {
+    /// The name as in the file; names may repeat.
     name: String,
+    /// ``"joint"``, ``"end_site"`` or ``"group"``.
     kind: &'static str,
+    /// The index of the parent among the nodes; ``None`` for the root.
     parent: Option<usize>,
+    /// x, y, z to the parent at rest, in the unit of the file.
     offset: [f32; 3],
+    /// The order of the Euler angles in the file, such as ``"ZXY"``, or ``None``.
     rotation_order: Option<String>,
+    /// Which bone of a humanoid the file says that the node is, or ``None``.
+    humanoid_bone: Option<&'static str>,
+    /// The expression of a VRM animation whose weight is x of the position, such as ``"blink"``; ``"lookAt"`` for the
+    /// gaze.
+    face: Option<String>,
 }
 
 #[pymethods]
@@ -70,6 +92,8 @@ impl Scene {
             parent: node.parent.map(mocap::scene::NodeId::index),
             offset: node.transform.w_axis.truncate().to_array(),
             rotation_order: node.rotation_order.map(letters),
+            humanoid_bone: node.humanoid_bone.map(mocap::figure::HumanoidBone::as_str),
+            face: node.face.as_ref().map(|face| face.name().to_owned()),
         };
         self.scene.nodes.iter().map(node).collect()
     }
@@ -102,21 +126,32 @@ impl Scene {
     }
 
     fn pose_matrices<'py>(&self, py: Python<'py>, tick: f64, world: bool) -> PyResult<Bound<'py, PyAny>> {
-        let mut pose = Pose::rest(&self.scene);
-        if let Some(animation) = self.scene.animations.first() {
-            pose.sample(&Binding::new(&self.scene, animation), animation, tick);
-        }
-        let matrices = if world {
-            &pose.node_to_world
-        } else {
-            &pose.node_to_parent
-        };
-        // NumPy reads row by row, the library stores column by column.
-        let rows = |matrix: &Mat4| matrix.transpose().to_cols_array();
-        let values: Vec<f32> = matrices.iter().flat_map(rows).collect();
-        Ok(PyArray1::from_vec(py, values)
-            .reshape([matrices.len(), 4, 4])?
-            .into_any())
+        matrices(py, &posed(&self.scene, tick), world)
+    }
+
+    /// The scene for another process.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let made = py.detach(|| {
+            let metadata = &self.scene.metadata;
+            let recorded = metadata.recorded.as_deref().cloned();
+            let channels = recorded.iter().flat_map(|recorded| &recorded.channels);
+            let beside = Beside {
+                values: channels.map(|channel| channel.values.clone()).collect(),
+                recorded,
+                solved: metadata.solved.as_deref().cloned(),
+            };
+            let mut bytes = Vec::new();
+            ciborium::into_writer(&(&*self.scene, beside), &mut bytes).map(|()| bytes)
+        });
+        made.map(|bytes| PyBytes::new(py, &bytes))
+            .map_err(|error| invalid(format!("the scene cannot be pickled: {error}")))
+    }
+
+    /// Unit, axes, rest pose, and which joint is which bone, as JSON. `bones` are the names of joints, as JSON.
+    fn figure(&self, py: Python<'_>, bones: Option<&str>) -> PyResult<String> {
+        let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
+        let found = py.detach(|| Figure::mapped(&self.scene, &bones));
+        json(&found.map_err(|error| to_python(py, &error))?)
     }
 
     fn arrays<'py>(&self, py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyDict>> {
@@ -206,6 +241,52 @@ impl Scene {
         let rows = py.detach(|| motion.to_table_with_header(clip));
         Ok(ArrowTable::new(rows))
     }
+}
+
+/// A scene from what `Scene::state` gave.
+#[pyfunction]
+pub(crate) fn scene_of(py: Python<'_>, state: PyBackedBytes) -> PyResult<Scene> {
+    let read = py.detach(|| ciborium::from_reader::<(mocap::Scene, Beside), _>(&state[..]));
+    let broken = |error: String| invalid(format!("this is no pickled scene of this version: {error}"));
+    let (mut scene, mut beside) = read.map_err(|error| broken(error.to_string()))?;
+    if let Some(broken_rule) = scene.validate().first() {
+        return Err(broken(broken_rule.to_string()));
+    }
+    if let Some(recorded) = &mut beside.recorded {
+        for (channel, values) in recorded.channels.iter_mut().zip(beside.values) {
+            channel.values = values;
+        }
+    }
+    scene.metadata.recorded = beside.recorded.map(Arc::new);
+    scene.metadata.solved = beside.solved.map(Arc::new);
+    Ok(Scene::new(scene))
+}
+
+/// The pose of a scene at a tick; the rest pose of one without a motion.
+pub(crate) fn posed(scene: &mocap::Scene, tick: f64) -> Pose {
+    let mut pose = Pose::rest(scene);
+    if let Some(animation) = scene.animations.first() {
+        pose.sample(&Binding::new(scene, animation), animation, tick);
+    }
+    pose
+}
+
+/// The matrices of a pose as NumPy has them.
+pub(crate) fn matrices<'py>(py: Python<'py>, pose: &Pose, world: bool) -> PyResult<Bound<'py, PyAny>> {
+    let matrices = if world {
+        &pose.node_to_world
+    } else {
+        &pose.node_to_parent
+    };
+    let values: Vec<f32> = matrices.iter().flat_map(rows).collect();
+    Ok(PyArray1::from_vec(py, values)
+        .reshape([matrices.len(), 4, 4])?
+        .into_any())
+}
+
+/// NumPy reads row by row, the library stores column by column.
+pub(crate) fn rows(matrix: &Mat4) -> [f32; 16] {
+    matrix.transpose().to_cols_array()
 }
 
 fn letters(order: RotationOrder) -> String {

@@ -6,13 +6,12 @@ use mocap::FormatInfo;
 use mocap::files::{ReplacePolicy, write_file};
 use mocap::job::{Reading, Surveying};
 use mocap::survey::{ClipRow, Corpus, Examined};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
 use crate::ReadOptions;
 use crate::arrow::ArrowTable;
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 
 /// The rows of a corpus, and how they were found.
 #[pyclass(frozen, module = "mocap")]
@@ -86,7 +85,7 @@ fn surveying(json: &str) -> PyResult<Surveying> {
         let message = message
             .rsplit_once(" at line ")
             .map_or(message.as_str(), |(what, _)| what);
-        PyValueError::new_err(message.to_owned())
+        invalid(message.to_owned())
     })
 }
 

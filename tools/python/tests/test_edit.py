@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import pickle
 import re
 import subprocess
 from pathlib import Path
@@ -161,3 +162,33 @@ def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:
     assert mocap.read(tmp_path / "walk.bvh").frames == clip.frames
     edit.write(clip, tmp_path / "walk.fbx")
     assert mocap.read(tmp_path / "walk.fbx").frames == clip.frames
+
+
+def test_steps_are_objects(clip: mocap.Scene, walk: Path, tmp_path: Path) -> None:
+    smooth, lock = edit.smooth.step(cut_off=8), edit.foot_lock.step()
+    assert smooth == edit.Step("smooth", {"cut_off": 8}) != lock
+    assert pickle.loads(pickle.dumps(smooth)) == smooth
+    other, _ = edit.mirror(clip)
+    joined = edit.concat.step(other, blend=0.1)
+    one, reports = edit.apply_all(clip, [smooth, lock, joined, "reverse"])
+    by_hand = clip
+    for step in (smooth, lock, joined):
+        by_hand, _ = step(by_hand)
+    by_hand, last = edit.reverse(by_hand)
+    np.testing.assert_array_equal(positions(one), positions(by_hand))
+    assert len(reports) == 4 and reports[3] == last
+    again, _ = edit.apply_all(clip, [smooth, lock, "concat:blend=0.1", "reverse"], [other])
+    np.testing.assert_array_equal(positions(again), positions(one))
+    job = {"source": {"inputs": [walk]}, "steps": [smooth, "mirror"], "write": {"output": tmp_path / "smooth.bvh"}}
+    assert len(mocap.run(job)["steps"]) == 2
+    with pytest.raises(mocap.OptionError, match="source.with"):
+        mocap.run({**job, "steps": [joined]})
+    with pytest.raises(mocap.UnknownOptionError, match="the step smooth has bones of its own"):
+        edit.apply_all(clip, [edit.smooth.step(bones={"head": "Neck"})])
+
+
+def test_functions_of_steps_show_what_they_take() -> None:
+    assert list(inspect.signature(edit.fill).parameters) == ["scene", "longest", "shortest"]
+    assert list(inspect.signature(edit.fill.step).parameters) == ["longest", "shortest"]
+    with pytest.raises(TypeError, match="cut_of"):
+        edit.smooth(None, cut_of=8)

@@ -108,7 +108,7 @@ def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path
         mocap.read(walk, strict=True, fsp=30)
     with pytest.raises(TypeError, match=message + read_options):
         mocap.read_bytes(walk.read_bytes(), "walk.bvh", fsp=30)
-    with pytest.raises(TypeError, match=message + "unit, up, fps, rest, t_pose_first, names, max_error, .*, overwrite, skeleton_only, " + read_options):
+    with pytest.raises(TypeError, match=message + "unit, up, fps, rest, t_pose_first, names, bones, max_error, .*, overwrite, skeleton_only, " + read_options):
         mocap.convert(walk, tmp_path / "walk.glb", fsp=30)
     scene = mocap.read(walk)
     with pytest.raises(TypeError, match=message + "rot, space, .*, fps, .*, contacts$"):

@@ -71,8 +71,21 @@ def test_first_lines(tmp_path: Path) -> None:
 
 def test_lines_that_change_a_motion(tmp_path: Path) -> None:
     shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
-    run(block("edit.prepare"), tmp_path)
+    run(block("warp_path"), tmp_path)
     assert (tmp_path / "loop.glb").read_bytes().startswith(b"glTF")
+
+
+def test_lines_that_show_a_motion(tmp_path: Path) -> None:
+    shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
+    size, shape, distance = re.match(r"(\d+) (\(.*\)) (.*)\n", run(block("PackedClip"), tmp_path)).groups()
+    assert 10_000 < int(size) < 200_000 and shape == "(38, 4, 4)" and float(distance) < 10
+    assert (tmp_path / "walk.html").exists() and (tmp_path / "feet.svg").exists() and (tmp_path / "sheet.png").exists()
+
+
+def test_lines_of_steps(tmp_path: Path) -> None:
+    shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
+    run(block("apply_all"), tmp_path)
+    assert (tmp_path / "gentle.glb").read_bytes().startswith(b"glTF")
 
 
 def test_lines_of_a_character(tmp_path: Path) -> None:

@@ -17,11 +17,22 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any, Literal
 
-from . import _mocap, edit
+from . import _mocap, edit, ik
 from ._arrays import from_arrays
-from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
+from ._errors import (
+    FileError,
+    FileIsFolderError,
+    FilePermissionError,
+    LimitError,
+    MissingFileError,
+    MocapError,
+    OptionError,
+    UnknownOptionError,
+)
 from ._mocap import ArrowTable, Node
-from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, changed, metres
+from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, changed, metres, names_of
+from ._packed import PackedClip
+from ._picture import Picture
 from ._retarget import Retargeted, add_motions, retarget
 from ._robot import Robot, RobotMotion
 from ._scene import Motion, Scene
@@ -38,19 +49,24 @@ __all__ = [
     "MocapError",
     "Motion",
     "Node",
+    "OptionError",
     "Options",
+    "PackedClip",
+    "Picture",
     "ReadOptions",
     "Retargeted",
     "Robot",
     "RobotMotion",
     "Scene",
     "Survey",
+    "UnknownOptionError",
     "WriteOptions",
     "add_motions",
     "convert",
     "edit",
     "examine",
     "from_arrays",
+    "ik",
     "read",
     "read_bytes",
     "retarget",
@@ -101,6 +117,7 @@ def convert(
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
     overwrite: bool = False,
     skeleton_only: bool = False,
+    bones: Mapping[str, str | None] | None = None,
     **options: Any,
 ) -> int:
     """Writes a motion file in the format of the target's extension, as ``mocap formats`` lists them; returns the bytes
@@ -118,6 +135,8 @@ def convert(
         t_pose_first: Put the T-pose before the first frame, on the floor.
         names: What joints are called in the target: ``"vrm"``, ``"mixamo"``, ``"unreal"``, ``"cmu"``, a JSON file, or the
             name of each bone, as ``{"hips": "Pelvis"}``; ``None`` keeps the source's names.
+        bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that
+            there is not.
         max_error, shell_distance, compress, overwrite, skeleton_only: The fields of :class:`WriteOptions`.
         options: The fields of :class:`ReadOptions`.
 
@@ -126,10 +145,10 @@ def convert(
         ValueError: Where the extension is that of no written format, or an option has no effect on it.
     """
     write = WriteOptions(max_error, shell_distance, compress, overwrite, skeleton_only)
-    own = ("unit", "up", "fps", "rest", "t_pose_first", "names", *(field.name for field in fields(WriteOptions)))
+    own = ("unit", "up", "fps", "rest", "t_pose_first", "names", "bones", *(field.name for field in fields(WriteOptions)))
     read = changed(ReadOptions(), options, *own)
     given = None if names is None else json.dumps(dict(names) if isinstance(names, Mapping) else os.fspath(names))
-    return _mocap.convert(source, target, metres(unit), up, fps, rest, t_pose_first, given, read, write)
+    return _mocap.convert(source, target, metres(unit), up, fps, rest, t_pose_first, given, names_of(bones), read, write)
 
 
 def run(job: Mapping[str, Any]) -> dict[str, Any]:
@@ -139,6 +158,7 @@ def run(job: Mapping[str, Any]) -> dict[str, Any]:
 
     Args:
         job: What ``mocap run --schema`` describes. ``mocap convert ... --print-job`` prints the job of a command line.
+            ``steps`` may hold every :class:`mocap.edit.Step`; paths may be :class:`pathlib.Path`.
 
     Returns:
         What was done: ``files`` with their sizes, ``notes``, ``warnings``, the reports of ``steps`` and ``clips``, and
@@ -148,8 +168,19 @@ def run(job: Mapping[str, Any]) -> dict[str, Any]:
         MocapError: Where a file cannot be read or written, or a step cannot be done.
         ValueError: Where the job holds what no job has; the message says where.
     """
-    report: dict[str, Any] = json.loads(_mocap.run(json.dumps(job, default=os.fspath)))
+    report: dict[str, Any] = json.loads(_mocap.run(json.dumps(job, default=_plain)))
     return report
+
+
+def _plain(value: Any) -> object:
+    """Steps and paths in a job."""
+    if isinstance(value, edit.Step):
+        if value.other is not None or value.bones is not None:
+            raise OptionError(f"a job names files: put what {value.name} needs into source.with and source.bones")
+        return value.to_dict()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise OptionError(f"a job cannot hold a {type(value).__name__}: {value!r}")
 
 
 def table(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _mocap
+from ._errors import OptionError
 from ._options import ReadOptions
 from ._scene import Scene
 
@@ -50,19 +51,19 @@ def _npz(
 ) -> bytes:
     places = np.asarray(positions, np.float64)
     if places.ndim != 3 or places.shape[2] != 3:
-        raise ValueError(f"positions must be (frames, joints, 3), got {places.shape}")
+        raise OptionError(f"positions must be (frames, joints, 3), got {places.shape}")
     frames, count = places.shape[:2]
     arrays: dict[str, np.ndarray] = {"positions": places, "frame_rate": np.array(float(frame_rate))}
     if names is not None:
         if len(names) != count:
-            raise ValueError(f"names must be {count}, one for each joint, got {len(names)}")
+            raise OptionError(f"names must be {count}, one for each joint, got {len(names)}")
         arrays["names"] = np.array(names, dtype=np.str_)
     if rotations is not None:
         turned = np.asarray(rotations, np.float64)
         if turned.shape not in ((frames, count, 4), (frames, count, 3, 3)):
-            raise ValueError(f"rotations must be {(frames, count, 4)} or {(frames, count, 3, 3)}, got {turned.shape}")
+            raise OptionError(f"rotations must be {(frames, count, 4)} or {(frames, count, 3, 3)}, got {turned.shape}")
         if parents is None or len(parents) != count:
-            raise ValueError(f"parents must be {count}, one for each joint, with rotations")
+            raise OptionError(f"parents must be {count}, one for each joint, with rotations")
         matrices = turned if turned.ndim == 4 else _matrices(turned)
         offsets = _offsets(places, matrices, parents)
         joints = [
@@ -111,7 +112,7 @@ def _offsets(places: np.ndarray, matrices: np.ndarray, parents: Sequence[int]) -
     offsets = np.zeros((len(parents), 3))
     for joint, parent in enumerate(parents):
         if parent >= joint:
-            raise ValueError(f"the parent of the joint {joint} must stand before it, got {parent}")
+            raise OptionError(f"the parent of the joint {joint} must stand before it, got {parent}")
         if parent < 0:
             world.append(matrices[:, joint])
             continue

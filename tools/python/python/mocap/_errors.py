@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Mapping
 from typing import Any
+
+# What an error knows that comes from no file.
+_NOTHING_KNOWN: Mapping[str, Any] = {
+    "code": "invalid-value",
+    **dict.fromkeys(("path", "line", "column", "joint", "expected", "found", "help")),
+}
 
 
 class MocapError(ValueError):
@@ -35,10 +42,10 @@ class MocapError(ValueError):
     found: str | None
     help: str | None
 
-    def __init__(self, message: str, details: dict[str, Any]) -> None:
+    def __init__(self, message: str, details: Mapping[str, Any] | None = None) -> None:
         super().__init__(message)
-        self._details = details
-        for name, value in details.items():
+        self._details = {**_NOTHING_KNOWN, **(details or {})}
+        for name, value in self._details.items():
             setattr(self, name, value)
 
     def __str__(self) -> str:
@@ -50,12 +57,20 @@ class MocapError(ValueError):
         return (type(self), (str(self), self._details))
 
 
+class OptionError(MocapError):
+    """An argument has no meaning, whatever the file: a ``ValueError`` as Python has it."""
+
+
+class UnknownOptionError(OptionError, TypeError):
+    """There is no option of this name, or the options cannot be given together: a ``TypeError`` as Python has it."""
+
+
 class FileError(MocapError, OSError):
     """A file that the operating system does not open, read or write."""
 
-    def __init__(self, message: str, details: dict[str, Any]) -> None:
+    def __init__(self, message: str, details: Mapping[str, Any] | None = None) -> None:
         super().__init__(message, details)
-        self.filename = details["path"]
+        self.filename = self.path
         self.strerror = message
 
 

@@ -11,24 +11,35 @@ from ._options import ReadOptions, WriteOptions
 __all__ = [
     "ArrowTable",
     "Node",
+    "PackedClip",
+    "Picture",
     "Robot",
     "RobotClip",
     "Scene",
     "Survey",
     "add_motions",
+    "bend",
+    "chain",
     "contacts",
     "convert",
     "edit",
+    "edit_all",
     "examine",
     "extensions",
     "metres_in",
+    "pack",
+    "page",
+    "plot",
     "prepare",
     "read",
     "read_bytes",
     "retarget",
     "run",
+    "scene_of",
+    "sheet",
     "survey",
     "table",
+    "two_bone",
     "write",
 ]
 
@@ -39,6 +50,8 @@ class Node:
     parent: int | None
     offset: list[float]
     rotation_order: str | None
+    humanoid_bone: str | None
+    face: str | None
 
 @final
 class Scene:
@@ -61,6 +74,33 @@ class Scene:
     def recorded(self) -> str: ...
     def solved(self) -> str: ...
     def arrow(self, options: str, clip: str) -> ArrowTable: ...
+    def state(self) -> bytes: ...
+    def figure(self, bones: str | None) -> str: ...
+
+@final
+class PackedClip:
+    def __new__(cls, data: bytes) -> PackedClip: ...
+    def data(self) -> bytes: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def parents(self) -> list[int]: ...
+    @property
+    def frames(self) -> int: ...
+    @property
+    def duration(self) -> float: ...
+    @property
+    def ticks_per_second(self) -> float: ...
+    @property
+    def max_error(self) -> float: ...
+    def pose_matrices(self, tick: float, world: bool) -> NDArray[np.float32]: ...
+
+@final
+class Picture:
+    @property
+    def size(self) -> tuple[int, int]: ...
+    def svg(self) -> str: ...
+    def png(self) -> bytes: ...
 
 @final
 class Robot:
@@ -122,16 +162,25 @@ def convert(
     rest: str,
     t_pose_first: bool,
     names: str | None,
+    bones: str | None,
     read: ReadOptions,
     write: WriteOptions,
 ) -> int: ...
 def table(files: list[tuple[str, bytes]], shape: str, options: str, read: ReadOptions) -> ArrowTable: ...
 def metres_in(unit: str) -> float: ...
-def prepare(scene: Scene, metres_per_unit: float | None, up: str | None) -> Scene: ...
+def prepare(scene: Scene, metres_per_unit: float | None, up: str | None, bones: str | None) -> Scene: ...
 def edit(scene: Scene, step: str, other: Scene | None, bones: str | None) -> tuple[Scene, str]: ...
-def contacts(scene: Scene, options: str) -> str: ...
+def edit_all(scene: Scene, steps: str, others: list[Scene], bones: str | None) -> tuple[Scene, str]: ...
+def contacts(scene: Scene, options: str, bones: str | None) -> str: ...
 def write(scene: Scene, target: str | os.PathLike[str], options: WriteOptions) -> None: ...
-def retarget(source: Scene, target: Scene, scale: float | None, lock_feet: bool) -> tuple[Scene, str]: ...
+def retarget(
+    source: Scene,
+    target: Scene,
+    scale: float | None,
+    lock_feet: bool,
+    bones: str | None,
+    target_bones: str | None,
+) -> tuple[Scene, str]: ...
 def add_motions(
     motions: list[tuple[str, Scene]],
     character: str | os.PathLike[str],
@@ -139,4 +188,26 @@ def add_motions(
     scale: float | None,
     lock_feet: bool,
     replace: bool,
+    bones: str | None,
+    target_bones: str | None,
 ) -> tuple[str, list[str]]: ...
+def scene_of(state: bytes) -> Scene: ...
+def pack(scene: Scene, max_error: float) -> PackedClip: ...
+def page(scenes: list[tuple[str, Scene]]) -> str: ...
+def plot(scene: Scene, name: str, joints: list[str], width: int) -> Picture: ...
+def sheet(scenes: list[tuple[str, Scene]], poses: int, width: int) -> Picture: ...
+def two_bone(
+    joints: list[list[float]], goal: list[float], pole: list[float] | None
+) -> tuple[list[float], list[float], list[float], list[float], float]: ...
+def chain(
+    positions: list[list[float]], goal: list[float], tolerance: float
+) -> tuple[list[list[float]], float]: ...
+def bend(
+    scene: Scene,
+    tick: float,
+    joints: list[int],
+    goal: list[float],
+    rotation: list[float] | None,
+    pole: list[float] | None,
+    world: bool,
+) -> tuple[NDArray[np.float32], float]: ...

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeVar
 
 from . import _mocap
+from ._errors import UnknownOptionError
 
 Unit = Literal["m", "dm", "cm", "mm", "inch", "cmu"]
 Axis = Literal["y", "z", "-y", "-z"]
@@ -164,10 +165,15 @@ def changed(options: Changed, changes: dict[str, Any], *also: str) -> Changed:
     known: list[str] = [option.name for option in fields(options)]
     for name in changes:
         if name not in known:
-            raise TypeError(f"there is no option {name!r}; the options are {', '.join([*also, *known])}")
+            raise UnknownOptionError(f"there is no option {name!r}; the options are {', '.join([*also, *known])}")
     return replace(options, **changes)
 
 
 def metres(unit: Unit | float | None) -> float | None:
     """Metres in one unit, which may be a name or that number already."""
     return _mocap.metres_in(unit) if isinstance(unit, str) else unit
+
+
+def names_of(bones: Mapping[str, str | None] | None) -> str | None:
+    """Names of joints for bones, as the native half reads them."""
+    return None if bones is None else json.dumps(dict(bones))

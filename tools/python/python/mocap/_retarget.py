@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 from . import _mocap
+from ._errors import OptionError
+from ._options import names_of
 from ._scene import Scene
 
 Scale = Literal["auto", "none"] | float
@@ -22,7 +24,15 @@ class Retargeted(NamedTuple):
     reports: list[dict[str, Any]]
 
 
-def retarget(source: Scene, target: Scene, *, scale: Scale = "auto", feet: Feet = "lock") -> Retargeted:
+def retarget(
+    source: Scene,
+    target: Scene,
+    *,
+    scale: Scale = "auto",
+    feet: Feet = "lock",
+    bones: Mapping[str, str | None] | None = None,
+    target_bones: Mapping[str, str | None] | None = None,
+) -> Retargeted:
     """The motions of ``source`` on the skeleton of ``target``, in place of its own. Both are humanoids, of any names, rest
     pose, unit and axes.
 
@@ -36,11 +46,16 @@ def retarget(source: Scene, target: Scene, *, scale: Scale = "auto", feet: Feet 
         scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
             or a factor.
         feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
+        bones: The names of joints of the source for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None``
+            for a bone that it does not have. :attr:`Scene.bones` has the guess.
+        target_bones: Those of the target, likewise.
 
     Raises:
         MocapError: Where one of the two is not a humanoid, with the reason.
     """
-    native, reports = _mocap.retarget(source._native, target._native, _factor(scale), _locks(feet))
+    native, reports = _mocap.retarget(
+        source._native, target._native, _factor(scale), _locks(feet), names_of(bones), names_of(target_bones)
+    )
     return Retargeted(Scene(native), json.loads(reports))
 
 
@@ -52,6 +67,8 @@ def add_motions(
     scale: Scale = "auto",
     feet: Feet = "lock",
     replace: bool = False,
+    bones: Mapping[str, str | None] | None = None,
+    target_bones: Mapping[str, str | None] | None = None,
 ) -> list[dict[str, Any]]:
     """Writes a glTF or VRM character with motions added, and returns a report for each. Everything else in the file stays as
     it is, byte by byte.
@@ -66,6 +83,8 @@ def add_motions(
         scale: As for :func:`retarget`.
         feet: As for :func:`retarget`.
         replace: Leave out the motions that the character has.
+        bones: As for :func:`retarget`, for all motions.
+        target_bones: As for :func:`retarget`.
 
     Warns:
         UserWarning: Where the character cannot show an expression, or the gaze, of a motion.
@@ -74,7 +93,9 @@ def add_motions(
         MocapError: As :func:`retarget`, and where the character cannot be read or ``target`` is the character.
     """
     named = [(name, motion._native) for name, motion in motions.items()]
-    reports, notes = _mocap.add_motions(named, character, target, _factor(scale), _locks(feet), replace)
+    reports, notes = _mocap.add_motions(
+        named, character, target, _factor(scale), _locks(feet), replace, names_of(bones), names_of(target_bones)
+    )
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return list(json.loads(reports))
@@ -86,11 +107,11 @@ def _factor(scale: Scale) -> float | None:
     if scale == "none":
         return 1.0
     if isinstance(scale, str):
-        raise ValueError(f"scale must be auto, none or a factor, got {scale!r}")
+        raise OptionError(f"scale must be auto, none or a factor, got {scale!r}")
     return float(scale)
 
 
 def _locks(feet: Feet) -> bool:
     if feet not in ("lock", "free"):
-        raise ValueError(f"feet must be lock or free, got {feet!r}")
+        raise OptionError(f"feet must be lock or free, got {feet!r}")
     return feet == "lock"

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
+from ._errors import OptionError
+from ._options import names_of
 from ._retarget import Feet, _locks
 from ._scene import Scene
 
@@ -64,7 +66,7 @@ class RobotMotion:
                 that came from another process.
         """
         if self._clip is None:
-            raise ValueError("a motion that was pickled has its arrays alone: save it in the process that solved it")
+            raise OptionError("a motion that was pickled has its arrays alone: save it in the process that solved it")
         self._clip.save(path, to, overwrite)
 
     def __repr__(self) -> str:
@@ -132,7 +134,7 @@ class Robot:
             ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
         """
         if passes not in (1, 2):
-            raise ValueError(f"passes must be 1 or 2, got {passes!r}")
-        names = [None if given is None else json.dumps(dict(given)) for given in (map, bones)]
+            raise OptionError(f"passes must be 1 or 2, got {passes!r}")
+        names = [names_of(given) for given in (map, bones)]
         arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, floor, *names)
         return RobotMotion(dof_names=self.dof_names, report=json.loads(report), _clip=clip, **arrays)

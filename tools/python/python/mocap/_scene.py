@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import html
 import io
 import json
+import os
+import sys
+import tempfile
+import webbrowser
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
-from ._options import Options, changed
+from ._errors import OptionError
+from ._options import Options, changed, names_of
+from ._picture import Picture
+
+# A notebook keeps what it shows: a longer page is not put into it unasked.
+_LARGEST_CELL = 20_000_000
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,13 +73,118 @@ class Scene:
     def __repr__(self) -> str:
         return f"<mocap.Scene of {len(self.nodes)} nodes, {self.frames} frames at {self.frame_rate:g} a second>"
 
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+        # Worker processes send scenes to each other.
+        return _unpickled, (self._native.state(),)
+
+    def to_html(self, name: str | None = None) -> str:
+        """A page with a player, the one of ``mocap view``; it needs no network, and nothing beside itself.
+
+        Args:
+            name: What the motion is called; the name of its file if ``None``.
+        """
+        return _mocap.page([(self._name(name), self._native)])
+
+    def show(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """Shows the motion in a player: in the cell of a notebook, elsewhere in a browser.
+
+        Args:
+            path: A file to write the page to in place of that.
+
+        Returns:
+            What a notebook displays as the value of a cell; ``None`` elsewhere.
+
+        Raises:
+            OSError: Where the page cannot be written.
+        """
+        page = self.to_html()
+        if path is not None:
+            Path(path).write_text(page, encoding="utf-8")
+            return None
+        if _in_notebook():
+            return _Page(page)
+        # The browser reads it after this process has ended.
+        with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="mocap-", delete=False, encoding="utf-8") as file:
+            file.write(page)
+        webbrowser.open(Path(file.name).as_uri())
+        return None
+
+    def _repr_html_(self) -> str:
+        page = self.to_html()
+        if len(page) > _LARGEST_CELL:
+            size = f"{len(page) / 1e6:.0f} MB"
+            return f"<code>{html.escape(repr(self))}</code>: a player of {size} is shown by <code>scene.show()</code>"
+        return _Page(page)._repr_html_()
+
+    def plot(self, *joints: str, name: str | None = None, width: int = 960) -> Picture:
+        """Curves of joints over time: the position in the world, and the rotation to the parent in degrees.
+
+        >>> scene.plot("LeftFoot", "RightFoot").save("feet.svg")  # doctest: +SKIP
+
+        Args:
+            joints: The names of the joints; the root if there are none.
+            name: What the motion is called in it; the name of its file if ``None``.
+            width: In pixels.
+
+        Raises:
+            OptionError: Where no joint has a name, with those that there are.
+        """
+        named = list(joints) or [node.name for node in self.nodes[:1]]
+        return Picture(_mocap.plot(self._native, self._name(name), named, width))
+
+    def sheet(self, *, poses: int = 8, name: str | None = None, width: int = 1600) -> Picture:
+        """Poses over time in a row, with the path of the root, as ``mocap sheet`` draws them.
+
+        Args:
+            poses: How many.
+            name: What the motion is called in it; the name of its file if ``None``.
+            width: In pixels.
+        """
+        return Picture(_mocap.sheet([(self._name(name), self._native)], poses, width))
+
+    def _name(self, name: str | None) -> str:
+        origin = self.metadata.get("origin") or {}
+        return name if name is not None else str(origin.get("name") or "motion")
+
+    def figure(self, bones: Mapping[str, str | None] | None = None) -> dict[str, Any]:
+        """What the file leaves open, and what is known or guessed of it: each with a confidence and a reason.
+
+        Keys: ``survey`` with ``unit``, ``up`` and ``frame_rate``; ``up`` and ``facing`` of the body; ``rest_pose``;
+        ``asymmetry``; and ``humanoid`` with ``found``, ``reason`` and ``bones``, in each of which ``joint`` is an index of
+        :attr:`nodes`.
+
+        Args:
+            bones: The names of joints for bones that are known: ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that
+                there is not.
+
+        Raises:
+            MocapError: Where no joint has a name that is given.
+        """
+        figure: dict[str, Any] = json.loads(self._native.figure(names_of(bones)))
+        return figure
+
+    @property
+    def bones(self) -> dict[str, str]:
+        """Which joint is which bone of a humanoid, by the names of VRM; empty where the skeleton is none.
+
+        ``bones=`` of the functions that need bones takes such a dictionary, or those of its entries that were mended.
+
+        >>> scene.bones["leftFoot"]  # doctest: +SKIP
+        'LeftFoot'
+        """
+        nodes = self.nodes
+        found = self.figure()["humanoid"]["bones"]
+        return {bone: nodes[joint["joint"]].name for bone, joint in found.items()}
+
     @property
     def nodes(self) -> list[_mocap.Node]:
         """The nodes, depth-first: parents stand before their children.
 
         Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (an index in this list or
         ``None``), ``offset`` (x, y, z to the parent at rest, in the file's unit) and ``rotation_order`` (such as
-        ``"ZXY"``, or ``None``).
+        ``"ZXY"``, or ``None``); ``humanoid_bone``, where the file says which bone of a humanoid it is; and ``face``, where
+        the node of a VRM animation is an expression (``"blink"``), whose weight is x of its position, or the gaze
+        (``"lookAt"``).
         """
         return self._native.nodes
 
@@ -99,9 +216,7 @@ class Scene:
             tick: Unit of time; in BVH a frame. Between two frames it is interpolated, outside the nearest end holds.
             space: ``"world"`` for node to world, ``"local"`` for node to parent.
         """
-        if space not in ("world", "local"):
-            raise ValueError(f"space must be world or local, got {space!r}")
-        return self._native.pose_matrices(tick, space == "world")
+        return self._native.pose_matrices(tick, is_world(space))
 
     def to_numpy(self, options: Options = Options(), **changes: Any) -> Motion:
         """The motion as arrays. Takes :class:`Options`, fields of it by name, or both.
@@ -223,3 +338,37 @@ class Scene:
             MocapError: As :meth:`to_numpy`.
         """
         return self._native.arrow(changed(options, changes, "clip").to_json(), clip)
+
+
+class _Page:
+    """A page in the cell of a notebook, in a frame of its own."""
+
+    def __init__(self, page: str) -> None:
+        self._page = page
+
+    def __repr__(self) -> str:
+        return f"<a player of {len(self._page) / 1e6:.1f} MB, which a notebook shows>"
+
+    def _repr_html_(self) -> str:
+        # What stands in the frame has neither the notebook's rights nor its style.
+        style = "width:100%;height:560px;border:0"
+        page = html.escape(self._page, quote=True)
+        return f'<iframe sandbox="allow-scripts allow-downloads" style="{style}" srcdoc="{page}"></iframe>'
+
+
+def is_world(space: str) -> bool:
+    """Whether a space is the world, not that of the parent."""
+    if space not in ("world", "local"):
+        raise OptionError(f"space must be world or local, got {space!r}")
+    return space == "world"
+
+
+def _in_notebook() -> bool:
+    # A notebook has imported it.
+    loaded: Any = sys.modules.get("IPython")
+    shell = loaded.get_ipython() if loaded is not None else None
+    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
+
+
+def _unpickled(state: bytes) -> Scene:
+    return Scene(_mocap.scene_of(state))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import _mocap
+from ._errors import OptionError
 from ._mocap import ArrowTable
 from ._options import ReadOptions
 
@@ -99,9 +100,9 @@ def survey(
     lines = list(records)
     files = _files([paths] if isinstance(paths, (str, os.PathLike)) else paths)
     if not lines and not files:
-        raise ValueError("there is no file to survey")
+        raise OptionError("there is no file to survey")
     if lines and files:
-        raise ValueError("paths and records cannot be surveyed together: write the records to a .jsonl file, and name it")
+        raise OptionError("paths and records cannot be surveyed together: write the records to a .jsonl file, and name it")
     options = {"where": where, "select": select, "fail-on": fail_on}
     given = {name: value for name, value in options.items() if value is not None}
     made = json.dumps({**given, "by": list(by), "threshold": _thresholds(threshold)})

@@ -1,0 +1,106 @@
+"""Packed clips, ``.mclip``: poses straight from some bytes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mocap
+from ._scene import Scene, is_world
+
+
+class PackedClip:
+    """A motion in packed form, which gives its pose at any moment: what a game or a trainer keeps by the thousand.
+
+    >>> clip = mocap.PackedClip.of(mocap.edit.prepare(mocap.read("walk.bvh")), max_error=0.001)  # doctest: +SKIP
+    >>> len(clip.data), clip.pose(12.5).shape                                                    # doctest: +SKIP
+    (61824, (38, 4, 4))
+
+    ``docs/compression.md`` describes the bytes. ``mocap.read("walk.mclip")`` makes a :class:`Scene` of them.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        """Opens the bytes of a ``.mclip``.
+
+        Raises:
+            MocapError: Where they are not a whole and valid packed clip.
+        """
+        self._native = _mocap.PackedClip(data)
+
+    @classmethod
+    def of(cls, scene: Scene, *, max_error: float = 0.001) -> PackedClip:
+        """Packs the motion of a scene.
+
+        Args:
+            scene: A motion. :func:`mocap.edit.prepare` brings it to metres, as ``mocap convert`` does.
+            max_error: The largest distance of a joint from its position, in units of the scene.
+
+        Raises:
+            MocapError: Where there is no motion, or ``max_error`` has no meaning.
+        """
+        return cls(_mocap.pack(scene._native, max_error).data())
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> PackedClip:
+        """Opens a ``.mclip`` file.
+
+        Raises:
+            OSError: Where it cannot be opened.
+            MocapError: Where it is not a whole and valid packed clip.
+        """
+        return cls(Path(path).read_bytes())
+
+    def __repr__(self) -> str:
+        return f"<mocap.PackedClip of {len(self.names)} nodes and {self.frames} frames in {len(self.data)} bytes>"
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+        return PackedClip, (self.data,)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PackedClip) and self.data == other.data
+
+    def __hash__(self) -> int:
+        return hash(self.data)
+
+    @property
+    def data(self) -> bytes:
+        """The bytes, as a ``.mclip`` file has them."""
+        return self._native.data()
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the nodes, parents before their children."""
+        return self._native.names
+
+    @property
+    def parents(self) -> list[int]:
+        """Of each node the index of its parent, or -1."""
+        return self._native.parents
+
+    @property
+    def frames(self) -> int:
+        """How many frames there are."""
+        return self._native.frames
+
+    @property
+    def duration(self) -> float:
+        """The last tick."""
+        return self._native.duration
+
+    @property
+    def ticks_per_second(self) -> float:
+        """Ticks in a second."""
+        return self._native.ticks_per_second
+
+    @property
+    def max_error(self) -> float:
+        """How far a joint is from its position at most, in any frame, as the packer measured."""
+        return self._native.max_error
+
+    def pose(self, tick: float, *, space: str = "world") -> NDArray[np.float32]:
+        """The matrices of all nodes at a tick, as :meth:`Scene.pose` has them."""
+        return self._native.pose_matrices(tick, is_world(space))
