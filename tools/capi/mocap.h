@@ -123,9 +123,10 @@ const char *mocap_version(void);
 /*
  Why the last call of this thread failed, in UTF-8; empty if it did not.
 
- The text belongs to the thread, and lives until the thread's next call that fails, or until the thread ends; a call
- that succeeds, also one in the same expression, leaves it where it is. Copy it to keep it. Each thread sees its own
- failures alone.
+ The text is that of the thread, at most 4,095 bytes, and stays as it is until the thread's next call that fails; a
+ call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a pointer that
+ is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each thread sees its
+ own failures alone.
  */
 const char *mocap_error_text(void);
 

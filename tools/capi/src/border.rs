@@ -4,6 +4,8 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Whether a call did what it was asked for.
 #[repr(C)]
@@ -59,13 +61,57 @@ impl From<mocap::Error> for Failure {
     }
 }
 
+/// The most bytes of an error text, with the zero byte at its end.
+const LONGEST_TEXT: usize = 4096;
+
+/// What stands at the end of a text that was cut.
+const CUT: &str = " ...";
+
+/// Memory for the text of a thread's last failure. It is never freed, so that no pointer into it can dangle: when its
+/// thread ends, another may take it. Its last byte is always 0.
+type TextMemory = &'static [AtomicU8; LONGEST_TEXT];
+
+static UNUSED: Mutex<Vec<TextMemory>> = Mutex::new(Vec::new());
+
 /// The last failure of a thread.
 struct LastFailure {
-    /// Why it failed. The text stays where it is until the next failure, for C evaluates arguments in any order: in
+    /// Why it failed. The text stays as it is until the next failure, for C evaluates arguments in any order: in
     /// `printf("%s %d", mocap_error_text(), ...)` a call that succeeds may come between the text and its use.
-    text: Option<CString>,
+    text: Option<TextMemory>,
     /// Whether it is that of the last call.
     is_last: bool,
+}
+
+impl LastFailure {
+    fn write(&mut self, message: &str) {
+        let memory = self.text.get_or_insert_with(|| {
+            let unused = UNUSED.lock().ok().and_then(|mut unused| unused.pop());
+            unused.unwrap_or_else(|| Box::leak(Box::new([const { AtomicU8::new(0) }; LONGEST_TEXT])))
+        });
+        let message = message.split('\0').next().unwrap_or_default();
+        let (kept, end) = match message.len() < LONGEST_TEXT {
+            true => (message, ""),
+            false => (before(message, LONGEST_TEXT - 1 - CUT.len()), CUT),
+        };
+        let bytes = kept.bytes().chain(end.bytes()).chain(std::iter::once(0));
+        for (place, byte) in memory.iter().zip(bytes) {
+            place.store(byte, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The letters of a text within its first `bytes`.
+fn before(text: &str, bytes: usize) -> &str {
+    let end = (0..=bytes).rev().find(|&end| text.is_char_boundary(end));
+    &text[..end.unwrap_or(0)]
+}
+
+impl Drop for LastFailure {
+    fn drop(&mut self) {
+        if let (Some(memory), Ok(mut unused)) = (self.text, UNUSED.lock()) {
+            unused.push(memory);
+        }
+    }
 }
 
 thread_local! {
@@ -74,10 +120,10 @@ thread_local! {
     };
 }
 
-/// Why the thread's last call failed; empty if it did not. The text stays where it is until the thread's next failure.
+/// Why the thread's last call failed; empty if it did not. The text stays as it is until the thread's next failure.
 pub(crate) fn last_failure() -> *const c_char {
-    LAST_FAILURE.with_borrow(|last| match &last.text {
-        Some(text) if last.is_last => text.as_ptr(),
+    LAST_FAILURE.with_borrow(|last| match last.text {
+        Some(text) if last.is_last => text.as_ptr().cast(),
         _ => c"".as_ptr(),
     })
 }
@@ -100,11 +146,13 @@ fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(Failure::defect(&*panic)));
     let (result, message) = match result {
         Ok(value) => (Ok(value), None),
-        Err(Failure { status, message }) => (Err(status), Some(c_text(&message))),
+        Err(Failure { status, message }) => (Err(status), Some(message)),
     };
     LAST_FAILURE.with_borrow_mut(|last| {
         last.is_last = message.is_some();
-        last.text = message.or_else(|| last.text.take());
+        if let Some(message) = &message {
+            last.write(message);
+        }
     });
     result
 }
@@ -122,7 +170,7 @@ mod tests {
     use super::*;
 
     fn error_text() -> String {
-        // SAFETY: the pointer is that of a `CString`, and no call comes in between.
+        // SAFETY: the text is never freed, and no call comes in between.
         let text = unsafe { CStr::from_ptr(last_failure()) };
         text.to_str().unwrap().to_owned()
     }
@@ -150,8 +198,40 @@ mod tests {
         for _ in 0..3 {
             assert_eq!(status(|| Ok(())), Status::Ok);
         }
-        // SAFETY: the pointer is that of a `CString` that stays until the next failure.
+        // SAFETY: the text is never freed.
         assert_eq!(unsafe { CStr::from_ptr(text) }.to_str(), Ok("too small"));
+    }
+
+    #[test]
+    fn a_text_cannot_dangle() {
+        let fail = |message: &str| {
+            assert_eq!(status(|| Err(Failure::argument(message))), Status::BadArgument);
+            last_failure() as usize
+        };
+        let kept = fail("too small");
+        assert_eq!(fail("too large"), kept);
+        let of_ended = std::thread::spawn(move || fail("gone")).join().unwrap();
+        // SAFETY: the text is never freed, also when its thread has ended.
+        let text = unsafe { CStr::from_ptr(of_ended as *const c_char) };
+        assert!(text.to_bytes().len() < LONGEST_TEXT);
+        // Threads that come and go take no more memory than those that live at once.
+        let mut places: Vec<_> = (0..50)
+            .map(|_| std::thread::spawn(move || fail("gone")).join().unwrap())
+            .collect();
+        places.sort_unstable();
+        places.dedup();
+        assert!(places.len() < 25, "{}", places.len());
+    }
+
+    #[test]
+    fn a_long_text_is_cut_between_letters() {
+        for length in [LONGEST_TEXT - 2, LONGEST_TEXT - 1, LONGEST_TEXT, 3 * LONGEST_TEXT] {
+            let message = "\u{e9}".repeat(length / 2);
+            assert_eq!(status(|| Err(Failure::argument(&message))), Status::BadArgument);
+            let text = error_text();
+            assert!(text.len() < LONGEST_TEXT && text.starts_with("\u{e9}\u{e9}"));
+            assert_eq!(text.ends_with(CUT), message.len() >= LONGEST_TEXT, "{length}");
+        }
     }
 
     #[test]

@@ -68,9 +68,10 @@ pub extern "C" fn mocap_version() -> *const c_char {
 
 /// Why the last call of this thread failed, in UTF-8; empty if it did not.
 ///
-/// The text belongs to the thread, and lives until the thread's next call that fails, or until the thread ends; a call
-/// that succeeds, also one in the same expression, leaves it where it is. Copy it to keep it. Each thread sees its own
-/// failures alone.
+/// The text is that of the thread, at most 4,095 bytes, and stays as it is until the thread's next call that fails; a
+/// call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a pointer that
+/// is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each thread sees its
+/// own failures alone.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_error_text() -> *const c_char {
     border::last_failure()

@@ -33,6 +33,23 @@ fn pkg_config_states_the_version() {
     );
 }
 
+/// Whatever the header has, its owners in C++ use.
+#[test]
+fn the_cpp_header_has_every_function() {
+    let header = fs::read_to_string("mocap.h").unwrap();
+    let owners = fs::read_to_string("mocap.hpp").unwrap();
+    let words = header.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
+    let functions: std::collections::BTreeSet<_> = words
+        .filter(|word| word.starts_with("mocap_") && header.contains(&format!("{word}(")))
+        // Of a channel C++ programs ask as C programs do; the interface is the header's, compared at compile time.
+        .filter(|word| !word.starts_with("mocap_channel_") && *word != "mocap_interface_version")
+        .collect();
+    assert!(functions.len() > 30);
+    for function in functions {
+        assert!(owners.contains(function), "mocap.hpp does not use {function}");
+    }
+}
+
 #[test]
 fn the_header_names_every_format() {
     let header = fs::read_to_string("mocap.h").unwrap();

@@ -9,6 +9,8 @@ use std::process::Command;
 use succeed::succeed;
 
 const LECTURE: &str = "../../fixtures/real/lecture_Test.bvh";
+const SHORT: &str = "../../fixtures/real/cmu_short.bvh";
+const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
 
 /// Compilers that ask for more than the default, so that the header is clean for everyone.
 const C: &[&str] = &["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
@@ -91,10 +93,87 @@ fn a_cpp_program_reads_from_memory() {
     let prefix = installed("memory");
     let program = prefix.join("memory");
     compile(CPP, "tests/memory.cpp", &program, &flags(&prefix, &[]));
+    assert_eq!(run(&program, &prefix, &[LECTURE]), path_of_the_wrist(1));
+}
 
+/// Owners, errors and everything that `mocap.hpp` has, in the oldest C++ and in a newer one.
+#[test]
+fn a_cpp_program_leaves_freeing_to_owners() {
+    let prefix = installed("owners");
+    let packed = prefix.join("walk.mclip");
+    let mut scene = mocap::import(SHORT).unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let clip = mocap::compress::PackedClip::encode(&scene, 0, 0.00099).unwrap();
+    std::fs::write(&packed, clip.bytes()).unwrap();
+    let newer = CPP
+        .iter()
+        .map(|&word| if word == "-std=c++11" { "-std=c++20" } else { word });
+    let (newer, program) = (newer.collect::<Vec<_>>(), prefix.join("owners"));
+    for compiler in [&newer[..], CPP] {
+        compile(compiler, "tests/owners.cpp", &program, &flags(&prefix, &[]));
+    }
+    let hero = "../../fixtures/skeletons/human_default.gltf";
+    let output = prefix.join("mirrored.bvh");
+    let _ = std::fs::remove_file(&output);
+    let files = [LECTURE, SHORT, packed.to_str().unwrap(), hero, output.to_str().unwrap()];
+    let expected = path_of_the_wrist(1) + "all is as it should be\n";
+    assert_eq!(run(&program, &prefix, &files), expected);
+}
+
+/// `examples/cmake`, as its first line says, with the shared library and with the static one.
+#[test]
+fn cmake_finds_the_library() {
+    let prefix = installed("cmake");
+    for target in ["mocap::mocap", "mocap::static"] {
+        let (source, build) = (prefix.join("source"), prefix.join(target.replace("::", "_")));
+        for folder in [&source, &build] {
+            let _ = std::fs::remove_dir_all(folder);
+        }
+        std::fs::create_dir_all(&source).unwrap();
+        std::fs::copy("examples/cmake/path_of_a_hand.cpp", source.join("path_of_a_hand.cpp")).unwrap();
+        let lists = std::fs::read_to_string("examples/cmake/CMakeLists.txt").unwrap();
+        let link = "PRIVATE mocap::mocap)";
+        assert!(lists.contains(link));
+        std::fs::write(
+            source.join("CMakeLists.txt"),
+            lists.replace(link, &format!("PRIVATE {target})")),
+        )
+        .unwrap();
+        let root = format!(
+            "-DCMAKE_PREFIX_PATH={}",
+            std::path::absolute(&prefix).unwrap().display()
+        );
+        succeed(
+            Command::new("cmake")
+                .arg("-S")
+                .arg(&source)
+                .arg("-B")
+                .arg(&build)
+                .arg(root),
+        );
+        succeed(Command::new("cmake").arg("--build").arg(&build));
+        // A tick is a tenth of a second, and the arm of a person 0.9 m: the guess of the unit scales it.
+        let printed = succeed(Command::new(build.join("path_of_a_hand")).args([LECTURE, "EndSite_Wrist"]));
+        let printed = String::from_utf8(printed.stdout).unwrap();
+        let found: Vec<f64> = printed.split_whitespace().map(|word| word.parse().unwrap()).collect();
+        let expected = path_of_the_wrist(0);
+        let expected: Vec<f64> = expected.split_whitespace().map(|word| word.parse().unwrap()).collect();
+        let scale = found[0] / expected[0];
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - scale * expected).abs() < 0.002 * scale.max(1.0),
+                "{found} {expected} {scale}"
+            );
+        }
+    }
+}
+
+/// The tick, where it is asked for, and the position of the end of the lecture's arm: the closed form of its motion;
+/// see tests/lecture.c.
+fn path_of_the_wrist(ticks: usize) -> String {
     let mut expected = String::new();
     for tick in 0..10u8 {
-        // The closed form of the lecture's motion; see tests/lecture.c.
         let count = f64::from(tick) + 1.0;
         let (mut x, mut y, mut degrees) = (0.1 * count, 0.02 * f64::from(tick), 0.0);
         for (length, turn) in [(2.0, 5.0), (1.5, 10.0), (0.5, 8.0)] {
@@ -102,9 +181,10 @@ fn a_cpp_program_reads_from_memory() {
             x += length * f64::to_radians(degrees).cos();
             y += length * f64::to_radians(degrees).sin();
         }
-        expected += &format!("{tick} {x:.3} {y:.3} 0.000\n");
+        let tick = [String::new(), format!("{tick} ")][ticks].clone();
+        expected += &format!("{tick}{x:.3} {y:.3} 0.000\n");
     }
-    assert_eq!(run(&program, &prefix, &[LECTURE]), expected);
+    expected
 }
 
 /// The file is in centimetres with +Z up, its second bone turned by 90 degrees; `fixtures/README.md` describes it.
@@ -131,14 +211,13 @@ fn a_c_program_puts_poses_on_another_skeleton() {
 
 #[test]
 fn a_c_program_plays_a_packed_clip() {
-    let source = "../../fixtures/real/cmu_12_01_walk.bvh";
-    let mut scene = mocap::import(source).unwrap();
+    let mut scene = mocap::import(WALK).unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
     let packed = mocap::compress::PackedClip::encode(&scene, 0, 0.00099).unwrap();
     let prefix = installed("clip");
     let (program, file) = (prefix.join("clip"), prefix.join("walk.mclip"));
     std::fs::write(&file, packed.bytes()).unwrap();
     compile(C, "tests/clip.c", &program, &flags(&prefix, &[]));
-    let files = [source, file.to_str().unwrap()];
+    let files = [WALK, file.to_str().unwrap()];
     assert_eq!(run(&program, &prefix, &files), "every joint is where it should be\n");
 }

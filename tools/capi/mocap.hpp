@@ -1,0 +1,318 @@
+// The C++ interface of mocap, for C++11 and later: the handles of mocap.h with owners, its errors as exceptions.
+//
+//     mocap::Scene walk = mocap::Scene::open("walk.bvh").converted();
+//     std::vector<mocap::Matrix> matrices = walk.world(30.5);
+//
+// mocap.h says what each function does; what is said there of memory and of freeing holds by itself here. An object may
+// be moved and not copied. A `mocap::Scene` never changes, so any number of threads may ask it at once; a `mocap::Clip` and
+// a `mocap::Retargeter` belong to one thread at a time.
+
+#ifndef MOCAP_HPP
+#define MOCAP_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mocap.h"
+
+namespace mocap {
+
+/// A failed call: `what()` is a copy of `mocap_error_text()`, and lives as long as the exception.
+class Error : public std::runtime_error {
+public:
+    explicit Error(const std::string &text, mocap_status status = MOCAP_STATUS_READ_FAILED)
+        : std::runtime_error(text), status_(status)
+    {
+    }
+
+    mocap_status status() const noexcept { return status_; }
+
+private:
+    mocap_status status_;
+};
+
+/// Node to parent, or node to world: column after column, for column vectors.
+using Matrix = std::array<float, 16>;
+
+/// No node: the parent of the root, and the answer where no node has a name.
+constexpr std::uint32_t no_node = MOCAP_NO_NODE;
+
+namespace detail {
+
+// An array of a class is one block of floats.
+static_assert(sizeof(Matrix) == 16 * sizeof(float), "a matrix is sixteen floats");
+
+inline void check(mocap_status status)
+{
+    if (status != MOCAP_STATUS_OK) {
+        throw Error(mocap_error_text(), status);
+    }
+}
+
+/// The value of a call, which failed where there is an error text.
+template <class Value> Value checked(Value value)
+{
+    const char *text = mocap_error_text();
+    if (*text != '\0') {
+        throw Error(text);
+    }
+    return value;
+}
+
+template <class Handle> Handle *opened(Handle *handle)
+{
+    if (handle == nullptr) {
+        throw Error(mocap_error_text());
+    }
+    return handle;
+}
+
+inline float *floats(std::vector<Matrix> &matrices)
+{
+    return matrices.empty() ? nullptr : matrices.front().data();
+}
+
+struct Close {
+    void operator()(mocap_scene *scene) const noexcept { mocap_close(scene); }
+    void operator()(mocap_clip *clip) const noexcept { mocap_clip_close(clip); }
+    void operator()(mocap_retargeter *retargeter) const noexcept { mocap_retargeter_free(retargeter); }
+    void operator()(char *text) const noexcept { mocap_text_free(text); }
+};
+
+} // namespace detail
+
+/// An open motion file.
+class Scene {
+public:
+    /// Reads a file. Throws `Error` with file, line and column where that fails.
+    static Scene open(const std::string &path) { return Scene(detail::opened(mocap_open_file(path.c_str()))); }
+
+    /// Reads the bytes of a file, which are not kept. `name` stands for it in errors.
+    static Scene read(const void *bytes, std::size_t size, const std::string &name)
+    {
+        return Scene(detail::opened(mocap_open_memory(static_cast<const std::uint8_t *>(bytes), size, name.c_str())));
+    }
+
+    /// A copy in metres with +Y up, as `mocap convert` makes it.
+    Scene converted(const mocap_conversion &conversion = mocap_conversion()) const
+    {
+        return Scene(detail::opened(mocap_convert(get(), &conversion)));
+    }
+
+    /// A copy that steps have changed: a JSON list of them, as `mocap_edit` takes it. `others` are the second motions of
+    /// those steps that take one, in their order.
+    Scene edited(const std::string &steps, const std::vector<const Scene *> &others = {}) const
+    {
+        std::vector<const mocap_scene *> handles;
+        for (const Scene *other : others) {
+            handles.push_back(other->get());
+        }
+        const std::size_t count = handles.size();
+        return Scene(detail::opened(mocap_edit(get(), steps.c_str(), count == 0 ? nullptr : handles.data(), count)));
+    }
+
+    std::uint32_t node_count() const { return detail::checked(mocap_node_count(get())); }
+
+    std::string node_name(std::uint32_t node) const { return detail::checked(mocap_node_name(get(), node)); }
+
+    /// The parent of a node; `no_node` for the root.
+    std::uint32_t parent(std::uint32_t node) const { return detail::checked(mocap_node_parent(get(), node)); }
+
+    /// The first node of this name; `no_node` if there is none.
+    std::uint32_t find(const std::string &name) const noexcept { return mocap_find_node(get(), name.c_str()); }
+
+    std::uint32_t animation_count() const { return detail::checked(mocap_animation_count(get())); }
+
+    /// The length of an animation in ticks.
+    double duration(std::uint32_t animation = 0) const { return detail::checked(mocap_duration(get(), animation)); }
+
+    double ticks_per_second(std::uint32_t animation = 0) const
+    {
+        return detail::checked(mocap_ticks_per_second(get(), animation));
+    }
+
+    /// The matrix of every node to its parent at a tick.
+    std::vector<Matrix> local(double tick, std::uint32_t animation = 0) const
+    {
+        std::vector<Matrix> matrices(node_count());
+        local(tick, matrices, animation);
+        return matrices;
+    }
+
+    /// The same into memory that is there, at least `node_count()` matrices; nothing is allocated.
+    void local(double tick, std::vector<Matrix> &matrices, std::uint32_t animation = 0) const
+    {
+        detail::check(mocap_local_matrices(get(), animation, tick, detail::floats(matrices), matrices.size()));
+    }
+
+    /// The matrix of every node to the world at a tick.
+    std::vector<Matrix> world(double tick, std::uint32_t animation = 0) const
+    {
+        std::vector<Matrix> matrices(node_count());
+        world(tick, matrices, animation);
+        return matrices;
+    }
+
+    /// The same into memory that is there, at least `node_count()` matrices; nothing is allocated.
+    void world(double tick, std::vector<Matrix> &matrices, std::uint32_t animation = 0) const
+    {
+        detail::check(mocap_world_matrices(get(), animation, tick, detail::floats(matrices), matrices.size()));
+    }
+
+    /// The matrix of every node to its parent in the rest pose.
+    std::vector<Matrix> rest_local() const
+    {
+        std::vector<Matrix> matrices(node_count());
+        detail::check(mocap_rest_local_matrices(get(), detail::floats(matrices), matrices.size()));
+        return matrices;
+    }
+
+    /// The matrix of every node to the world in the rest pose.
+    std::vector<Matrix> rest_world() const
+    {
+        std::vector<Matrix> matrices(node_count());
+        detail::check(mocap_rest_world_matrices(get(), detail::floats(matrices), matrices.size()));
+        return matrices;
+    }
+
+    /// What the reader read around.
+    std::vector<std::string> warnings() const
+    {
+        return texts(mocap_warning_count(get()), mocap_warning_text);
+    }
+
+    /// What was assumed that the file does not say, with reasons.
+    std::vector<std::string> assumptions() const
+    {
+        return texts(mocap_assumption_count(get()), mocap_assumption_text);
+    }
+
+    /// What each step changed that `edited` applied.
+    std::vector<std::string> reports() const
+    {
+        return texts(mocap_edit_report_count(get()), mocap_edit_report_text);
+    }
+
+    /// The handle for the functions of mocap.h. It stays that of this object.
+    const mocap_scene *get() const noexcept { return handle_.get(); }
+
+private:
+    explicit Scene(mocap_scene *handle) noexcept : handle_(handle) {}
+
+    std::vector<std::string> texts(std::size_t count, const char *(*text)(const mocap_scene *, std::size_t)) const
+    {
+        std::vector<std::string> found;
+        for (std::size_t index = 0; index < count; index++) {
+            found.emplace_back(detail::checked(text(get(), index)));
+        }
+        return found;
+    }
+
+    std::unique_ptr<mocap_scene, detail::Close> handle_;
+};
+
+/// A packed clip: poses straight from the bytes of a `.mclip`.
+class Clip {
+public:
+    /// Opens the bytes, which are copied.
+    Clip(const void *bytes, std::size_t size)
+        : handle_(detail::opened(mocap_clip_open(static_cast<const std::uint8_t *>(bytes), size)))
+    {
+    }
+
+    std::uint32_t node_count() const { return detail::checked(mocap_clip_node_count(get())); }
+    double duration() const { return detail::checked(mocap_clip_duration(get())); }
+    double ticks_per_second() const { return detail::checked(mocap_clip_ticks_per_second(get())); }
+
+    /// The matrices of a tick to the parents and to the world, into memory that is there; nothing is allocated.
+    void pose(double tick, std::vector<Matrix> &local, std::vector<Matrix> &world)
+    {
+        const std::size_t count = local.size() < world.size() ? local.size() : world.size();
+        detail::check(mocap_clip_pose(handle_.get(), tick, detail::floats(local), detail::floats(world), count));
+    }
+
+    /// The matrices of a tick to the world.
+    std::vector<Matrix> world(double tick)
+    {
+        std::vector<Matrix> matrices(node_count());
+        detail::check(mocap_clip_pose(handle_.get(), tick, nullptr, detail::floats(matrices), matrices.size()));
+        return matrices;
+    }
+
+    const mocap_clip *get() const noexcept { return handle_.get(); }
+
+private:
+    std::unique_ptr<mocap_clip, detail::Close> handle_;
+};
+
+/// Puts poses of one skeleton on another. The scenes may go before it.
+class Retargeter {
+public:
+    /// `scale` is how many times as long as those of the source the steps of the target are; 0: in the proportion of the
+    /// legs.
+    Retargeter(const Scene &source, const Scene &target, double scale = 0)
+        : handle_(detail::opened(mocap_retargeter_new(source.get(), target.get(), scale))),
+          target_count_(target.node_count())
+    {
+    }
+
+    /// The target's matrices to the parents and to the world for those of the source to the parents.
+    void pose(const std::vector<Matrix> &source, std::vector<Matrix> &local, std::vector<Matrix> &world)
+    {
+        const std::size_t count = local.size() < world.size() ? local.size() : world.size();
+        put(source, detail::floats(local), detail::floats(world), count);
+    }
+
+    /// The target's matrices to the world.
+    std::vector<Matrix> world(const std::vector<Matrix> &source)
+    {
+        std::vector<Matrix> matrices(target_count_);
+        put(source, nullptr, detail::floats(matrices), matrices.size());
+        return matrices;
+    }
+
+    /// The bones that are not moved, with reasons.
+    std::vector<std::string> unmapped() const
+    {
+        std::vector<std::string> found;
+        for (std::size_t bone = 0; bone < mocap_unmapped_count(handle_.get()); bone++) {
+            found.emplace_back(detail::checked(mocap_unmapped_text(handle_.get(), bone)));
+        }
+        return found;
+    }
+
+    const mocap_retargeter *get() const noexcept { return handle_.get(); }
+
+private:
+    void put(const std::vector<Matrix> &source, float *local, float *world, std::size_t count)
+    {
+        const float *from = source.empty() ? nullptr : source.front().data();
+        detail::check(mocap_retarget_pose(handle_.get(), from, source.size(), local, world, count));
+    }
+
+    std::unique_ptr<mocap_retargeter, detail::Close> handle_;
+    std::uint32_t target_count_;
+};
+
+/// Does a job of JSON, as `mocap run` does; returns its report as JSON.
+inline std::string run(const std::string &job)
+{
+    const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_run(job.c_str())));
+    return report.get();
+}
+
+/// The version of the library, as in "0.1.0".
+inline std::string version()
+{
+    return mocap_version();
+}
+
+} // namespace mocap
+
+#endif // MOCAP_HPP
