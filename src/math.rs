@@ -1,6 +1,7 @@
 //! The arithmetic of several modules.
 
 pub(crate) mod cholesky;
+pub(crate) mod cube_root;
 pub(crate) mod directions;
 pub(crate) mod hull;
 pub(crate) mod inertia;

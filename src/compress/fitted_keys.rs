@@ -21,6 +21,7 @@ use super::compensation::Target;
 use super::error_metric::LeverArms;
 use super::key_frames::{KeyFrames, alpha, between};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
+use crate::math::cube_root::cube_root;
 use crate::math::quaternion::{exp, log, nlerp};
 
 // Found by trials on the fixtures. The tolerance holds with any other values.
@@ -98,7 +99,7 @@ impl<'a> RotationFit<'a> {
             format,
             tolerance,
             before_rounding: (tolerance - rounding).max(0.5 * tolerance),
-            longest: (tolerance * NLERP_SHARE / (arms.chain_length * NLERP_FROM_SLERP)).cbrt(),
+            longest: cube_root(tolerance * NLERP_SHARE / (arms.chain_length * NLERP_FROM_SLERP)),
         }
     }
 }

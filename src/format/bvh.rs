@@ -19,7 +19,7 @@ use crate::scene::Format;
 
 pub use self::write::{BvhOptions, Channels};
 
-pub(super) const FORMAT: FormatInfo = FormatInfo {
+pub(crate) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bvh,
     name: "BVH",
     description: "Biovision hierarchy",

@@ -12,7 +12,7 @@ use super::contents::{LARGE, check_size, format_of_extension};
 use super::large::LargeFile;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::{FormatInfo, Sidecar, Source, numbers};
+use crate::format::{FormatInfo, Sidecar, Source, bvh, numbers};
 use crate::limits;
 use crate::pose::Binding;
 use crate::process::KeyTolerance;
@@ -86,6 +86,39 @@ impl Importer {
             .map_err(|error| error.with_path(source.name))
     }
 
+    /// As [`Importer::read`], of a BVH file. A program that reads nothing else has no other reader in it, which counts
+    /// where it is loaded over a network.
+    ///
+    /// ```
+    /// let bytes = std::fs::read("fixtures/real/lecture_Test.bvh").unwrap();
+    /// let scene = mocap::Importer::new().read_bvh(&bytes, "lecture_Test.bvh")?;
+    /// assert_eq!(scene.animations[0].frame_count(), 10);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Importer::read`], of a file that is no BVH too.
+    pub fn read_bvh(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
+        let source = Source {
+            bytes,
+            blocks: None,
+            name: name.as_ref(),
+            release: &|_| {},
+            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
+            list: &|_| Vec::new(),
+        };
+        check_size(bytes.len() as u64, source.name, &self.read.limits)?;
+        self.check_rates(&source)?;
+        let mut sum = self.hash.then(Sha256Sum::default);
+        if let Some(sum) = &mut sum {
+            sum.add(bytes);
+        }
+        let sha256 = sum.map_or_else(String::new, Sha256Sum::finish);
+        (bvh::FORMAT.read)(&source, &self.read)
+            .and_then(|scene| self.finish_after(scene, &source, sha256, |_| Ok(())))
+            .map_err(|error| error.with_path(source.name))
+    }
+
     fn check_rates(&self, source: &Source<'_>) -> Result<()> {
         for rate in [self.read.retime, self.read.sampling_rate].into_iter().flatten() {
             limits::frame_rate(Code::InvalidValue, rate)
@@ -95,7 +128,21 @@ impl Importer {
     }
 
     /// The steps that follow every reader.
-    pub(super) fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
+    pub(super) fn finish(&self, scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
+        self.finish_after(scene, source, sha256, |scene| {
+            self.check_body(scene)?;
+            self.solve_points(scene, source)
+        })
+    }
+
+    /// The same with another step for what has no joints yet.
+    fn finish_after(
+        &self,
+        mut scene: Scene,
+        source: &Source<'_>,
+        sha256: String,
+        solve: impl FnOnce(&mut Scene) -> Result<()>,
+    ) -> Result<Scene> {
         if self.strict && !scene.warnings.is_empty() {
             let first = scene.warnings.remove(0);
             return Err(Error::from(first).with_warnings(scene.warnings));
@@ -105,8 +152,7 @@ impl Importer {
         }
         select(&mut scene, &self.clips)?;
         numbers::check(&scene)?;
-        self.check_body(&scene)?;
-        self.solve_points(&mut scene, source)?;
+        solve(&mut scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
         if scene.metadata.format == Some(Format::Bvh)
             && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))

@@ -16,6 +16,7 @@ import { MocapError, load } from "./package/index.js";
 import { MocapLoader } from "./package/three.js";
 import { pageChecks } from "./page_checks.js";
 import { quickest } from "./quickest.js";
+import { smallChecks } from "./small_checks.js";
 
 const { values, positionals } = parseArgs({
   options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" } },
@@ -419,6 +420,7 @@ check("hostile", "where memory ends there is an error, and then a fresh module",
   assert.equal(again.nodes.length, 38);
 });
 
+smallChecks(check, { all, sample, made, written, assertSame, partsOf });
 clipChecks(check, { mocap, made, kept, real, filesOf, written, assertSame, random: randomFrom(sample.seed), load });
 
 check("memory", "a scene that is freed, disposed of or forgotten gives its memory back", async () => {

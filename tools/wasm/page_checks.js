@@ -7,7 +7,9 @@ import { basename, extname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
+import { accessChecks } from "./access_checks.js";
 import { openingChecks } from "./opening_checks.js";
+import { savingChecks } from "./saving_checks.js";
 
 const PAGE = join(import.meta.dirname, "mocap.html");
 const LARGEST = 2.5e6;
@@ -15,13 +17,15 @@ const LARGEST = 2.5e6;
 // With MOCAP_PICTURES=FOLDER there are screenshots to look at.
 
 /** The page with what a person does to it. `trouble` collects every message, every error and every request. */
-async function open(browser, options = {}) {
+const open = (browser, options) => openPage(browser, pathToFileURL(PAGE).href, options);
+
+/** The same of another page. */
+async function openPage(browser, address, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, acceptDownloads: true, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
   const trouble = [];
   page.on("console", (message) => trouble.push(message.text()));
   page.on("pageerror", (error) => trouble.push(error.message));
-  const address = pathToFileURL(PAGE).href;
   context.on("request", (request) => request.url() !== address && !/^(data|blob):/.test(request.url()) && trouble.push(`request: ${request.url()}`));
   await page.goto(address);
   await page.waitForFunction(() => window.desk?.reader.isReady);
@@ -79,6 +83,8 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
   });
 
   openingChecks(pageCheck, { open, fixture, folder, program });
+  savingChecks(pageCheck, { open, openPage, fixture, folder, program });
+  accessChecks(pageCheck, { open, fixture });
 
   pageCheck("every format can be dropped and is drawn as the library says", async (browser) => {
     const { page, drop, items, trouble, picture } = await open(browser);

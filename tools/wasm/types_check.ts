@@ -1,5 +1,6 @@
 // Compiled, not run: what a user of the package writes, with its types.
 
+import { loadBvh } from "./package/bvh.js";
 import { MocapError, load, type Scene } from "./package/index.js";
 
 const mocap = await load();
@@ -23,6 +24,10 @@ try {
   moved.toPlayer("walk").blocks.map(([id, block]) => `${id}: ${block.length}, ${picture.length}`);
   using clip = mocap.openClip(moved.toMclip({ maxError: 0.005 }));
   clip.sample(0.5 * clip.ticksPerSecond, new Float32Array(clip.poseLength)).at(10 * clip.nodes.length - 1);
+  const { joints, positions } = motion.retarget(mocap.readCharacter("", "g1.urdf")).robotMotion();
+  const angles: Float64Array = positions.subarray(0, joints.length);
+  const small: Uint8Array = (await loadBvh())("HIERARCHY", { skeletonMesh: false });
+  angles.set(small);
   moved.write("vrma").warnings.map((warning) => warning.code);
 } catch (error) {
   if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);

@@ -16,23 +16,25 @@ export class Chart {
     canvas.addEventListener("pointermove", (event) => { if (event.buttons) toTime(event); });
   }
 
-  // Draws rows, of which the first `filled` numbers are known; `unit` stands behind the numbers.
-  show(rows, filled, colors, unit) {
-    Object.assign(this, { rows, filled, colors, unit });
+  // Draws rows from one frame to another, of which the first `filled` numbers are known; `unit` stands behind the numbers.
+  show(rows, { filled, colors, unit, from = 0, to = rows[0].length - 1 }) {
+    Object.assign(this, { rows, filled, colors, unit, from, to });
     this.drawCurves();
   }
 
   drawCurves() {
-    const { canvas, picture, filled, colors } = this;
-    const rows = this.rows?.map((row) => row.subarray(0, filled));
-    const frames = this.rows?.[0].length;
+    const { canvas, picture, filled, colors, from, to } = this;
+    const rows = this.rows?.map((row) => row.subarray(from, Math.min(filled, to + 1)));
+    const frames = to - from + 1;
     const ratio = Math.min(2, devicePixelRatio || 1);
     const [width, height] = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
     if (!width || !filled) return;
+    const known = rows[0].length;
     for (const surface of [canvas, picture]) Object.assign(surface, { width, height });
     const pen = picture.getContext("2d");
     let [low, high] = [Infinity, -Infinity];
     for (const row of rows) for (const value of row) { if (value < low) low = value; if (value > high) high = value; }
+    if (!known) [low, high] = [0, 0];
     if (high - low < 1e-6 * Math.max(1, Math.abs(high))) { low -= 0.5; high += 0.5; }
     const [top, bottom] = [6 * ratio, height - 6 * ratio];
     const y = (value) => bottom - ((value - low) / (high - low)) * (bottom - top);
@@ -60,7 +62,7 @@ export class Chart {
         pen.lineTo(x, y(least));
         if (most !== least) pen.lineTo(x, y(most));
       }
-      if (frames === 1) pen.lineTo(width, y(row[0]));
+      if (frames === 1 && known) pen.lineTo(width, y(row[0]));
       pen.stroke();
     });
     pen.fillStyle = style.getPropertyValue("--faded");

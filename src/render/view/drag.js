@@ -13,6 +13,8 @@ const Y_UP = {
 };
 
 const metres = (value) => Number(value.toFixed(4));
+// A place in the file's axes, +Y up.
+export const turnedUp = (place, up) => (Y_UP[up] ?? Y_UP["+y"]).map((row) => metres(dot(row, place)));
 // A word of a command line.
 export const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
 
@@ -25,11 +27,11 @@ export function stepsOf(clip) {
   // BVH keeps the axes of its source; the library has those of the file too.
   const file = clip.file ?? "FILE";
   const isBvh = /\.bvh$/i.test(file);
-  const turned = (to) => (isBvh || !Y_UP[clip.up] ? to : Y_UP[clip.up].map((row) => metres(dot(row, to))));
-  const texts = steps.map(({ limb, to, range }) => `--step reach:limb=${limb},to=${turned(to).join("/")},range=${range}`);
+  const turned = (to) => (isBvh ? to : turnedUp(to, clip.up));
+  const texts = steps.map(({ limb, to, range }) => `reach:limb=${limb},to=${turned(to).join("/")},range=${range}`);
   const stem = file.replace(/\.\w+$/, "");
   const output = `${stem}_edited.${isBvh ? "bvh" : "glb"}`;
-  return { command: ["mocap edit", quoted(file), "-o", quoted(output), ...texts].join(" "), json: JSON.stringify(steps) };
+  return { command: ["mocap edit", quoted(file), "-o", quoted(output), ...texts.map((text) => `--step ${text}`)].join(" "), json: JSON.stringify(steps), steps };
 }
 
 export async function copy(text, shown) {
@@ -43,8 +45,9 @@ export async function copy(text, shown) {
   }
 }
 
-// Shows the steps beside the picture while a limb is dragged, and nothing otherwise.
-export function showSteps(clips) {
+// Shows the steps beside the picture while a limb is dragged, and nothing otherwise. A page that can apply steps keeps them by
+// `keep(clip, steps)`.
+export function showSteps(clips, keep) {
   const clip = clips.find(({ goals }) => goals.size);
   const before = document.getElementById("drag");
   const steps = clip && stepsOf(clip);
@@ -52,6 +55,7 @@ export function showSteps(clips) {
   if (!steps || before?.title === steps.json) return;
   const text = make("code", {}, steps.command);
   byId("view").append(make("div", { id: "drag", title: steps.json }, text,
+    ...(keep ? [make("button", { class: "main", onclick: () => keep(clip, steps.steps) }, "Keep as a step"), " "] : []),
     make("button", { onclick: () => copy(steps.command, text) }, "Copy command"),
     make("button", { onclick: () => copy(steps.json, text) }, "Copy JSON")));
 }

@@ -14,20 +14,21 @@ export function isAtRest({ intervals }, tick) {
   return low < intervals.length && intervals[low][0] <= tick;
 }
 
-// The contacts of a clip as bars below the time line, the left side over the right one.
-export function drawContacts(canvas, clip, longest, isShown) {
+// The contacts of a clip as bars below the time line, the left side over the right one; `from` and `to` are its ends.
+export function drawContacts(canvas, clip, [from, to], isShown) {
   const contacts = isShown ? clip.contacts : [];
-  canvas.hidden = !contacts.length || !longest;
+  canvas.hidden = !contacts.length || to <= from;
   if (canvas.hidden) return;
   const ratio = Math.min(2, devicePixelRatio || 1);
   Object.assign(canvas, { width: Math.round(canvas.clientWidth * ratio), height: Math.round(canvas.clientHeight * ratio) });
   const pen = canvas.getContext("2d");
-  const tick = canvas.width / (longest * clip.ticksPerSecond);
+  const tick = canvas.width / ((to - from) * clip.ticksPerSecond);
+  const start = from * clip.ticksPerSecond;
   for (const { bone, intervals } of contacts) {
     const isLeft = bone.startsWith("left");
     pen.fillStyle = css(isLeft ? BONE_SIDES.left : BONE_SIDES.right);
     for (const [first, last] of intervals) {
-      pen.fillRect(first * tick, isLeft ? 0 : canvas.height / 2 + 0.5, Math.max(1, (last - first) * tick), canvas.height / 2 - 0.5);
+      pen.fillRect((first - start) * tick, isLeft ? 0 : canvas.height / 2 + 0.5, Math.max(1, (last - first) * tick), canvas.height / 2 - 0.5);
     }
   }
 }

@@ -35,6 +35,8 @@ export class Panel {
     new ResizeObserver(() => this.redraw()).observe(byId("position-curves"));
   }
 
+  // A page on which bones can be chosen sets `boneChoice(clip, node)`, a list of what stands behind the bone of a joint.
+
   // Called when other clips are shown, or another of them is chosen.
   showClips() {
     this.showFiles();
@@ -121,6 +123,7 @@ export class Panel {
     const node = this.clip.nodes[joint];
     byId("joint-name").textContent = node.name;
     byId("bone").replaceChildren(...(node.bone ? [make("b", {}, node.bone.name), ` ${node.bone.confidence}: ${node.bone.reason}`] : []));
+    if (this.boneChoice) byId("bone").append(...this.boneChoice(this.clip, node));
     byId("position-space").value = node.moves ? "local" : "world";
     byId("euler-title").textContent = node.turns ? "Euler angles, in the file’s order [°]" : "Euler angles [°]";
     this.showChain();
@@ -181,12 +184,26 @@ export class Panel {
     byId("chain").replaceChildren(...rows);
   }
 
+  // Curves are of the part of the time that the time line shows, in seconds.
+  showPart(range) {
+    this.range = range;
+    if (this.curves) this.redraw();
+  }
+
+  // The first and the last frame of that part.
+  get part() {
+    const { duration, ticksPerSecond } = this.clip;
+    const [from, to] = this.range.map((seconds) => clamp(seconds * ticksPerSecond, 0, duration));
+    return [Math.floor(from + 1e-6), Math.ceil(to - 1e-6)];
+  }
+
   redraw() {
     if (this.state.joint < 0 || !this.curves) return;
     const { rows, filled } = this.curves;
     const shown = [rows[byId("position-space").value], rows.euler, rows.quaternion];
     const units = [lengthUnit(this.clip.metresPerUnit), "°", ""];
-    this.charts.forEach((chart, i) => chart.show(shown[i], filled, this.letters[i].map(color), units[i]));
+    const [from, to] = this.part;
+    this.charts.forEach((chart, i) => chart.show(shown[i], { filled, colors: this.letters[i].map(color), unit: units[i], from, to }));
     this.drawnFrames = filled;
     this.showTick();
   }
@@ -204,7 +221,8 @@ export class Panel {
     const { clip, state } = this;
     if (state.joint < 0) return;
     const id = state.joint;
-    const share = clip.duration ? clip.tick / clip.duration : 0;
+    const [from, to] = this.part;
+    const share = to > from ? (clip.tick - from) / (to - from) : 0;
     this.charts.forEach((chart) => chart.point(share));
     const local = Array.from(clip.translation(id, clip.tick));
     const world = clip.filePosition(id);

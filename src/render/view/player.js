@@ -1,14 +1,16 @@
 // The player: what can be done with the clips, by buttons and by keys alike.
 
 import { clamp, normalize } from "./math.js";
-import { byId, clock, css, make, save } from "./dom.js";
+import { byId, clock, make, save } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
 import { PALETTE } from "./colors.js";
 import { showSteps } from "./drag.js";
-import { drawContacts, showLegend } from "./marks.js";
+import { Film } from "./film.js";
+import { showLegend } from "./marks.js";
 import { Panel } from "./panel.js";
 import { Stage } from "./stage.js";
+import { TimeLine } from "./time_line.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
 
@@ -20,6 +22,8 @@ export class Player {
       time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, errors: false, contacts: true, theme: "light",
     };
     this.longest = 0;
+    // What a page around the player sets: `keep(clip, steps)` applies what was dragged, `shown()` hears of each picture.
+    this.keep = this.shown = null;
     this.counted = { since: 0, frames: 0 };
     this.canvas = byId("stage");
     this.stage = new Stage(this.canvas, this.state, () => this.changed());
@@ -27,8 +31,10 @@ export class Player {
       choose: (clip, joint) => this.choose(clip, joint),
       activate: (clip) => this.activate(clip),
       hover: (clip, joint) => this.hover(clip, joint),
-      seek: (share) => this.seek(share * this.clip.duration),
+      seek: (share) => this.seekTime(this.line.range[0] + share * this.line.length),
     });
+    this.line = new TimeLine(this, () => this.panel.showPart(this.line.range));
+    this.film = new Film(this);
     byId("renderer").textContent = this.stage.renderer.name;
     this.listen();
     this.setSpeed(1);
@@ -50,7 +56,7 @@ export class Player {
     Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: this.start, bones: clips.length === 1, errors: clips.some((clip) => clip.limbs) && clips.some((clip) => !clip.limbs) });
     state.trails.clear();
     this.play(false);
-    this.showLanes();
+    this.line.showAll();
     this.arrange("side");
     this.activate(0);
     byId("arrange").hidden = state.clips.length < 2;
@@ -89,9 +95,10 @@ export class Player {
     }
     this.lastFrame = now;
     this.stage.draw();
-    showSteps(this.state.clips);
+    showSteps(this.state.clips, this.keep);
     this.showTime();
     this.panel.showTick();
+    this.shown?.();
     if (this.state.playing) this.changed();
   }
 
@@ -124,27 +131,13 @@ export class Player {
   showTime() {
     const { clip } = this;
     const scrub = byId("scrub");
+    this.line.reveal(this.state.time);
     const over = this.state.time > clip.seconds + 1e-6;
     const tick = `tick ${Math.floor(clip.tick)} / ${clip.duration}${over ? ", over" : ""}`;
     scrub.value = this.tick;
     scrub.setAttribute("aria-valuetext", `${tick}, ${clock(this.state.time, this.longest)} of ${clock(this.longest, this.longest)}`);
     byId("time").textContent = `${clock(this.state.time, this.longest)} / ${clock(this.longest, this.longest)}${this.longest < 60 ? " s" : ""}`;
     byId("tick").textContent = tick;
-  }
-
-  // A line below the time line for each of several clips, as long as the clip.
-  showLanes() {
-    const { clips } = this.state;
-    byId("lanes").replaceChildren(...(clips.length < 2 ? [] : clips).map((clip) => {
-      const lane = make("span");
-      lane.style.width = `${(100 * clip.seconds) / (this.longest || 1)}%`;
-      lane.style.background = css(clip.color);
-      return lane;
-    }));
-  }
-
-  showContacts() {
-    drawContacts(byId("rests"), this.clip, this.longest, this.state.contacts);
   }
 
   // A hand or a foot goes where it is dragged, until the time changes. A finger must choose it first.
@@ -202,7 +195,7 @@ export class Player {
     this.state[name] = wanted;
     byId(name).setAttribute("aria-pressed", wanted);
     showLegend(this.state, this.stage.showsSkeleton(this.clip));
-    this.showContacts();
+    this.line.showContacts();
     byId("skeleton").disabled = !this.state.skin;
     byId("bones").disabled = !this.stage.showsSkeleton(this.clip);
     this.changed();
@@ -232,8 +225,7 @@ export class Player {
     const { state } = this;
     Object.assign(state, { active: index, joint: -1 });
     this.stage.before = null;
-    byId("scrub").max = this.ticks;
-    this.showContacts();
+    this.line.show();
     const { glb } = this.clip;
     byId("download").disabled = !glb;
     byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
@@ -319,6 +311,9 @@ export class Player {
       r: () => this.stage.frameAll(),
       n: () => this.turnTheme(),
       g: () => this.download(),
+      p: () => this.film.open(),
+      ".": () => this.line.zoom(0.5),
+      ",": () => this.line.zoom(2),
       "/": () => { this.showPanel(true); byId("search").focus(); },
       "?": () => this.showHelp(),
       Escape: () => this.choose(this.state.active, -1),
@@ -329,7 +324,7 @@ export class Player {
   }
 
   onKey(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || byId("help").open || !this.clip) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]") || !this.clip) return;
     const { tagName, type } = event.target;
     // Home and End are the motion's wherever the focus is, but in a text.
     const isWhole = event.key === "Home" || event.key === "End";
@@ -352,17 +347,15 @@ export class Player {
     const clicks = {
       play: keys[" "], back: () => this.step(-1), forward: () => this.step(1), loop: keys.l, follow: keys.f, bones: keys.b,
       skin: keys.m, skeleton: keys.o, errors: keys.e, contacts: keys.x,
-      trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "help-button": keys["?"],
+      trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "film-button": keys.p, "help-button": keys["?"],
       "panel-button": () => this.showPanel(!byId("panel").classList.contains("open")),
       "all-joints": () => this.choose(this.state.active, -1),
     };
     for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener("click", act);
-    byId("scrub").addEventListener("input", (event) => { this.play(false); this.seek(Number(event.target.value)); });
     byId("speed").append(...SPEEDS.map((speed) => make("option", { value: speed }, `${speed}×`)));
     byId("speed").addEventListener("change", (event) => this.setSpeed(Number(event.target.value)));
     document.addEventListener("keydown", (event) => this.onKey(event));
     new ResizeObserver(() => this.changed()).observe(canvas);
-    new ResizeObserver(() => this.clip && this.showContacts()).observe(byId("line"));
     listenToPointers(canvas, this.stage.camera, {
       changed: () => this.changed(),
       grab: (event) => this.grab(event),

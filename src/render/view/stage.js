@@ -60,7 +60,8 @@ export class Stage {
   fitCanvas() {
     const { canvas } = this;
     const ratio = Math.min(2, devicePixelRatio || 1);
-    const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
+    // A film has a size of its own.
+    const size = this.size ?? [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
   }
 

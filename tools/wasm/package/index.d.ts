@@ -289,6 +289,11 @@ export class Scene {
   toCsv(): string;
   /** A contact sheet: poses over time, as `mocap sheet` draws them. */
   toPng(options?: { name?: string }): Uint8Array;
+  /**
+   * The numbers of a motion on a robot, where this is one: `retarget` onto what `readCharacter` returns of URDF or MJCF. `write`
+   * makes files of them too: `"csv"`, `"pkl"`, `"gmr"`, `"unitree-csv"`, `"mimickit"`, `"twist"`.
+   */
+  robotMotion(): RobotMotion;
   /** The clip for the player of `mocap view`, as the drop page shows it. */
   toPlayer(name: string): PlayerClip;
   /** As `mocap dump --raw --json`. */
@@ -344,13 +349,30 @@ export class PackedClip {
   [Symbol.dispose](): void;
 }
 
+/** A motion on a robot: +Z is up. Frame after frame stand together. */
+export interface RobotMotion {
+  /** Frames a second. */
+  fps: number;
+  frames: number;
+  /** The joints that move, with their limits in radians or metres; `null` where there is none. */
+  joints: { name: string; lower: number | null; upper: number | null; velocity?: number }[];
+  /** Whether the left and the right foot of the source are at rest. */
+  contacts: [boolean, boolean][];
+  /** The base: x, y, z in metres. */
+  rootPositions: Float64Array;
+  /** Its rotation: x, y, z, w. */
+  rootRotations: Float64Array;
+  /** The joints, in radians or metres. */
+  positions: Float64Array;
+}
+
 /** The module, ready to read. */
 export class Mocap {
   constructor(module: WebAssembly.Module);
   /** Reads a file, or several that belong together, such as `.amc` and `.asf`. */
   read(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   read(files: File[], options?: ReadOptions): Scene;
-  /** Reads a character for `Scene.retarget`. */
+  /** Reads a character for `Scene.retarget`, or a robot of URDF or MJCF. */
   readCharacter(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   readCharacter(files: File[], options?: ReadOptions): Scene;
   /** Opens a packed clip (`.mclip`), to sample poses from it without unpacking it. `read` makes a scene of it instead. */

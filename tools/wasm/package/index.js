@@ -264,6 +264,16 @@ export class Scene {
     return { ...answer, blocks };
   }
 
+  robotMotion() {
+    this.#check();
+    const { answer, bytes } = this.#instance.call({ call: "robotMotion", scene: this.#number });
+    const { frames, joints } = answer;
+    const numbers = new Float64Array(bytes.buffer);
+    const [root, turns] = [3 * frames, 7 * frames];
+    const rest = { rootPositions: numbers.subarray(0, root), rootRotations: numbers.subarray(root, turns), positions: numbers.subarray(turns) };
+    return { ...answer, joints: joints.map((joint) => ({ ...joint, velocity: joint.velocity ?? undefined })), ...rest };
+  }
+
   toJson() {
     return decoder.decode(this.#write("json", {}).bytes);
   }
@@ -414,5 +424,6 @@ export class Mocap {
 }
 
 export async function load(source) {
-  return new Mocap(await compile(source));
+  // A bundler finds the file by this expression, and puts it beside what it makes.
+  return new Mocap(await compile(source, () => new URL("mocap.wasm", import.meta.url), "mocap.wasm"));
 }

@@ -1,20 +1,20 @@
-// Finds and compiles mocap.wasm.
+// Finds and compiles a module of the package.
 
 import { MocapError, bytesOf } from "./error.js";
 
-/** Where the module is: a bundler finds the file by this expression, and puts it beside what it makes. */
-function beside() {
+/** Where the module is: beside the script that asks for it, by its own expression, which bundlers find. */
+function beside(expression, name) {
   let address;
   try {
-    address = new URL("mocap.wasm", import.meta.url);
+    address = expression();
   } catch {
-    const message = "a script that is no module does not know where mocap.wasm is";
-    throw new MocapError({ code: "invalid-value", message, help: "give load() the address of mocap.wasm" });
+    const message = `a script that is no module does not know where ${name} is`;
+    throw new MocapError({ code: "invalid-value", message, help: `give load() the address of ${name}` });
   }
   // While one develops, Vite 5 to 7 have a copy of this script in a folder of their own, and not of the module. What Next.js
   // gives has no host, so that it is left as it is.
   const inVite = /\/\.vite\/.*$/;
-  return inVite.test(address.href) ? new URL(address.href.replace(inVite, "/mocap-wasm/mocap.wasm")) : address;
+  return inVite.test(address.href) ? new URL(address.href.replace(inVite, `/mocap-wasm/${name}`)) : address;
 }
 
 /** The start of every module of WebAssembly. */
@@ -43,10 +43,11 @@ async function fetched(source) {
   return WebAssembly.compile(checked(new Uint8Array(await response.arrayBuffer()), source, type));
 }
 
-export async function compile(source) {
+/** `expression` is the address of the module of this name in the package. */
+export async function compile(source, expression, name) {
   if (source instanceof WebAssembly.Module) return source;
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return WebAssembly.compile(checked(bytesOf(source), "what load() was given", ""));
-  const address = source ?? beside();
+  const address = source ?? beside(expression, name);
   // Asked for at run time, for a bundler that sees an import of Node's would look for it.
   const files = String(address).startsWith("file:") && globalThis.process?.getBuiltinModule?.("node:fs/promises");
   if (files) return WebAssembly.compile(checked(await files.readFile(new URL(address)), address, ""));

@@ -3,10 +3,13 @@
 //   node assemble.js OUT.html
 
 import { execFileSync } from "node:child_process";
-import { readFileSync, writeFileSync } from "node:fs";
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
+import { Script } from "node:vm";
 
+import { load } from "../package/index.js";
 import { fromBase85, toBase85 } from "./base85.js";
+import { leanModule } from "./lean_module.js";
 import { fromLzma } from "./lzma.js";
 
 const here = import.meta.dirname;
@@ -48,19 +51,35 @@ function bundled(path, known = new Set()) {
   return before + lean(source).replace(/^import .*\n/gm, "").replace(/^export /gm, "");
 }
 
+/** Modules in one script share their names; one that stands twice is found here and not in a browser. */
+function checkedScript(path) {
+  // A page from a file may start no worker that is a module. This one has its WebAssembly from the page.
+  const script = bundled(path).replaceAll("import.meta.url", "location.href");
+  new Script(script, { filename: path });
+  return script;
+}
+
 const element = (id, type, content) => {
   if (/<\/script/i.test(content)) throw new Error(`${id} would end its element`);
   return `<script type="${type}" id="${id}">${content}</script>`;
 };
 
-/** A page from a file may start no worker that is a module. This one has its WebAssembly from the page. */
-const worker = bundled(join(here, "worker.js")).replaceAll("import.meta.url", "location.href");
-const wasm = readFileSync(join(here, "../package/mocap.wasm"));
+const worker = checkedScript(join(here, "worker.js"));
+const whole = readFileSync(join(here, "../package/mocap.wasm"));
+const survey = join(here, "../../../src/survey/card");
+const wasm = Buffer.from(leanModule(whole, [view, survey].flatMap((folder) => readdirSync(folder).map((name) => join(folder, name))).filter((path) => /\.(js|css|html)$/.test(path)).map(read)));
 // A header with the size of the whole, which a pipe would not know.
 const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: wasm, maxBuffer: 2 * wasm.length });
 packed.writeBigUInt64LE(BigInt(wasm.length), 5);
 const wasmText = toBase85(packed);
 if (!wasm.equals(fromLzma(fromBase85(wasmText)))) throw new Error("the WebAssembly in the page is not what it was made from");
+/** A walk for an empty page, a few seconds of it, packed within a tenth of a millimetre. */
+async function walkOf(path) {
+  const mocap = await load(whole);
+  const walk = mocap.read(read(path), "walk.bvh", { skeletonMesh: "none" });
+  return walk.convert({ firstFrame: "auto" }).toMclip({ maxError: 1e-4 });
+}
+
 const parts = {
   title: "mocap",
   policy: POLICY,
@@ -70,8 +89,8 @@ const parts = {
   data: "{}",
   keys: element("worker", "text/plain", worker),
   skins: element("wasm", "application/octet-stream", wasmText),
-  textures: "",
-  script: bundled(join(here, "drop.js")),
+  textures: element("walk", "application/octet-stream", toBase85(await walkOf(join(here, "../../../fixtures/real/cmu_12_01_walk.bvh")))),
+  script: checkedScript(join(here, "drop.js")),
   downloads: "",
 };
 const page = read(join(view, "page.html")).replace(/\{\{(\w+)\}\}/g, (_, name) => {

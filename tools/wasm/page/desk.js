@@ -2,23 +2,40 @@
 
 import { byId, make } from "../../../src/render/view/dom.js";
 import { Blocks, loadAll, unpacked } from "../../../src/render/view/unpack.js";
-import { chosenFiles, droppedFiles, itemsOf } from "./files.js";
+import { boneChoice, withBone } from "./bones.js";
+import { listenToFiles } from "./dropping.js";
+import { chosenFiles, itemsOf } from "./files.js";
 import { findingElement } from "./finding.js";
-import { Opened, isCharacter, pairOf, plural, summaryOf } from "./opened.js";
+import { Opened, isCharacter, isRobotFormat, pairOf, plural, summaryOf } from "./opened.js";
+import { notShownOf } from "./not_shown.js";
 import { Progress } from "./progress.js";
+import { RobotView } from "./robot.js";
 import { Saving, stem } from "./saving.js";
 import { Steps } from "./steps.js";
+import { Trim } from "./trim.js";
 
 /** Whether the system asks for pictures that stand still. */
 const wantsStillness = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 export class Desk {
-  constructor(player, reader) {
-    Object.assign(this, { player, reader });
+  // `ownPage` is the page that has them all.
+  constructor(player, reader, ownPage) {
+    Object.assign(this, { player, reader, ownPage });
     this.opened = new Opened({ show: (item) => this.show([item]), turnBeside: (item) => this.turnBeside(item), remove: (item) => this.remove(item) });
     this.progress = new Progress();
     this.steps = new Steps({ known: () => this.reader.ask({ call: "steps" }), change: (steps) => this.change(this.chosen, "steps", steps) });
-    this.saving = new Saving({ chosen: () => this.chosen, ask: (item, request) => this.reader.ask({ ...request, item: this.request(item) }) });
+    this.saving = new Saving({
+      chosen: () => this.chosen,
+      all: () => this.items.filter((item) => item.state === "ok" && !isCharacter(item)),
+      ask: (item, request) => this.reader.ask({ ...request, item: this.request(item) }),
+      page: () => this.ownPage.with(this.shown),
+      film: () => this.player.film.open(),
+    });
+    this.robot = new RobotView(player);
+    player.shown = () => this.robot.point();
+    this.trim = new Trim({ tick: () => player.tick, change: (values) => this.change(this.chosen, "change", values), tell: (text) => this.tell(text) });
+    player.keep = (clip, steps) => this.keep(clip, steps);
+    player.panel.boneChoice = (clip, node) => this.boneChoice(clip, node);
     // How many drops and choices there were, and how many are still at work.
     this.openings = this.opening = 0;
     // The items in the player, and the one whose details are shown.
@@ -49,6 +66,45 @@ export class Desk {
     // Unless something else was chosen meanwhile.
     if (pair && wanted === this.wanted) await this.putOn(pair.motion, pair.character, { isTried: true });
     this.opening--;
+  }
+
+  // What was saved in this page, as it was.
+  async restore() {
+    this.openings++;
+    this.opening++;
+    const { session } = this.ownPage;
+    const items = (await this.ownPage.opened()).map(({ onto, from, ...item }) => [this.opened.add({ ...item, isFromPage: true }), onto, from]);
+    for (const [item, onto, from] of items) Object.assign(item, { onto: items[onto]?.[0] ?? null, from: items[from]?.[0] });
+    this.showList();
+    await this.show(items.slice(0, session.shown).map(([item]) => item));
+    await Promise.all(this.items.filter(({ state }) => state === "waiting").map((item) => this.inspect(item)));
+    this.opening--;
+  }
+
+  /** The walk that an empty page offers. */
+  openWalk() {
+    const name = "walk.mclip";
+    return this.open([{ file: new File([this.ownPage.walkBytes], name, { lastModified: 0 }), path: name }]);
+  }
+
+  // A hand or a foot that was dragged stays where it is, as a step.
+  keep(clip, steps) {
+    const item = this.shown[clip.index];
+    // With a first step a rest pose before the motion is left out.
+    const before = item.steps.length ? 0 : item.clip.data.firstTick;
+    const frame = Math.max(0, Math.round(clip.tick) - before);
+    const texts = steps.map(({ limb, to }) => `reach:limb=${limb},to=${to.join("/")},range=${frame}f..${frame}f`);
+    return this.change(item, "steps", [...item.steps, ...texts]);
+  }
+
+  // The bone of a joint can be chosen, but for those of a body that a motion was put on: that is another file's.
+  boneChoice(clip, node) {
+    const item = this.shown[clip.index];
+    if (!item || item.onto || isRobotFormat(item.format)) return [];
+    return [boneChoice(node.bone, async (bone) => {
+      await this.change(item, "change", { bones: withBone(item.change.bones, node, bone) });
+      this.player.choose(clip.index, clip.nodes.indexOf(node));
+    })];
   }
 
   passedOver(items, files) {
@@ -141,6 +197,7 @@ export class Desk {
       const startsAtRest = hasRest && answer.assumptions.some(({ topic, choice }) => topic === "first-frame" && choice === "rest-pose");
       item.clip = { key, data: { ...data, firstTick: startsAtRest ? 1 : 0, glb: () => this.saving.bytes(item, "glb") } };
       item.answer = answer;
+      item.notShown = await notShownOf((item.onto ?? item).files[0]);
       this.succeed(item, answer);
       this.showRow(item);
     }
@@ -174,7 +231,7 @@ export class Desk {
     const name = `${stem(item.name)} on ${stem(character.name)}`;
     const asBefore = (other) => other.onto === character && other.from === item && JSON.stringify([other.read, other.change, other.steps]) === JSON.stringify([read, change, steps]);
     const moved = this.items.find(asBefore) ?? this.opened.add({ path, files, names, read, change, steps, name, onto: character, from: item });
-    moved.retarget = { feet: byId("feet").value };
+    moved.retarget = { feet: byId("feet").value, bones: change.bones, characterBones: character.change.bones };
     this.showList();
     const isShown = await this.show([moved]);
     if (isTried && moved.state === "error") {
@@ -258,6 +315,7 @@ export class Desk {
     const { name, state, error, warnings, answer } = item;
     byId("chosen-name").textContent = name;
     byId("chosen-facts").textContent = { error: "It could not be read.", stopped: "It was stopped." }[state] ?? this.facts(item);
+    byId("stays-still").textContent = (state === "ok" && item.notShown) || "";
     byId("again").hidden = state !== "error" && state !== "stopped";
     // The picture is of another file.
     byId("not-shown").hidden = this.shown.includes(item) || !this.shown.length;
@@ -302,14 +360,12 @@ export class Desk {
     byId("more-assumed").hidden = !others.length;
     byId("other-assumptions").replaceChildren(...others.map((other) => make("li", {}, `${other.topic}: ${other.choice}, ${other.reason}`)));
     // A motion on a character is cut and read as the motion is, before it is put on.
-    byId("assumed").hidden = byId("trim").hidden = Boolean(onto);
-    byId("trim").hidden ||= !item.frames;
-    byId("trim-first").value = change.first?.frame ?? 0;
-    byId("trim-last").value = change.last?.frame ?? Math.max(0, item.frames - 1);
-    byId("trim-first").max = byId("trim-last").max = Math.max(0, item.frames - 1);
+    byId("assumed").hidden = Boolean(onto);
+    this.trim.show(item);
     byId("onto").hidden = Boolean(onto) || !answer.frames;
     byId("steps").hidden = Boolean(onto) || !answer.frames;
     this.steps.show(item);
+    this.robot.show(item);
     this.saving.show(item);
     this.showCharacters();
   }
@@ -322,20 +378,6 @@ export class Desk {
     items.sort((a, b) => Number(Boolean(a.frames)) - Number(Boolean(b.frames)));
     select.replaceChildren(...items.map(({ id, name }) => make("option", { value: id }, name)), make("option", { value: "open" }, "open a file…"));
     if (items.some(({ id }) => String(id) === before)) select.value = before;
-  }
-
-  // The frame of the file at the tick that is shown.
-  get fileFrame() {
-    const { change, frames, answer } = this.chosen;
-    const last = change.last?.frame ?? frames - 1;
-    return Math.min(last, last + 1 - answer.frames + Math.round(this.player.tick));
-  }
-
-  trim(first, last) {
-    const { frames } = this.chosen;
-    const [from, to] = [first, last].map((frame) => Math.min(frames - 1, Math.max(0, Math.round(Number(frame) || 0))));
-    if (to < from) return this.tell(`Not changed: the last frame, ${to}, is before the first, ${from}.`);
-    return this.change(this.chosen, "change", { first: from > 0 ? { frame: from } : undefined, last: to < frames - 1 ? { frame: to } : undefined });
   }
 
   listen() {
@@ -352,12 +394,6 @@ export class Desk {
     onChange("first-frame", (policy) => change({ firstFrame: policy === "keep" ? undefined : policy }));
     onChange("clip", (clip) => this.change(this.chosen, "read", { clip: clip === "" ? undefined : Number(clip) }));
     onChange("root-offset", (policy) => this.change(this.chosen, "read", { rootOffset: policy === "auto" ? undefined : policy }));
-    const bounds = () => [byId("trim-first").value, byId("trim-last").value];
-    onChange("trim-first", () => this.trim(...bounds()));
-    onChange("trim-last", () => this.trim(...bounds()));
-    onClick("trim-first-here", () => this.trim(this.fileFrame, bounds()[1]));
-    onClick("trim-last-here", () => this.trim(bounds()[0], this.fileFrame));
-    onClick("trim-none", () => change({ first: undefined, last: undefined }));
     onClick("put-on", () => {
       const { value } = byId("character");
       const character = this.items.find(({ id }) => String(id) === value);
@@ -371,7 +407,7 @@ export class Desk {
       byId("start-open").focus();
     });
     onClick("desk-button", () => this.showDesk(!byId("desk").classList.contains("open")));
-    this.listenToFiles();
+    listenToFiles(this);
     document.addEventListener("keydown", (event) => {
       const by = { PageUp: -1, PageDown: 1 }[event.key];
       if (!by || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
@@ -398,29 +434,5 @@ export class Desk {
       if (item) this.putOn(motion, this.opened.add(item));
     });
     input.click();
-  }
-
-  listenToFiles() {
-    const inputs = { "open-files": "file-input", "start-open": "file-input", "open-folder": "folder-input" };
-    for (const [button, input] of Object.entries(inputs)) byId(button).addEventListener("click", () => byId(input).click());
-    for (const id of new Set(Object.values(inputs))) {
-      byId(id).addEventListener("change", (event) => {
-        this.open(chosenFiles(event.target));
-        event.target.value = "";
-      });
-    }
-    byId("open-folder").hidden = !("webkitdirectory" in byId("folder-input"));
-    const onto = (type, act) => document.addEventListener(type, (event) => { event.preventDefault(); act(event); });
-    onto("dragover", () => document.body.classList.add("dragging"));
-    document.addEventListener("dragleave", (event) => event.relatedTarget || document.body.classList.remove("dragging"));
-    onto("drop", async (event) => {
-      document.body.classList.remove("dragging");
-      const onFigure = event.target.closest?.("#view") && this.shown.length === 1 ? this.shown[0] : null;
-      try {
-        this.open(await droppedFiles(event.dataTransfer), onFigure);
-      } catch (error) {
-        this.tell(`What was dropped could not be read: ${error.message}; try the buttons instead.`);
-      }
-    });
   }
 }

@@ -10,10 +10,14 @@ const FEWEST_OF_A_PERSON = 15;
 
 /** Whether a file is a figure without a motion, which motions are put on. */
 export const isCharacter = ({ state, frames, joints, onto, format }) =>
-  state === "ok" && !frames && !onto && format !== "c3d" && joints >= FEWEST_OF_A_PERSON;
+  state === "ok" && !frames && !onto && format !== "c3d" && (joints >= FEWEST_OF_A_PERSON || isRobotFormat(format));
+
+/** Whether it is a robot, which has links and takes a motion as a character does. */
+export const isRobotFormat = (format) => format === "urdf" || format === "mjcf";
 
 /** A summary of a file in a list. */
-export function summaryOf({ frames, ticksPerSecond, joints, clips }) {
+export function summaryOf({ frames, ticksPerSecond, joints, clips, format }) {
+  if (!frames && isRobotFormat(format)) return `a robot, ${plural(joints, "link")}`;
   if (!frames) return joints < FEWEST_OF_A_PERSON ? `no motion, ${plural(joints, "joint")}` : `a character, ${plural(joints, "joint")}`;
   const others = clips?.length > 1 ? `${plural(clips.length, "clip")}, ` : "";
   return `${others}${rounded((frames - 1) / ticksPerSecond)} s, ${plural(frames, "frame")}, ${plural(joints, "joint")}`;

@@ -28,6 +28,8 @@ export class Progress {
     const count = waiting > 1 ? `${items.length - waiting + 1} of ${items.length}: ` : "";
     byId("work-text").textContent = `${count}${item?.name ?? ""}, ${STAGES[stage]}`;
     byId("work-bar").value = waiting > 1 ? 1 - waiting / items.length : this.done(request, stage, share);
+    // What nobody waits for is no cover over the picture.
+    byId("work").classList.toggle("aside", request.call === "inspect");
     if (byId("work").hidden) this.soon = setTimeout(() => { byId("work").hidden = false; }, SOON);
   }
 

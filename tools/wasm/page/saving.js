@@ -2,7 +2,10 @@
 
 import { byId, save } from "../../../src/render/view/dom.js";
 import { copy } from "../../../src/render/view/drag.js";
+import { zipOf } from "./archive.js";
+import { npzOfRobot } from "./arrays.js";
 import { commandOf, jobOf } from "./job.js";
+import { plural } from "./opened.js";
 
 const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/plain", csv: "text/csv", png: "image/png" };
 /** Formats that may be written within an error. */
@@ -11,16 +14,22 @@ const WITHIN = new Set(["glb", "vrma", "fbx", "mclip"]);
 export const stem = (name) => name.replace(/\.\w+$/, "");
 
 export class Saving {
-  // `acts`: chosen() is the item that is saved, ask(item, request) is a promise of the reader's answer.
+  // `acts`: chosen() is the item that is saved, all() are those that can be, ask(item, request) is a promise of the reader's
+  // answer, page() of this page with what is shown; film() asks for a picture or a film.
   constructor(acts) {
     this.acts = acts;
-    for (const button of byId("save-row").children) button.addEventListener("click", () => this.save(button.dataset.format));
+    for (const button of byId("save-row").querySelectorAll("[data-format]")) {
+      button.addEventListener("click", () => (byId("save-all").checked ? this.saveAll(button.dataset.format) : this.save(button.dataset.format)));
+    }
+    byId("save-page").addEventListener("click", () => this.savePage());
+    byId("save-film").addEventListener("click", () => this.acts.film());
     for (const [button, text] of [["job-copy", "job-text"], ["command-copy", "command-text"]]) {
       byId(button).addEventListener("click", () => copy(byId(text).textContent, byId(text)));
     }
   }
 
   async bytes(item, format) {
+    if (format === "npz") return new Uint8Array(await npzOfRobot(await this.acts.ask(item, { call: "robotMotion" })).arrayBuffer());
     const maxError = Number(byId("max-error").value);
     const options = maxError && WITHIN.has(format) ? { maxError } : {};
     const { bytes, warnings } = await this.acts.ask(item, { call: "save", name: stem(item.name), format, options });
@@ -38,7 +47,41 @@ export class Saving {
     }
   }
 
+  // Every motion as one archive. What cannot be written is named, and the others are saved.
+  async saveAll(format) {
+    const items = this.acts.all();
+    const [files, failed] = [[], []];
+    for (const item of items) {
+      try {
+        files.push({ name: `${stem(item.name)}.${format}`, bytes: await this.bytes(item, format) });
+      } catch (error) {
+        if (error.code === "stopped") return;
+        failed.push(`${item.name}: ${error.reason ?? error.message}`);
+      }
+      byId("saved").textContent = `${files.length + failed.length} of ${items.length}`;
+    }
+    try {
+      if (files.length) save(zipOf(files), `motions_${format}.zip`, "application/zip");
+      byId("saved").textContent = [`${plural(files.length, "file")} in one archive`, ...failed.map((text) => `not written, ${text}`)].join("; ");
+    } catch (error) {
+      byId("saved").textContent = `The archive was not made: ${error.message}.`;
+    }
+  }
+
+  async savePage() {
+    const page = await this.acts.page();
+    save(page, `${stem(this.acts.chosen().name)}.html`, "text/html");
+    byId("saved").textContent = `A page of ${(page.size / 1e6).toFixed(1)} MB with the motion in it, which anybody can open.`;
+  }
+
   show(item) {
+    // Arrays are those of a robot; a robot has no bones that a VRM animation names.
+    const isRobot = Boolean(item.answer?.robot);
+    for (const format of ["npz", "pkl"]) byId("save-row").querySelector(`[data-format=${format}]`).hidden = !isRobot;
+    const { length } = this.acts.all();
+    byId("save-all-choice").hidden = length < 2;
+    byId("save-all").checked &&= length > 1;
+    byId("save-all-text").textContent = `all ${length} motions, in one archive`;
     const output = `${stem(item.name)}.glb`;
     byId("saved").textContent = "";
     byId("job-text").textContent = JSON.stringify(jobOf(item, output), null, 2);

@@ -64,6 +64,7 @@ async function sceneOf(item, report) {
   const base = await kept(JSON.stringify([id, read]), async () => {
     const files = await inputs(item, (share) => report("reading", share));
     report("parsing");
+    if (isRobot(item)) return mocap.readCharacter(files, { gltfMeshes: true });
     return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, ...read });
   });
   // Steps are for the motion without a rest pose before it, as `mocap edit` does it.
@@ -81,6 +82,9 @@ async function sceneOf(item, report) {
   report("retargeting");
   return kept(JSON.stringify([id, read, change, steps, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));
 }
+
+/** A robot is read as a body, and is never a motion. */
+const isRobot = ({ names }) => /\.(urdf|xml|mjcf)$/i.test(names[0]);
 
 /** What a list says of a scene. */
 function facts(scene) {
@@ -101,7 +105,7 @@ const calls = {
   async inspect({ item }, report) {
     const files = await inputs(item, (share) => report("reading", share));
     report("parsing");
-    const scene = mocap.read(files, { ...item.read, skeletonMesh: "none", hash: false });
+    const scene = isRobot(item) ? mocap.readCharacter(files) : mocap.read(files, { ...item.read, skeletonMesh: "none", hash: false });
     const found = facts(scene);
     scene.free();
     return [found];
@@ -115,12 +119,19 @@ const calls = {
     // The reports of a motion on a character are of that, others of its steps.
     const [retargeted] = item.onto ? scene.reports : [];
     const edits = item.onto ? [] : scene.reports;
-    return [{ ...facts(scene), ...shown, retargeted, edits }, shown.blocks.map(([, bytes]) => bytes.buffer)];
+    // Joints of a robot over time, with their limits.
+    const robot = item.onto && isRobot(item.onto) ? scene.robotMotion() : null;
+    return [{ ...facts(scene), ...shown, retargeted, edits, robot }, shown.blocks.map(([, bytes]) => bytes.buffer)];
   },
 
   /** The steps that there are. */
   async steps() {
     return [mocap.steps];
+  },
+
+  /** Joints of a robot, for an archive of arrays. */
+  async robotMotion({ item }, report) {
+    return [(await sceneOf(item, report)).robotMotion()];
   },
 
   /** The bytes of a file to save. */

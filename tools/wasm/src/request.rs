@@ -71,6 +71,9 @@ enum Request {
     },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
+    /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the base,
+    /// its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
+    RobotMotion { scene: u32 },
     /// A packed clip, to be sampled.
     OpenClip { files: Vec<String> },
     /// A scene as a file: by the extension of a written format, or as csv, json or png.
@@ -126,6 +129,7 @@ pub(crate) fn answer(
             options,
         } => retarget(scenes, scene, character, &options_of("retarget", options)?),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
+        Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
         Request::OpenClip { files: names } => {
             let (file, _) = memory_files(&names, files)?;
             Ok((json(&clips.open(file.bytes)?)?, Vec::new()))
@@ -191,9 +195,13 @@ fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryF
     };
     match importer.read_character(file, others) {
         Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Arc::new(character)))),
-        Err(error) if error.code() == Code::UnknownFormat => {
-            Ok(Entry::new(options.importer().read_among(file, others)?, None))
-        }
+        Err(error) if error.code() == Code::UnknownFormat => match options.importer().read_robot(file.bytes, file.name)
+        {
+            Err(error) if error.code() == Code::UnknownFormat => {
+                Ok(Entry::new(options.importer().read_among(file, others)?, None))
+            }
+            robot => Ok(Entry::of_robot(robot?, options.gltf_meshes)),
+        },
         Err(error) => Err(error.into()),
     }
 }
@@ -239,10 +247,15 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
         // Indices of nodes may be others now.
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
-        let bones = Humanoid::of(&scene).with_map(&scene, known.chain(bones).collect())?;
+        let bones = Humanoid::of(&scene).with_map(&scene, known.chain(bones.clone()).collect())?;
         scene.name_joints(&bones, &names)?;
     }
-    keep(scenes, Entry::new(scene, None).converted(), &assumptions)
+    let known = match bones.is_empty() {
+        true => None,
+        false => Some(Humanoid::of(&scene).with_map(&scene, bones)?),
+    };
+    let entry = Entry::new(scene, None).converted().with_humanoid(known);
+    keep(scenes, entry, &assumptions)
 }
 
 fn edit(
@@ -329,6 +342,50 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     Ok((json(&view)?, bytes.concat()))
 }
 
+fn robot_motion(entry: &Entry) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    struct Joint<'a> {
+        name: &'a str,
+        lower: f64,
+        upper: f64,
+        velocity: Option<f64>,
+    }
+    #[derive(Serialize)]
+    struct Motion<'a> {
+        fps: f64,
+        frames: usize,
+        joints: Vec<Joint<'a>>,
+        contacts: &'a [[bool; 2]],
+    }
+    let clips = entry.on_robot.as_ref().map(|retargeting| retargeting.clips());
+    let motion = clips.and_then(|clips| clips.first()?.robot_motion.as_ref());
+    let (Some(robot), Some(motion)) = (&entry.robot, motion) else {
+        return Err(Failure::argument(
+            "the scene is no motion on a robot: retarget one onto what readCharacter returns of URDF or MJCF",
+        ));
+    };
+    let joints = robot.moving_joints().into_iter().map(|link| {
+        let joint = &robot.links[link].joint;
+        Joint {
+            name: &joint.name,
+            lower: joint.limits.lower,
+            upper: joint.limits.upper,
+            velocity: joint.limits.velocity,
+        }
+    });
+    let said = Motion {
+        fps: motion.fps,
+        frames: motion.frames(),
+        joints: joints.collect(),
+        contacts: &motion.contacts,
+    };
+    let numbers = [motion.root_pos(), motion.root_rot(), motion.dof_pos.clone()].concat();
+    Ok((
+        json(&said)?,
+        numbers.iter().flat_map(|number| number.to_le_bytes()).collect(),
+    ))
+}
+
 fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &RetargetOptions) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     struct Retargeted<'a> {
@@ -337,9 +394,10 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         reports: Vec<Report>,
     }
     let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
-    let onto = match &target.character {
-        Some(file) => Target::Character(Arc::clone(file)),
-        None => Target::from(target.scene.clone()),
+    let onto = match (&target.character, &target.robot) {
+        (Some(file), _) => Target::Character(Arc::clone(file)),
+        (None, Some(robot)) => Target::Robot(Arc::clone(robot)),
+        (None, None) => Target::from(target.scene.clone()),
     };
     let (source, assumptions) = in_metres(entry)?;
     let mut retargeting = Retargeting::onto(onto, options.retargeting()?)?;
@@ -352,10 +410,14 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     let humanoid = retargeting.humanoid().cloned();
     let (mut provenance, mut reports) = (Vec::new(), Vec::new());
     // What it records is recorded when a file is written.
-    let scene = Scene {
+    let mut scene = Scene {
         metadata: target.scene.metadata.clone(),
         ..retargeting.scene()
     };
+    let on_robot = target.robot.is_some().then(|| Arc::new(retargeting.clone()));
+    if let Some(robot) = target.robot.as_ref().filter(|_| !target.scene.meshes.is_empty()) {
+        robot.add_links(&mut scene);
+    }
     // It may have a root that the file lacked.
     let file = match retargeting.target() {
         Target::Character(character) => Some(Arc::clone(character)),
@@ -366,6 +428,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         reports.push(clip.report);
     }
     let entry = Entry::new(scene, file)
+        .on_robot(target.robot.clone(), on_robot)
         .with_humanoid(humanoid)
         .with_provenance(provenance)
         .with_limb_angles(limb_angles);

@@ -7,6 +7,8 @@ use mocap::figure::Humanoid;
 use mocap::glam::Mat4;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::LimbAngles;
+use mocap::retargeting::Retargeting;
+use mocap::robot::Robot;
 use mocap::{Binding, Pose, Scene};
 
 use crate::failure::Failure;
@@ -16,6 +18,10 @@ pub(crate) struct Entry {
     pub(crate) scene: Scene,
     /// The file of a glTF character, to which motions are added.
     pub(crate) character: Option<Arc<Character>>,
+    /// The robot that it is the links of.
+    pub(crate) robot: Option<Arc<Robot>>,
+    /// The motion that was put on the robot.
+    pub(crate) on_robot: Option<Arc<Retargeting>>,
     /// Which joints are which bones, where that is known.
     pub(crate) humanoid: Option<Humanoid>,
     /// Whether a conversion made it, so that what a file leaves open is known.
@@ -38,6 +44,8 @@ impl Entry {
             pose: Pose::rest(&scene),
             scene,
             character,
+            robot: None,
+            on_robot: None,
             humanoid: None,
             is_converted: false,
             limb_angles: None,
@@ -47,6 +55,24 @@ impl Entry {
 
     pub(crate) fn with_humanoid(mut self, humanoid: Option<Humanoid>) -> Self {
         self.humanoid = humanoid;
+        self
+    }
+
+    /// The links of a robot; `shapes` says whether they are drawn as bodies.
+    pub(crate) fn of_robot(robot: Robot, shapes: bool) -> Self {
+        let mut scene = robot.scene();
+        if shapes {
+            robot.add_links(&mut scene);
+        }
+        Self {
+            robot: Some(Arc::new(robot)),
+            ..Self::new(scene, None)
+        }
+    }
+
+    pub(crate) fn on_robot(mut self, robot: Option<Arc<Robot>>, motion: Option<Arc<Retargeting>>) -> Self {
+        self.robot = robot;
+        self.on_robot = motion;
         self
     }
 

@@ -3,6 +3,7 @@
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::dump::SceneView;
 use mocap::gltf::{self, BufferPlace};
+use mocap::job::RobotFormat;
 use mocap::render::{Clip, Drawing, SheetOptions};
 use mocap::scene::{Assumption, UpAxis};
 use mocap::{Conversion, Error, Format, FormatInfo, Scene, Written};
@@ -53,6 +54,9 @@ struct WriterReport {
 
 pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {
     let scene = &entry.scene;
+    if let (Some(retargeting), Some(format)) = (&entry.on_robot, RobotFormat::named(format)) {
+        return file(format.write(retargeting)?, Vec::new());
+    }
     match format {
         "csv" => {
             let motion = Arrays::of(scene, &ArrayOptions::default())?;
@@ -99,7 +103,8 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
         true => (entry.scene.clone(), Vec::new()),
         false => on_skeleton(entry)?,
     };
-    if options.skeleton_only {
+    // The bodies of links are for pictures.
+    if options.skeleton_only || entry.robot.is_some() {
         scene.leave_out_meshes();
     }
     // The page gets one file.

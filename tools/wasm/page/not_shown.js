@@ -1,0 +1,38 @@
+// What a glTF or VRM file has that the player does not show, which is said where the file is shown.
+
+/** The most bytes of JSON that are looked at. */
+const LARGEST_JSON = 64 << 20;
+
+/** The JSON of a .glb, .vrm or .gltf; nothing where there is none. */
+async function gltfOf(file) {
+  const head = new DataView(await file.slice(0, 20).arrayBuffer());
+  const isBinary = head.byteLength === 20 && head.getUint32(0) === 0x676c5446;
+  if (!isBinary && !/\.gltf$/i.test(file.name)) return null;
+  const length = isBinary ? head.getUint32(12, true) : file.size;
+  if (length > LARGEST_JSON) return null;
+  try {
+    return JSON.parse(await file.slice(isBinary ? 20 : 0, (isBinary ? 20 : 0) + length).text());
+  } catch {
+    // What is wrong with it the reader has said.
+    return null;
+  }
+}
+
+/** A sentence, or "". */
+export async function notShownOf(file) {
+  const gltf = await gltfOf(file);
+  if (!gltf || typeof gltf !== "object") return "";
+  const { VRM: vrm0, VRMC_vrm: vrm1, VRMC_springBone: springs } = gltf.extensions ?? {};
+  const count = (list) => (Array.isArray(list) ? list.length : Object.keys(list ?? {}).length);
+  const expressions = count(vrm0?.blendShapeMaster?.blendShapeGroups) || count(vrm1?.expressions?.preset) + count(vrm1?.expressions?.custom);
+  const hasTargets = Array.isArray(gltf.meshes) && gltf.meshes.some((mesh) => mesh?.primitives?.some?.((primitive) => primitive?.targets?.length));
+  const parts = [
+    expressions && `${expressions} expressions`,
+    (vrm0?.firstPerson || vrm1?.lookAt) && "look-at",
+    (vrm0?.secondaryAnimation?.boneGroups?.length || springs) && "spring bones",
+    !expressions && hasTargets && "morph targets",
+  ].filter(Boolean);
+  if (!parts.length) return "";
+  const last = parts.pop();
+  return `The picture leaves ${parts.length ? `${parts.join(", ")} and ` : ""}${last} still. A file saved of the character keeps them.`;
+}

@@ -1,0 +1,76 @@
+// This page as a file that has what is opened in it: whoever opens it sees the same, and can go on from there.
+
+import { takeText } from "../../../src/render/view/unpack.js";
+import { fromBase85, toBase85 } from "./base85.js";
+
+const piped = async (bytes, stream) => new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
+
+const dataElement = (type, id, text) => `<script type="${type}" id="${id}">${text}<\/script>`;
+
+/** What of an item does not come from its files. */
+const keptOf = ({ path, name, names, read, change, steps, retarget }) => ({ path, name, names, read, change, steps, retarget });
+
+export class OwnPage {
+  /** Before anything changes the page. `wasm` are the bytes of the module. */
+  constructor() {
+    this.wasm = fromBase85(takeText("wasm"));
+    this.walk = takeText("walk");
+    this.session = this.taken();
+    this.html = `<!doctype html>\n${document.documentElement.outerHTML}`;
+  }
+
+  /** What was saved in this page, which is then not in it any more. */
+  taken() {
+    const found = document.getElementById("session");
+    if (!found) return null;
+    const session = JSON.parse(found.textContent);
+    for (const [index, file] of session.files.entries()) {
+      file.text = takeText(`file-${index}`);
+      document.getElementById(`file-${index}`).remove();
+    }
+    found.remove();
+    return session;
+  }
+
+  /** The walk that an empty page offers. */
+  get walkBytes() { return fromBase85(this.walk); }
+
+  /** The items that were saved in this page, with their files, each with the place of its character; and which are shown. */
+  async opened() {
+    const { session } = this;
+    const files = [];
+    for (const { name, text, lastModified } of session.files) {
+      files.push(new File([await piped(fromBase85(text), new DecompressionStream("gzip"))], name, { lastModified }));
+      // A text of megabytes is not keptOf.
+    }
+    session.files = [];
+    return session.items.map((item) => ({ ...item, files: item.files.map((index) => files[index]) }));
+  }
+
+  /** A page with items in it, of which the first `shown` are shown; characters stand behind. */
+  async with(shown) {
+    const items = [...new Set([...shown, ...shown.flatMap(({ onto, from }) => [from, onto].filter(Boolean))])];
+    const files = [...new Set(items.flatMap((item) => item.files))];
+    const place = (item) => (item ? items.indexOf(item) : undefined);
+    const session = {
+      shown: shown.length,
+      items: items.map((item) => ({ ...keptOf(item), files: item.files.map((file) => files.indexOf(file)), onto: place(item.onto), from: place(item.from) })),
+      files: files.map(({ name, lastModified }) => ({ name, lastModified })),
+    };
+    const parts = [dataElement("application/json", "session", JSON.stringify(session).replaceAll("<", "\\u003c"))];
+    for (const [index, file] of files.entries()) {
+      const packed = await piped(await file.arrayBuffer(), new CompressionStream("gzip"));
+      parts.push(dataElement("application/octet-stream", `file-${index}`, toBase85(packed)));
+    }
+    const texts = { wasm: toBase85(this.wasm), walk: this.walk };
+    const html = this.html.replace(/(<script [^>]*id="(wasm|walk)">)(<\/script>)/g, (_, start, id, end) => `${start}${texts[id]}${end}`);
+    // Behind the last element with data, before the script.
+    const [before, after] = splitAfter(html, /<script [^>]*id="walk">[^<]*<\/script>/);
+    return new Blob([before, ...parts, after], { type: "text/html" });
+  }
+}
+
+function splitAfter(text, pattern) {
+  const { 0: found, index } = pattern.exec(text);
+  return [text.slice(0, index + found.length), text.slice(index + found.length)];
+}

@@ -1,0 +1,75 @@
+// A motion on a robot: each joint over time between its limits, and what the report says of it.
+
+import { Chart } from "../../../src/render/view/chart.js";
+import { byId, make } from "../../../src/render/view/dom.js";
+
+const PERCENT = 100;
+const percent = (fraction) => `${(PERCENT * fraction).toFixed(fraction < 0.01 ? 2 : 1)} %`;
+/** As many joints at a limit as are named. */
+const NAMED = 4;
+const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+/** What a report says, a line each. */
+function linesOf({ verdict, mean_degrees, limbs, clamped, fraction_below_floor, fraction_in_self_collision, fraction_of_jumps, skate }) {
+  const atLimit = [...clamped].sort((a, b) => b.fraction - a.fraction).slice(0, NAMED).map(({ joint, fraction }) => `${joint} ${percent(fraction)}`);
+  const worst = [...limbs].sort((a, b) => (b.max_degrees ?? 0) - (a.max_degrees ?? 0))[0];
+  return [
+    `verdict: ${verdict}`,
+    `limbs ${mean_degrees.toFixed(1)}° off the motion in the mean${worst?.max_degrees === undefined ? "" : `, at most ${worst.max_degrees.toFixed(1)}° (${worst.bone})`}`,
+    `at a limit: ${atLimit.join(", ") || "no joint"}`,
+    `soles below the floor in ${percent(fraction_below_floor)} of the frames, links within one another in ${percent(fraction_in_self_collision)}, jumps ${percent(fraction_of_jumps)}`,
+    ...(skate === undefined || skate === null ? [] : [`standing soles slide ${(100 * skate).toFixed(2)} cm/s`]),
+  ];
+}
+
+export class RobotView {
+  // `player` is what shows the motion.
+  constructor(player) {
+    this.player = player;
+    this.chart = new Chart(byId("robot-curve"), (share) => this.robot && player.seekTime((share * (this.robot.frames - 1)) / this.robot.fps));
+    byId("robot-joint").addEventListener("change", () => this.showJoint());
+    byId("robot").addEventListener("toggle", () => this.showJoint());
+    new ResizeObserver(() => this.showJoint()).observe(byId("robot-curve"));
+  }
+
+  show({ answer }) {
+    this.robot = answer?.robot ?? null;
+    byId("robot").hidden = !this.robot;
+    if (!this.robot) return;
+    const select = byId("robot-joint");
+    const before = select.value;
+    select.replaceChildren(...this.robot.joints.map(({ name }, index) => make("option", { value: index }, name)));
+    if (this.robot.joints[before]) select.value = before;
+    byId("robot-report").replaceChildren(...linesOf(answer.retargeted).map((line) => make("li", {}, line)));
+    this.showJoint();
+  }
+
+  // A joint over time, in degrees where it turns, and its limits as lines.
+  showJoint() {
+    if (!this.robot || !byId("robot").open) return;
+    const { frames, joints, positions } = this.robot;
+    const index = Number(byId("robot-joint").value);
+    const { lower, upper, velocity } = joints[index];
+    const degrees = 180 / Math.PI;
+    const row = Float64Array.from({ length: frames }, (_, frame) => degrees * positions[frame * joints.length + index]);
+    const line = (limit) => new Float64Array(frames).fill(degrees * limit);
+    const limits = [lower, upper].filter((limit) => limit !== null);
+    this.chart.show([row, ...limits.map(line)], { filled: frames, colors: [style("--accent"), style("--warn"), style("--warn")], unit: "°" });
+    this.fastest(row, velocity);
+    this.point();
+  }
+
+  // The largest speed beside the one that the robot's file allows.
+  fastest(row, velocity) {
+    let most = 0;
+    for (let frame = 1; frame < row.length; frame++) most = Math.max(most, Math.abs(row[frame] - row[frame - 1]));
+    const allowed = velocity ? `, ${Math.round((180 / Math.PI) * velocity)}°/s allowed` : "";
+    byId("robot-speed").textContent = `at most ${Math.round(most * this.robot.fps)}°/s${allowed}`;
+  }
+
+  point() {
+    if (!this.robot || !byId("robot").open) return;
+    const { time } = this.player.state;
+    this.chart.point(Math.min(1, (time * this.robot.fps) / Math.max(1, this.robot.frames - 1)));
+  }
+}

@@ -1,0 +1,230 @@
+// What the drop page makes beside files of motion: films, pictures, pages, archives, steps of a dragged hand, motions on robots.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+
+/** Films are compared in squares of so many pixels, whose mean is taken: a film has half of the colours of a picture. */
+const SQUARE = 20;
+/** Of 255, how far such a mean may be off: what a film of this size loses, and 256 colours. */
+const [OFF_FILM, OFF_GIF] = [6, 12];
+
+/** The pictures of a film as ffmpeg decodes them: three bytes a pixel. */
+function decoded(path) {
+  const raw = execFileSync("ffmpeg", ["-v", "error", "-i", path, "-fps_mode", "passthrough", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"], { maxBuffer: 1 << 30 });
+  const size = execFileSync("ffprobe", ["-v", "error", "-select_streams", "v", "-show_entries", "stream=width,height", "-of", "csv=p=0", path], { encoding: "utf8" });
+  const [width, height] = size.trim().split(",").map(Number);
+  const length = 3 * width * height;
+  return { width, height, pictures: Array.from({ length: raw.length / length }, (_, i) => raw.subarray(i * length, (i + 1) * length)) };
+}
+
+/** The mean of each part of colour in each square. */
+function squaresOf(pixels, width, height, stride) {
+  const means = [];
+  for (let top = 0; top + SQUARE <= height; top += SQUARE) {
+    for (let left = 0; left + SQUARE <= width; left += SQUARE) {
+      const sum = [0, 0, 0];
+      for (let y = top; y < top + SQUARE; y++) {
+        for (let x = left; x < left + SQUARE; x++) for (let part = 0; part < 3; part++) sum[part] += pixels[stride * (y * width + x) + part];
+      }
+      means.push(...sum.map((value) => value / SQUARE ** 2));
+    }
+  }
+  return means;
+}
+
+/** The arrays of an .npz that is not packed: the numbers of each, as text for names. */
+function arraysOf(bytes) {
+  const arrays = {};
+  for (let at = 0; bytes.readUInt32LE(at) === 0x04034b50; ) {
+    const [size, name] = [bytes.readUInt32LE(at + 18), bytes.readUInt16LE(at + 26)];
+    const start = at + 30 + name + bytes.readUInt16LE(at + 28);
+    const npy = bytes.subarray(start, start + size);
+    const values = npy.subarray(10 + npy.readUInt16LE(8));
+    const header = npy.toString("latin1", 10, 10 + npy.readUInt16LE(8));
+    const isDoubles = /'<f8'/.test(header);
+    arrays[bytes.toString("utf8", at + 30, at + 30 + name)] = isDoubles ? Array.from({ length: values.length / 8 }, (_, i) => values.readDoubleLE(8 * i)) : values;
+    at = start + size;
+  }
+  return arrays;
+}
+
+export function savingChecks(pageCheck, { open, openPage, fixture, folder, program }) {
+  /** A file that a press makes. */
+  const made = async (page, selector, name) => {
+    const [download] = await Promise.all([page.waitForEvent("download", { timeout: 120_000 }), page.click(selector)]);
+    const path = join(folder, name ?? download.suggestedFilename());
+    await download.saveAs(path);
+    return path;
+  };
+
+  pageCheck("an empty page plays a walk", async (browser) => {
+    const { page, idle, items, trouble } = await open(browser);
+    await page.click("#start-walk");
+    await idle();
+    const [walk] = await items();
+    assert.deepEqual([walk.name, walk.state], ["walk.mclip", "ok"]);
+    assert.equal(await page.evaluate(() => window.mocap.state.clips[0].humanoid), true);
+    assert.deepEqual(trouble, []);
+  });
+
+  pageCheck("a film is what is shown, picture by picture, as ffmpeg decodes it", async (browser) => {
+    const { page, drop, trouble } = await open(browser);
+    await drop(fixture("real/cmu_12_01_walk.bvh"));
+    // A second of it.
+    await page.evaluate(() => { const { player } = window.desk; player.line.range = [1, 2]; player.seekTime(1); player.line.show(); });
+    await page.click("#save-film");
+    for (const [kind, rate, most, extension] of [["film", 24, OFF_FILM, "webm"], ["gif", 20, OFF_GIF, "gif"]]) {
+      await page.selectOption("#film-kind", kind);
+      await page.selectOption("#film-rate", "24");
+      const film = decoded(await made(page, "#film-save", `film.${extension}`));
+      assert.equal(film.pictures.length, rate + 1, `${kind}: both ends of a second`);
+      for (const index of [0, 7, rate]) {
+        const seen = await page.evaluate(([index, rate, width, height]) => {
+          const { player } = window.desk;
+          const { stage, canvas } = player;
+          const camera = structuredClone({ target: stage.camera.target });
+          stage.size = [width, height];
+          player.state.time = 1;
+          stage.before = null;
+          for (let at = 0; at <= index; at++) {
+            player.state.time = Math.min(2, 1 + at / rate);
+            stage.draw();
+          }
+          const pen = new OffscreenCanvas(width, height).getContext("2d");
+          pen.drawImage(canvas, 0, 0);
+          stage.size = null;
+          Object.assign(stage.camera, camera);
+          stage.before = null;
+          return Array.from(pen.getImageData(0, 0, width, height).data);
+        }, [index, rate, film.width, film.height]);
+        const [ours, theirs] = [squaresOf(seen, film.width, film.height, 4), squaresOf(film.pictures[index], film.width, film.height, 3)];
+        const off = ours.reduce((worst, value, i) => Math.max(worst, Math.abs(value - theirs[i])), 0);
+        assert.ok(off < most, `${kind}: picture ${index} is ${off.toFixed(1)} of 255 off`);
+      }
+    }
+    await page.selectOption("#film-kind", "picture");
+    const png = readFileSync(await made(page, "#film-save", "picture.png"));
+    assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [1280, 720]);
+    assert.deepEqual(trouble, []);
+  });
+
+  pageCheck("a saved page has what was opened in it, with its steps and its character", async (browser) => {
+    const { page, drop, idle, trouble } = await open(browser);
+    await drop(fixture("real/cmu_short.bvh"));
+    await page.evaluate(() => window.desk.change(window.desk.chosen, "steps", ["mirror"]));
+    await drop(fixture("characters/human_vrm0.vrm"), fixture("real/cmu_12_01_walk.bvh"));
+    await page.click("[aria-label='cmu_short.bvh beside the others']");
+    await idle();
+    const seen = (page) => page.evaluate(() => window.mocap.state.clips.map(({ name, frames }, index) => [name, frames, window.mocap.drawn(index)[0]]));
+    const before = await seen(page);
+    assert.equal(before.length, 2);
+    const file = await made(page, "#save-page");
+    assert.deepEqual(trouble, []);
+    const again = await openPage(browser, pathToFileURL(file).href);
+    await again.idle();
+    assert.deepEqual(await seen(again.page), before);
+    assert.deepEqual((await again.page.evaluate(() => window.desk.items.map(({ steps }) => steps))).flat(), ["mirror"]);
+    // It is a page like any other, and can be saved again.
+    await again.drop(fixture("real/lecture_Test.bvh"));
+    const second = await openPage(browser, pathToFileURL(await made(again.page, "#save-page")).href);
+    await second.idle();
+    assert.deepEqual((await second.items()).map(({ name }) => name), ["lecture_Test.bvh"]);
+    assert.deepEqual([...again.trouble, ...second.trouble], []);
+  });
+
+  pageCheck("all motions are one archive, each as it is saved alone", async (browser) => {
+    const { page, drop, trouble } = await open(browser);
+    await drop(fixture("real/cmu_short.bvh"), fixture("real/lecture_Test.bvh"), fixture("characters/human_default.glb"));
+    await page.evaluate(() => window.desk.show([window.desk.items.find(({ name }) => name === "cmu_short.bvh")]));
+    const alone = readFileSync(await made(page, "#save-row [data-format=glb]"));
+    await page.check("#save-all");
+    const archive = await made(page, "#save-row [data-format=glb]", "all.zip");
+    execFileSync("unzip", ["-tq", archive]);
+    const names = execFileSync("unzip", ["-Z1", archive], { encoding: "utf8" }).trim().split("\n");
+    assert.deepEqual(names.filter((name) => !/ on /.test(name)).sort(), ["cmu_short.glb", "lecture_Test.glb"], "a character has no motion");
+    assert.ok(execFileSync("unzip", ["-p", archive, "cmu_short.glb"], { maxBuffer: 1 << 28 }).equals(alone));
+    assert.deepEqual(trouble, []);
+  });
+
+  pageCheck("a dragged hand is kept as a step, and the job makes the same", async (browser) => {
+    const { page, drop, idle, trouble } = await open(browser);
+    const walk = fixture("real/cmu_12_01_walk.bvh");
+    await drop(walk);
+    await page.evaluate(() => window.mocap.seek(200));
+    const hand = await page.evaluate(() => window.mocap.state.clips[0].nodes.findIndex(({ bone }) => bone?.name === "leftHand"));
+    const [x, y] = await page.evaluate((joint) => window.mocap.onPage(joint), hand);
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 20, y - 60, { steps: 4 });
+    await page.mouse.up();
+    const place = () => page.evaluate((joint) => { window.desk.player.stage.draw(); return window.mocap.drawn()[joint]; }, hand);
+    const dragged = await place();
+    await page.click("#drag .main");
+    await idle();
+    const { steps, frame } = await page.evaluate(() => ({ steps: window.desk.chosen.steps, frame: Number(/range=(\d+)f/.exec(window.desk.chosen.steps[0])[1]) }));
+    assert.match(steps[0], /^reach:limb=left-hand,to=/);
+    await page.evaluate((frame) => window.mocap.seek(frame), frame);
+    const kept = await place();
+    const metres = 0.0254 / 0.45;
+    const off = metres * Math.hypot(...kept.map((value, axis) => value - dragged[axis]));
+    assert.ok(off < 0.002, `the hand is ${off} m from where it was put`);
+    const job = JSON.parse(await page.textContent("#job-text"));
+    const [file, output] = ["reach.json", "reach.glb"].map((name) => join(folder, name));
+    writeFileSync(file, JSON.stringify({ ...job, source: { ...job.source, inputs: [walk] }, write: { output } }));
+    assert.ok(program("run", file), "the program does not take the job");
+    const posed = JSON.parse(program("pose", output, "--tick", String(frame), "--world", "--json"));
+    const there = posed.nodes.find(({ name }) => name === "LeftHand").translation;
+    assert.ok(Math.hypot(...there.map((value, axis) => value - metres * dragged[axis])) < 0.002, `the job puts it at ${there}`);
+    assert.deepEqual(trouble, []);
+  });
+
+  pageCheck("bones are chosen by joint, and the time line shows a part of the time", async (browser) => {
+    const { page, drop, idle, trouble } = await open(browser);
+    await drop(fixture("real/cmu_12_01_walk.bvh"));
+    await page.click("#tree >> text=LeftShoulder");
+    await page.selectOption("#bone-choice", "leftUpperArm");
+    await idle();
+    const bones = await page.evaluate(() => Object.fromEntries(window.mocap.state.clips[0].nodes.filter(({ bone }) => bone).map(({ name, bone }) => [bone.name, name])));
+    assert.equal(bones.leftUpperArm, "LeftShoulder");
+    assert.equal(JSON.parse(await page.textContent("#job-text")).source.map.leftUpperArm, "LeftShoulder");
+    await page.evaluate(() => window.mocap.seek(300));
+    for (const key of [".", ".", "."]) await page.keyboard.press(key);
+    const [from, to, tick] = await page.evaluate(() => ["min", "max", "value"].map((name) => Number(document.getElementById("scrub")[name])));
+    assert.ok(to - from < 70 && from < 300 && to > 300 && tick === 300, `${from} to ${to}, at ${tick}`);
+    assert.equal(await page.isVisible("#part"), true);
+    // What is played comes into view.
+    await page.evaluate(() => window.mocap.seek(20));
+    await page.waitForFunction(() => Number(document.getElementById("scrub").min) <= 20);
+    for (const key of [",", ",", ",", ","]) await page.keyboard.press(key);
+    assert.equal(await page.getAttribute("#scrub", "min"), "0");
+    assert.equal(await page.isVisible("#part"), false);
+    assert.deepEqual(trouble, []);
+  });
+
+  pageCheck("a motion on a robot is that of `mocap robot`, with its shapes and limits", async (browser) => {
+    const { page, drop, items, trouble, picture } = await open(browser);
+    const [walk, g1] = ["real/cmu_short.bvh", "robots/g1_29dof_rev_1_0.urdf"].map(fixture);
+    await drop(walk, g1);
+    assert.match((await items()).find(({ name }) => name.endsWith(".urdf")).summary, /^a robot, \d+ links$/);
+    assert.deepEqual(await page.evaluate(() => window.mocap.state.clips.map(({ name }) => name)), ["cmu_short on g1_29dof_rev_1_0"]);
+    assert.equal(await page.evaluate(() => Boolean(window.mocap.state.clips[0].skin)), true, "its links have shapes");
+    await page.click("#robot summary");
+    assert.equal(await page.locator("#robot-joint option").count(), 29);
+    await picture("robot");
+    const found = arraysOf(readFileSync(await made(page, "#save-row [data-format=npz]")));
+    const output = join(folder, "robot.npz");
+    assert.ok(program("robot", walk, "--robot", g1, "-o", output));
+    const expected = arraysOf(readFileSync(output));
+    for (const [name, values] of Object.entries(expected)) {
+      const off = Math.max(...Array.from(values, (value, i) => Math.abs(Number(value) - Number(found[name][i]))));
+      assert.equal(found[name].length, values.length, name);
+      assert.ok(off < 0.01, `${name} is ${off} off`);
+    }
+    const rows = readFileSync(await made(page, "#save-row [data-format=csv]"), "utf8").trim().split("\n");
+    assert.equal(rows.length, expected["root_pos.npy"].length / 3 + (/^[a-z]/i.test(rows[0]) ? 1 : 0));
+    assert.deepEqual(trouble, []);
+  });
+}
