@@ -23,12 +23,13 @@ export class Desk {
     Object.assign(this, { player, reader, ownPage });
     this.opened = new Opened({ show: (item) => this.show([item]), turnBeside: (item) => this.turnBeside(item), remove: (item) => this.remove(item) });
     this.progress = new Progress();
-    this.steps = new Steps({ known: () => this.reader.ask({ call: "steps" }), change: (steps) => this.change(this.chosen, "steps", steps) });
+    this.steps = new Steps({ known: () => this.reader.ask({ call: "steps" }), change: (steps) => this.change(this.chosen, "steps", steps), compare: () => this.compare(this.chosen) });
     this.saving = new Saving({
       chosen: () => this.chosen,
       all: () => this.items.filter((item) => item.state === "ok" && !isCharacter(item)),
       ask: (item, request) => this.reader.ask({ ...request, item: this.request(item) }),
-      page: () => this.ownPage.with(this.shown),
+      shown: () => this.shown,
+      page: (items) => this.ownPage.with(items),
       film: () => this.player.film.open(),
     });
     this.robot = new RobotView(player);
@@ -95,6 +96,17 @@ export class Desk {
     const frame = Math.max(0, Math.round(clip.tick) - before);
     const texts = steps.map(({ limb, to }) => `reach:limb=${limb},to=${to.join("/")},range=${frame}f..${frame}f`);
     return this.change(item, "steps", [...item.steps, ...texts]);
+  }
+
+  // A motion with its steps and without them, one over the other at the same time.
+  async compare(item) {
+    const { path, files, names, read, change } = item;
+    // A rest pose before the motion is left out where there are steps.
+    const before = { path, files, names, read, change: { firstFrame: "auto", ...change }, steps: [], name: `${item.name}, before`, mark: `before ${item.id}` };
+    const known = this.items.find(({ mark }) => mark === before.mark);
+    this.tell("");
+    this.showList();
+    if (await this.show([item, Object.assign(known ?? this.opened.add(before), before)], { keepTime: true })) this.player.arrange("over");
   }
 
   // The bone of a joint can be chosen, but for those of a body that a motion was put on: that is another file's.

@@ -36,7 +36,7 @@ export class Opened {
 
   // Adds an item, or finds the one that it is.
   add(item) {
-    const mark = item.onto ? null : signature(item);
+    const mark = item.onto ? null : item.mark ?? signature(item);
     const known = mark && this.items.find((other) => other.mark === mark);
     if (known) return known;
     const added = { onto: null, read: {}, change: {}, steps: [], retarget: { feet: "lock" }, state: "waiting", warnings: [], id: ++this.last, mark, ...item };

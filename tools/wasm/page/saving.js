@@ -11,11 +11,15 @@ const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/
 /** Formats that may be written within an error. */
 const WITHIN = new Set(["glb", "vrma", "fbx", "mclip"]);
 
+/** Bytes of a motion above which a page has it packed, and metres that a joint may then be off. */
+const LARGE_FILE = 16e6;
+const PAGE_ERROR = 1e-4;
+
 export const stem = (name) => name.replace(/\.\w+$/, "");
 
 export class Saving {
   // `acts`: chosen() is the item that is saved, all() are those that can be, ask(item, request) is a promise of the reader's
-  // answer, page() of this page with what is shown; film() asks for a picture or a film.
+  // answer, shown() are the items in the picture, page(items) is a promise of this page with them; film() asks for a picture or a film.
   constructor(acts) {
     this.acts = acts;
     for (const button of byId("save-row").querySelectorAll("[data-format]")) {
@@ -69,9 +73,26 @@ export class Saving {
   }
 
   async savePage() {
-    const page = await this.acts.page();
-    save(page, `${stem(this.acts.chosen().name)}.html`, "text/html");
-    byId("saved").textContent = `A page of ${(page.size / 1e6).toFixed(1)} MB with the motion in it, which anybody can open.`;
+    try {
+      const shown = this.acts.shown();
+      const items = [];
+      for (const item of shown) items.push(await this.forPage(item));
+      const page = await this.acts.page(items);
+      save(page, `${stem(this.acts.chosen().name)}.html`, "text/html");
+      const packed = items.some((item, index) => item !== shown[index]) ? `, packed within ${1000 * PAGE_ERROR} mm` : "";
+      byId("saved").textContent = `A page of ${(page.size / 1e6).toFixed(1)} MB with the motion in it${packed}, which anybody can open.`;
+    } catch (error) {
+      byId("saved").textContent = `The page was not made: ${error.reason ?? error.message}`;
+    }
+  }
+
+  // What is put into a page: the files as they are, or of a long motion a packed clip, a tenth as large.
+  async forPage(item) {
+    const size = item.files.reduce((sum, file) => sum + file.size, 0);
+    if (item.onto || item.hasSkin || size <= LARGE_FILE) return item;
+    const name = `${stem(item.name)}.mclip`;
+    const { bytes } = await this.acts.ask(item, { call: "save", name: stem(item.name), format: "mclip", options: { maxError: PAGE_ERROR } });
+    return { ...item, path: name, name, files: [new File([bytes], name)], names: [name], read: {}, change: {}, steps: [], from: undefined };
   }
 
   show(item) {

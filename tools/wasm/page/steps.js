@@ -18,12 +18,14 @@ function reportLine(report) {
 }
 
 export class Steps {
-  // `acts`: known() is a promise of the steps of the package, change(steps) applies others to what is shown.
+  // `acts`: known() is a promise of the steps of the package, change(steps) applies others to what is shown, compare()
+  // shows it beside what it was.
   constructor(acts) {
     this.acts = acts;
     byId("step-name").addEventListener("change", () => this.showKeys());
     byId("step-add").addEventListener("click", () => this.acts.change([...this.item.steps, this.text()]));
     byId("step-undo").addEventListener("click", () => this.acts.change(this.item.steps.slice(0, -1)));
+    byId("step-before").addEventListener("click", () => this.acts.compare());
     // The list is asked for when it is first seen.
     byId("steps").addEventListener("toggle", () => byId("steps").open && this.load());
   }
@@ -65,6 +67,6 @@ export class Steps {
     this.item = item;
     const reports = item.answer?.edits ?? [];
     byId("step-list").replaceChildren(...item.steps.map((step, index) => make("li", {}, step, make("small", {}, reportLine(reports[index])))));
-    byId("step-undo").disabled = !item.steps.length;
+    byId("step-undo").disabled = byId("step-before").disabled = !item.steps.length;
   }
 }
