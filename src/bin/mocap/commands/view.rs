@@ -352,7 +352,11 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
         None => Figure::new(&scene),
     };
     let limb_angles = retargeting.limb_angles(0);
-    let read = Read::new(name, scene, figure)?;
+    let mut read = Read::new(name, scene, figure)?;
+    // The file of the download has the links alone, as `mocap robot` writes them; the picture has their bodies.
+    if let Target::Robot(robot) = retargeting.target() {
+        robot.add_links(&mut read.scene);
+    }
     Ok(Read { limb_angles, ..read })
 }
 
