@@ -76,10 +76,12 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
     // A second of it.
     await page.evaluate(() => { const { player } = window.desk; player.line.range = [1, 2]; player.seekTime(1); player.line.show(); });
     await page.click("#save-film");
-    for (const [kind, rate, most, extension] of [["film", 24, OFF_FILM, "webm"], ["gif", 20, OFF_GIF, "gif"]]) {
+    for (const [kind, rate, most] of [["webm", 24, OFF_FILM], ["mp4", 24, OFF_FILM], ["gif", 20, OFF_GIF]]) {
+      // Not every Chromium encodes H.264.
+      if (await page.locator(`#film-kind [value=${kind}]`).isDisabled()) continue;
       await page.selectOption("#film-kind", kind);
       await page.selectOption("#film-rate", "24");
-      const film = decoded(await made(page, "#film-save", `film.${extension}`));
+      const film = decoded(await made(page, "#film-save", `film.${kind}`));
       assert.equal(film.pictures.length, rate + 1, `${kind}: both ends of a second`);
       for (const index of [0, 7, rate]) {
         const seen = await page.evaluate(([index, rate, width, height]) => {
@@ -105,7 +107,7 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
         assert.ok(off < most, `${kind}: picture ${index} is ${off.toFixed(1)} of 255 off`);
       }
     }
-    await page.selectOption("#film-kind", "picture");
+    await page.selectOption("#film-kind", "png");
     const png = readFileSync(await made(page, "#film-save", "picture.png"));
     assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [1280, 720]);
     assert.deepEqual(trouble, []);

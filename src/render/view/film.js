@@ -3,10 +3,11 @@
 
 import { byId, save } from "./dom.js";
 import { Gif, paletteOf } from "./gif.js";
+import { mp4Of } from "./mp4.js";
 import { webmOf } from "./webm.js";
 
-// What a browser may encode, by its name and by that of WebM. The levels allow any size.
-const CODECS = [["vp09.00.51.08", "V_VP9"], ["vp8", "V_VP8"]];
+// What a browser may encode, by the extension of the film: its name, and that of WebM. The levels allow any size.
+const CODECS = { mp4: [["avc1.640034"], ["avc1.42003d"]], webm: [["vp09.00.51.08", "V_VP9"], ["vp8", "V_VP8"]] };
 // Bits of a pixel of a film.
 const BITS = 0.12;
 // Seconds from one picture that needs no other to the next.
@@ -25,8 +26,8 @@ const pause = () => new Promise((done) => setTimeout(done));
 const even = (size) => Math.max(2, 2 * Math.round(size / 2));
 
 // How a film of a size is encoded here, or null where the browser encodes none.
-async function encodingOf({ width, height, rate }) {
-  for (const [codec, name] of globalThis.VideoEncoder ? CODECS : []) {
+async function encodingOf(extension, { width, height, rate }) {
+  for (const [codec, name] of globalThis.VideoEncoder ? CODECS[extension] : []) {
     const config = { codec, width, height, framerate: rate, bitrate: Math.round(BITS * width * height * rate) };
     const { supported } = await VideoEncoder.isConfigSupported(config).catch(() => ({}));
     if (supported) return { config, name };
@@ -43,9 +44,12 @@ export class Film {
   }
 
   async open() {
-    const film = byId("film-kind").querySelector("[value=film]");
-    film.disabled = !(await encodingOf({ width: 1280, height: 720, rate: 30 }));
-    if (film.disabled && byId("film-kind").value === "film") byId("film-kind").value = "gif";
+    const kinds = byId("film-kind");
+    for (const extension of Object.keys(CODECS)) {
+      const option = kinds.querySelector(`[value=${extension}]`);
+      option.disabled = !(await encodingOf(extension, { width: 1280, height: 720, rate: 30 }));
+    }
+    if (kinds.selectedOptions[0].disabled) kinds.value = kinds.querySelector("option:not(:disabled)").value;
     this.showChoices();
     byId("film-dialog").showModal();
   }
@@ -54,8 +58,8 @@ export class Film {
 
   showChoices() {
     const kind = byId("film-kind").value;
-    byId("film-rate-choice").hidden = kind !== "film";
-    byId("film-said").textContent = kind === "picture" ? "The picture as it is shown now." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the part of the time line that is shown, at ${this.player.state.speed}×.`;
+    byId("film-rate-choice").hidden = !(kind in CODECS);
+    byId("film-said").textContent = kind === "png" ? "The picture as it is shown now." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the part of the time line that is shown, at ${this.player.state.speed}×.`;
   }
 
   get range() {
@@ -83,9 +87,9 @@ export class Film {
     const look = { target: camera.target, yaw: camera.yaw, pitch: camera.pitch, distance: camera.distance };
     try {
       const kind = byId("film-kind").value;
-      const made = await { picture: () => this.picture(), gif: () => this.gif(), film: () => this.film() }[kind]();
+      const made = await { png: () => this.picture(), gif: () => this.gif(), mp4: () => this.film("mp4"), webm: () => this.film("webm") }[kind]();
       if (made) {
-        save(made, `${player.clip.name.replace(/\.\w+$/, "")}.${{ picture: "png", gif: "gif", film: "webm" }[kind]}`, made.type);
+        save(made, `${player.clip.name.replace(/\.\w+$/, "")}.${kind}`, made.type);
         byId("film-said").textContent = `${(made.size / 1e6).toFixed(2)} MB were made.`;
       } else {
         byId("film-said").textContent = "Stopped.";
@@ -131,18 +135,18 @@ export class Film {
     return true;
   }
 
-  async film() {
+  async film(extension) {
     const { stage, canvas } = this.player;
     const rate = Number(byId("film-rate").value);
     const [width, height] = this.size.map(even);
     stage.size = [width, height];
-    const { config, name } = (await encodingOf({ width, height, rate })) ?? {};
+    const { config, name } = (await encodingOf(extension, { width, height, rate })) ?? {};
     if (!config) throw new Error(`this browser encodes no film of ${width} × ${height}`);
     const pictures = [];
-    let [colorSpace, failure] = [undefined, null];
+    let [format, failure] = [null, null];
     const encoder = new VideoEncoder({
       output: (chunk, { decoderConfig } = {}) => {
-        colorSpace ??= decoderConfig?.colorSpace;
+        format ??= decoderConfig;
         const bytes = new Uint8Array(chunk.byteLength);
         chunk.copyTo(bytes);
         pictures.push({ bytes, milliseconds: Math.round(chunk.timestamp / 1000), isKey: chunk.type === "key" });
@@ -160,7 +164,10 @@ export class Film {
       });
       if (!isWhole) return null;
       await encoder.flush();
-      return webmOf(pictures, { codec: name, width, height, rate, colorSpace });
+      if (extension === "webm") return webmOf(pictures, { codec: name, width, height, rate, colorSpace: format?.colorSpace });
+      const { description } = format;
+      const bytes = ArrayBuffer.isView(description) ? new Uint8Array(description.buffer, description.byteOffset, description.byteLength) : new Uint8Array(description);
+      return mp4Of(pictures, { width, height, rate, description: bytes });
     } finally {
       if (encoder.state !== "closed") encoder.close();
     }
