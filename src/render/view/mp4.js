@@ -1,0 +1,58 @@
+// Encoded pictures of H.264 as an MP4 film: boxes of ISO/IEC 14496-12, and of 14496-15 for the codec.
+
+const TICKS_PER_SECOND = 90000;
+// Rows of the matrix that leaves a picture as it is: numbers with 16 and 30 bits behind the point.
+const UNTURNED = [0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000];
+
+const lengthInBytes = (parts) => parts.reduce((sum, part) => sum + part.length, 0);
+
+// Numbers of so many bytes, the highest first: pairs, or numbers of four bytes.
+function fields(...numbers) {
+  const pairs = numbers.map((number) => (Array.isArray(number) ? number : [number, 4]));
+  const bytes = new Uint8Array(pairs.reduce((sum, [, size]) => sum + size, 0));
+  let at = 0;
+  for (const [number, size] of pairs) for (let k = size - 1; k >= 0; k--) bytes[at++] = Math.floor(number / 256 ** k) % 256;
+  return bytes;
+}
+
+const letters = (word) => Uint8Array.from(word, (letter) => letter.charCodeAt(0));
+
+// A box: its length, its name, and what is in it, as a list of pieces of bytes.
+function box(name, ...contents) {
+  const parts = contents.flat();
+  return [fields(8 + lengthInBytes(parts)), letters(name), ...parts];
+}
+
+// Where the pictures lie: all in one piece, at a place of the file.
+function sampleTables(pictures, { width, height, rate, description }, start) {
+  const entry = box("avc1", fields([0, 6], [1, 2], 0, 0, 0, 0, [width, 2], [height, 2], 0x480000, 0x480000, 0, [1, 2], [0, 32], [24, 2], [0xffff, 2]), box("avcC", description));
+  const keys = pictures.flatMap(({ isKey }, index) => (isKey ? [index + 1] : []));
+  return box("stbl",
+    box("stsd", fields(0, 1), entry),
+    box("stts", fields(0, 1, pictures.length, Math.round(TICKS_PER_SECOND / rate))),
+    box("stss", fields(0, keys.length, ...keys)),
+    box("stsc", fields(0, 1, 1, pictures.length, 1)),
+    box("stsz", fields(0, 0, pictures.length, ...pictures.map(({ bytes }) => bytes.length))),
+    box("stco", fields(0, 1, start)));
+}
+
+// A film of pictures, each with its bytes and isKey; `description` is what a decoder must know first.
+export function mp4Of(pictures, format) {
+  const { width, height, rate } = format;
+  const duration = pictures.length * Math.round(TICKS_PER_SECOND / rate);
+  const movie = (start) => box("moov",
+    box("mvhd", fields(0, 0, 0, TICKS_PER_SECOND, duration, 0x10000, [0x100, 2], [0, 10], ...UNTURNED, [0, 24], 2)),
+    box("trak",
+      box("tkhd", fields(3, 0, 0, 1, 0, duration, [0, 8], [0, 2], [0, 2], [0, 2], [0, 2], ...UNTURNED, 0x10000 * width, 0x10000 * height)),
+      box("mdia",
+        box("mdhd", fields(0, 0, 0, TICKS_PER_SECOND, duration, [0x55c4, 2], [0, 2])),
+        box("hdlr", fields(0, 0), letters("vide"), fields([0, 12], [0, 1])),
+        box("minf",
+          box("vmhd", fields(1, [0, 8])),
+          box("dinf", box("dref", fields(0, 1), box("url ", fields(1)))),
+          sampleTables(pictures, format, start)))));
+  const head = box("ftyp", letters("isom"), fields(0x200), letters("isomiso2avc1mp41"));
+  const start = lengthInBytes(head) + lengthInBytes(movie(0)) + 8;
+  const bytes = pictures.map((picture) => picture.bytes);
+  return new Blob([...head, ...movie(start), ...box("mdat", bytes)], { type: "video/mp4" });
+}
