@@ -74,7 +74,9 @@ export class Desk {
     this.openings++;
     this.opening++;
     const { session } = this.ownPage;
-    const items = (await this.ownPage.opened()).map(({ onto, from, ...item }) => [this.opened.add({ ...item, isFromPage: true }), onto, from]);
+    // A motion on a character, or before its steps, has the files of the motion, and is another item.
+    const mark = ({ onto, isBefore }, index) => (onto === undefined && !isBefore ? undefined : `another ${index}`);
+    const items = (await this.ownPage.opened()).map((item, index) => [this.opened.add({ ...item, onto: null, mark: mark(item, index) }), item.onto, item.from]);
     for (const [item, onto, from] of items) Object.assign(item, { onto: items[onto]?.[0] ?? null, from: items[from]?.[0] });
     this.showList();
     await this.show(items.slice(0, session.shown).map(([item]) => item));
@@ -102,7 +104,7 @@ export class Desk {
   async compare(item) {
     const { path, files, names, read, change } = item;
     // A rest pose before the motion is left out where there are steps.
-    const before = { path, files, names, read, change: { firstFrame: "auto", ...change }, steps: [], name: `${item.name}, before`, mark: `before ${item.id}` };
+    const before = { path, files, names, read, change: { firstFrame: "auto", ...change }, steps: [], name: `${item.name}, before`, mark: `before ${item.id}`, isBefore: true };
     const known = this.items.find(({ mark }) => mark === before.mark);
     this.tell("");
     this.showList();

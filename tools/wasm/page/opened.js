@@ -39,7 +39,7 @@ export class Opened {
     const mark = item.onto ? null : item.mark ?? signature(item);
     const known = mark && this.items.find((other) => other.mark === mark);
     if (known) return known;
-    const added = { onto: null, read: {}, change: {}, steps: [], retarget: { feet: "lock" }, state: "waiting", warnings: [], id: ++this.last, mark, ...item };
+    const added = { onto: null, read: {}, change: {}, steps: [], retarget: { feet: "lock" }, state: "waiting", warnings: [], id: ++this.last, ...item, mark };
     this.items.push(added);
     return added;
   }

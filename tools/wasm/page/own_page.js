@@ -8,7 +8,7 @@ const piped = async (bytes, stream) => new Uint8Array(await new Response(new Blo
 const dataElement = (type, id, text) => `<script type="${type}" id="${id}">${text}<\/script>`;
 
 /** What of an item does not come from its files. */
-const keptOf = ({ path, name, names, read, change, steps, retarget }) => ({ path, name, names, read, change, steps, retarget });
+const keptOf = ({ path, name, names, read, change, steps, retarget, isBefore }) => ({ path, name, names, read, change, steps, retarget, isBefore });
 
 export class OwnPage {
   /** Before anything changes the page. `wasm` are the bytes of the module. */
