@@ -334,7 +334,7 @@ impl Verifier {
             metres: output.metres_per_unit(source, &change),
             is_gltf: output.format() == Some(Format::Gltf),
             is_packed: output.format() == Some(Format::Mclip),
-            turns: output.keeps_axes(source) && !has_new_axes,
+            rotations: output.keeps_axes(source) && !has_new_axes,
         };
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;
@@ -374,7 +374,7 @@ impl Verifier {
         verification.max_error = errors.max;
         verification.rms_error = errors.rms();
         // Points have no rotations.
-        verification.turn_error = errors.turn.filter(|_| !output.is_of_points());
+        verification.rotation_error = errors.rotation.filter(|_| !output.is_of_points());
         verification.resampling = has_lost.then(|| Resampling {
             frames: lost.frames,
             max_error: lost.max,

@@ -14,14 +14,14 @@ pub(super) struct Carrier {
     pub(super) column: usize,
     /// Its parent to the world; nothing above it moves.
     parent: Mat4,
-    turn: Quat,
+    rotation: Quat,
     pub(super) up: Vec3,
 }
 
 /// A rotation about the up axis and a translation over the ground.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
-    turn: Quat,
+    rotation: Quat,
     from: Vec3,
     to: Vec3,
 }
@@ -42,7 +42,7 @@ impl Carrier {
         let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
         Self {
             column,
-            turn: Trs::from_matrix(parent).rotation,
+            rotation: Trs::from_matrix(parent).rotation,
             parent,
             up: up(scene).direction().unwrap_or(Vec3::Y),
         }
@@ -50,7 +50,10 @@ impl Carrier {
 
     fn pose(&self, row: &[Trs]) -> (Vec3, Quat) {
         let trs = row[self.column];
-        (self.parent.transform_point3(trs.translation), self.turn * trs.rotation)
+        (
+            self.parent.transform_point3(trs.translation),
+            self.rotation * trs.rotation,
+        )
     }
 
     /// Where the figure is in a row, in the world.
@@ -61,9 +64,9 @@ impl Carrier {
     /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let ((from, turned), (to, turned_to)) = (self.pose(from), self.pose(to));
-        let turn = twist(turned_to * turned.inverse(), self.up);
+        let rotation = twist(turned_to * turned.inverse(), self.up);
         Placement {
-            turn,
+            rotation,
             from,
             to: to - (to - from).project_onto_normalized(self.up),
         }
@@ -72,10 +75,10 @@ impl Carrier {
     /// Moves the figure of a row.
     pub(super) fn apply(&self, placement: &Placement, row: &mut [Trs]) {
         let (position, rotation) = self.pose(row);
-        let position = placement.to + placement.turn * (position - placement.from);
+        let position = placement.to + placement.rotation * (position - placement.from);
         let trs = &mut row[self.column];
         trs.translation = self.parent.inverse().transform_point3(position);
-        trs.rotation = (self.turn.inverse() * placement.turn * rotation).normalize();
+        trs.rotation = (self.rotation.inverse() * placement.rotation * rotation).normalize();
     }
 }
 
@@ -98,11 +101,11 @@ pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<
         let parent = scene.nodes[node.index()].parent;
         let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
         let motion = parent.inverse() * motion * parent;
-        let turn = Trs::from_matrix(motion).rotation;
+        let rotation = Trs::from_matrix(motion).rotation;
         let mut track = frames.track(*column);
         for trs in &mut track {
             trs.translation = motion.transform_point3(trs.translation);
-            trs.rotation = (turn * trs.rotation).normalize();
+            trs.rotation = (rotation * trs.rotation).normalize();
         }
         frames.set_track(*column, &track);
     }
@@ -111,9 +114,9 @@ pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<
 
 impl Placement {
     /// A rotation about the up axis through the origin, and then a translation over the ground.
-    pub(super) fn new(turn: Quat, offset: Vec3) -> Self {
+    pub(super) fn new(rotation: Quat, offset: Vec3) -> Self {
         Self {
-            turn,
+            rotation,
             from: Vec3::ZERO,
             to: offset,
         }
@@ -122,7 +125,7 @@ impl Placement {
     /// The motion back.
     pub(super) fn inverse(&self) -> Self {
         Self {
-            turn: self.turn.inverse(),
+            rotation: self.rotation.inverse(),
             from: self.to,
             to: self.from,
         }
@@ -131,8 +134,8 @@ impl Placement {
     /// A fraction of the motion, which goes along an arc: its speeds over the ground and about the axis are constant,
     /// as the figure that is moved sees them.
     pub(super) fn part(&self, fraction: f32) -> Self {
-        let turn = self.turn * self.turn.w.signum();
-        let (axis, angle) = turn.to_axis_angle();
+        let rotation = self.rotation * self.rotation.w.signum();
+        let (axis, angle) = rotation.to_axis_angle();
         let chord = if angle > 1e-4 {
             (0.5 * fraction * angle).sin() / (0.5 * angle).sin()
         } else {
@@ -140,7 +143,7 @@ impl Placement {
         };
         let chord_turned = Quat::from_axis_angle(axis, 0.5 * (fraction - 1.0) * angle) * (self.to - self.from);
         Self {
-            turn: Quat::IDENTITY.slerp(self.turn, fraction),
+            rotation: Quat::IDENTITY.slerp(self.rotation, fraction),
             from: self.from,
             to: self.from + chord * chord_turned,
         }

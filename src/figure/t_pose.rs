@@ -190,7 +190,7 @@ impl TPose {
                 .map(|node| reference.position(NodeId::new(node)))
                 .collect(),
             rotations: reference.node_to_world.iter().map(rotation_of).collect(),
-            turns: BTreeMap::new(),
+            to_t_pose: BTreeMap::new(),
         };
         builder.turn_bones(&axes);
         if scene.metadata.format != Some(Format::Vrma) {

@@ -93,7 +93,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
         None => Vec::new(),
     };
     let mut errors = Errors::default();
-    errors.turn = Some(0.0);
+    errors.rotation = Some(0.0);
     let mut world = Vec::new();
     let frames = if clip.is_some() { file.frames } else { 0 };
     for frame in 0..frames {
@@ -112,7 +112,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
                 seconds: frame as f64 / file.frame_rate,
             });
             let found = decoded(file, row, &file.rotation_orders[joint]);
-            errors.add_turn(
+            errors.add_rotation(
                 (0..3)
                     .map(|axis| rotation.col(axis).distance(found.col(axis)) * SKIN)
                     .fold(0.0, worse),
@@ -123,7 +123,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     verification.frames = errors.frames;
     verification.max_error = errors.max;
     verification.rms_error = errors.rms();
-    verification.turn_error = errors.turn;
+    verification.rotation_error = errors.rotation;
     verification.clips.extend(clip.map(|clip| VerifiedClip {
         name: source.animations[clip].name.clone(),
         frames: errors.frames,

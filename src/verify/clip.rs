@@ -131,7 +131,7 @@ pub(super) struct Compared<'a> {
     /// joint.
     pub(super) is_packed: bool,
     /// Whether a joint has the same axes in both.
-    pub(super) turns: bool,
+    pub(super) rotations: bool,
 }
 
 impl Compared<'_> {
@@ -149,7 +149,7 @@ impl Compared<'_> {
         let ends = ours.turning_ends();
         let mut first: Option<Moment> = None;
         let mut errors = Errors {
-            turn: Some(0.0),
+            rotation: Some(0.0),
             ..Errors::default()
         };
         // Steps are seen between frames alone.
@@ -166,9 +166,9 @@ impl Compared<'_> {
                 let first = first.get_or_insert_with(|| moment.clone());
                 for (pair, &(a, b)) in self.pairs.list.iter().enumerate() {
                     let (now, then) = ((&moment.here[a], &moment.there[b]), (&first.here[a], &first.there[b]));
-                    let has_place = rigid.as_ref().is_none_or(|rigid| rigid.has_place[pair]);
+                    let has_position = rigid.as_ref().is_none_or(|rigid| rigid.has_position[pair]);
                     let mut off = DVec3::ZERO;
-                    if has_place {
+                    if has_position {
                         let mut expected = moment.positions[a];
                         if self.change.in_place {
                             let offset = moment.positions[root_of[a]] - first.positions[root_of[a]];
@@ -184,17 +184,19 @@ impl Compared<'_> {
                     }
                     let is_bound = !self.is_packed || ends[a];
                     match &rigid {
-                        Some(rigid) if rigid.has_turn[pair] => errors.add_turn(self.turn_since(then, now)),
-                        None if self.turns && is_bound => {
-                            let off = if ends[a] { off } else { DVec3::ZERO };
-                            errors.add_turn(self.turn(now.0, now.1, off));
+                        Some(rigid) if rigid.has_rotation[pair] => {
+                            errors.add_rotation(self.skin_error_since(then, now))
                         }
-                        None if !self.turns
+                        None if self.rotations && is_bound => {
+                            let off = if ends[a] { off } else { DVec3::ZERO };
+                            errors.add_rotation(self.skin_error(now.0, now.1, off));
+                        }
+                        None if !self.rotations
                             && is_bound
                             && ours.joints[a].kind != NodeKind::EndSite
                             && [now.0, now.1, then.0, then.1].into_iter().all(is_rotation) =>
                         {
-                            errors.add_turn(self.turn_since(then, now));
+                            errors.add_rotation(self.skin_error_since(then, now));
                         }
                         _ => {}
                     }
@@ -228,7 +230,7 @@ impl Compared<'_> {
 
     /// How far a point on the skin is off by the rotation of its joint since the first frame. The joints may stand
     /// otherwise at rest.
-    fn turn_since(&self, first: (&DMat4, &DMat4), now: (&DMat4, &DMat4)) -> f64 {
+    fn skin_error_since(&self, first: (&DMat4, &DMat4), now: (&DMat4, &DMat4)) -> f64 {
         let since = |first: &DMat4, now: &DMat4| rotation_of(now) * rotation_of(first).inverse();
         let (ours, theirs) = (since(first.0, now.0), since(first.1, now.1));
         let points = DVec3::AXES
@@ -238,7 +240,7 @@ impl Compared<'_> {
     }
 
     /// How far a point on the skin is off by the rotation of its joint, and by how far the joint is `off`, in metres.
-    fn turn(&self, ours: &DMat4, theirs: &DMat4, off: DVec3) -> f64 {
+    fn skin_error(&self, ours: &DMat4, theirs: &DMat4, off: DVec3) -> f64 {
         let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
         // What is flat has no direction.
         let both = axes(ours).into_iter().zip(axes(theirs));
@@ -278,7 +280,7 @@ fn rotation_of(matrix: &DMat4) -> DQuat {
 pub(super) struct Errors {
     pub(super) frames: usize,
     pub(super) max: f64,
-    pub(super) turn: Option<f64>,
+    pub(super) rotation: Option<f64>,
     pub(super) worst: Option<Worst>,
     sum_of_squares: f64,
     count: usize,
@@ -294,9 +296,9 @@ impl Errors {
         }
     }
 
-    pub(super) fn add_turn(&mut self, error: f64) {
-        if self.turn.is_none_or(|turn| is_worse(error, turn)) {
-            self.turn = Some(error);
+    pub(super) fn add_rotation(&mut self, error: f64) {
+        if self.rotation.is_none_or(|largest| is_worse(error, largest)) {
+            self.rotation = Some(error);
         }
     }
 
@@ -308,14 +310,14 @@ impl Errors {
             self.max = other.max;
             self.worst.clone_from(&other.worst);
         }
-        if let Some(turn) = other.turn {
-            self.add_turn(turn);
+        if let Some(rotation) = other.rotation {
+            self.add_rotation(rotation);
         }
     }
 
     /// The farthest that anything is off, in metres.
     pub(super) fn farthest(&self) -> f64 {
-        worse(self.max, self.turn.unwrap_or(0.0))
+        worse(self.max, self.rotation.unwrap_or(0.0))
     }
 
     pub(super) fn rms(&self) -> f64 {

@@ -32,7 +32,7 @@ pub(super) fn compare(
             let seconds = timeline.seconds(tick);
             let (ours, theirs) = (joint.own(tick / timeline.rate), other.own(seconds));
             match face {
-                Face::LookAt { .. } => errors.add_turn(2.0 * SKIN * (ours.1.angle_between(theirs.1) / 2.0).sin()),
+                Face::LookAt { .. } => errors.add_rotation(2.0 * SKIN * (ours.1.angle_between(theirs.1) / 2.0).sin()),
                 Face::Preset(_) | Face::Custom(_) => errors.add((ours.0.x - theirs.0.x).abs(), || Worst {
                     clip,
                     joint: joint.name.clone(),

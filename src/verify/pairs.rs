@@ -26,9 +26,9 @@ pub(super) struct Pairs {
 /// Which pairs can be compared in a file that has only some joints of its source.
 pub(super) struct Rigid {
     /// Those whose position depends on no other joint.
-    pub(super) has_place: Vec<bool>,
+    pub(super) has_position: Vec<bool>,
     /// Those whose rotation depends on no other joint.
-    pub(super) has_turn: Vec<bool>,
+    pub(super) has_rotation: Vec<bool>,
 }
 
 impl Pairs {
@@ -179,16 +179,16 @@ impl Pairs {
                     || ours.joints[a].keeps_place() && between.all(|joint| ours.joints[joint].is_still()))
         };
         let mut rigid = Rigid {
-            has_place: Vec::with_capacity(self.list.len()),
-            has_turn: vec![true; self.list.len()],
+            has_position: Vec::with_capacity(self.list.len()),
+            has_rotation: vec![true; self.list.len()],
         };
         // In the order of the source, so that those above come first.
         for pair in &self.list {
             let (above, is_attached) = (self.above(ours, &self.of_ours, pair.0), is_attached(pair));
-            let is_below_place = above.is_none_or(|above| rigid.has_place[above]);
-            rigid.has_place.push(is_attached && is_below_place);
+            let is_below_place = above.is_none_or(|above| rigid.has_position[above]);
+            rigid.has_position.push(is_attached && is_below_place);
             if let Some(above) = above.filter(|_| !is_attached) {
-                rigid.has_turn[above] = false;
+                rigid.has_rotation[above] = false;
             }
         }
         rigid

@@ -23,7 +23,7 @@ pub struct Verification {
     /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres; with the distance of the
     /// joint where it moves no other joint. Where the joints of the file may stand otherwise at rest, as in files of
     /// other programs, rotations count from those of the first frame. Absent where nothing was compared.
-    pub turn_error: Option<f64>,
+    pub rotation_error: Option<f64>,
     /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
     /// those are about the frames that the file has.
     pub resampling: Option<Resampling>,
@@ -48,7 +48,7 @@ impl Verification {
         // A NaN is not within anything.
         self.findings.is_empty()
             && self.max_error <= max_error
-            && self.turn_error.is_none_or(|error| error <= max_error)
+            && self.rotation_error.is_none_or(|error| error <= max_error)
     }
 }
 

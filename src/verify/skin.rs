@@ -163,8 +163,8 @@ fn wrong_bones(mesh: &Mesh, pose: &[Option<DMat4>]) -> Vec<String> {
         let has_axes = axes
             .into_iter()
             .all(|(bound, stands)| bound.distance(stands) <= SAME_PLACE * stands.length());
-        let has_place = bound.w_axis.distance(stands.w_axis) <= SAME_PLACE * size;
-        !(has_axes && has_place)
+        let has_position = bound.w_axis.distance(stands.w_axis) <= SAME_PLACE * size;
+        !(has_axes && has_position)
     });
     wrong.extend(elsewhere.map(|(bone, ..)| bone.name.clone()));
     wrong

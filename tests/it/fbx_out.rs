@@ -218,7 +218,7 @@ fn every_choice_gives_the_same_motion() {
         assert!(verified.is_within(5e-5), "{verified:?}");
         assert_eq!((verified.frames, verified.has_provenance), (75, true));
         // Where the joints have other axes, from the first frame on.
-        assert!(verified.turn_error.is_some());
+        assert!(verified.rotation_error.is_some());
     }
 }
 

@@ -161,7 +161,10 @@ fn the_motion_is_unchanged_in_every_format() {
                     "{name} {rest:?} {extension}: {} m",
                     found.max_error
                 );
-                assert!(found.turn_error.unwrap_or(0.0) < 1e-4, "{name} {extension}: {found:?}");
+                assert!(
+                    found.rotation_error.unwrap_or(0.0) < 1e-4,
+                    "{name} {extension}: {found:?}"
+                );
                 assert!(found.findings.is_empty(), "{name} {extension}: {:?}", found.findings);
                 // A BVH file alone does not say that its joints have other axes.
                 if extension == "bvh" && !is_first {

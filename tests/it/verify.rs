@@ -271,7 +271,7 @@ fn a_turn_that_moves_no_joint_is_found() {
     let mut scene = source.clone();
     scene.convert_units(0.0254, UpAxis::Z);
     let verified = Verification::of(&source, &glb(&scene)).unwrap();
-    assert!(verified.turn_error.unwrap() < 1e-6, "{verified:?}");
+    assert!(verified.rotation_error.unwrap() < 1e-6, "{verified:?}");
     let has_children = |id: usize| {
         scene
             .nodes
@@ -285,7 +285,7 @@ fn a_turn_that_moves_no_joint_is_found() {
     assert!(verified.max_error < 1e-5, "{verified:?}");
     // A point 3 cm from a joint that turns by 0.1 about X: the chord of its circle.
     let chord = 2.0 * 0.03 * f64::sin(0.05);
-    assert!((verified.turn_error.unwrap() - chord).abs() < 1e-5, "{verified:?}");
+    assert!((verified.rotation_error.unwrap() - chord).abs() < 1e-5, "{verified:?}");
     assert!(!verified.is_within(1e-3));
 }
 

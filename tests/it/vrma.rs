@@ -193,7 +193,10 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     let bytes = written(&scene);
     let verified = Verification::of(&source, &bytes).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
-    assert!(verified.turn_error.is_some_and(|error| error < 1e-5), "{verified:?}");
+    assert!(
+        verified.rotation_error.is_some_and(|error| error < 1e-5),
+        "{verified:?}"
+    );
 
     let (json, bin) = parts(&bytes);
     // A rotation that is another one.

@@ -33,7 +33,7 @@ const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The rotation of a bone from the reference pose to the T-pose.
-pub(super) struct Turn {
+pub(super) struct ToTPose {
     pub(super) rotation: Quat,
     pub(super) confidence: Confidence,
     pub(super) reason: TPoseReason,
@@ -54,7 +54,7 @@ pub(super) struct Builder {
     pub(super) positions: Vec<Vec3>,
     pub(super) rotations: Vec<Quat>,
     /// From the reference pose to the T-pose.
-    pub(super) turns: BTreeMap<Bone, Turn>,
+    pub(super) to_t_pose: BTreeMap<Bone, ToTPose>,
 }
 
 impl Builder {
@@ -68,28 +68,28 @@ impl Builder {
 
     pub(super) fn turn_bones(&mut self, axes: &Mat3) {
         if self.is_t_pose {
-            let stands = || Turn {
+            let stands = || ToTPose {
                 rotation: Quat::IDENTITY,
                 confidence: Confidence::Sure,
                 reason: TPoseReason::Stands,
             };
-            self.turns = self.bones.keys().map(|bone| (*bone, stands())).collect();
+            self.to_t_pose = self.bones.keys().map(|bone| (*bone, stands())).collect();
             return;
         }
         let facing = self.turn_to_face(axes.y_axis, axes.z_axis);
-        let mut turned: BTreeMap<Bone, Turn> = BTreeMap::new();
+        let mut turned: BTreeMap<Bone, ToTPose> = BTreeMap::new();
         for (&bone, &joint) in &self.bones {
             let above = std::iter::successors(bone.parent(), |bone| bone.parent())
                 .find_map(|above| turned.get(&above))
-                .map_or(facing, |turn| turn.rotation);
+                .map_or(facing, |found| found.rotation);
             turned.insert(bone, self.choose(bone, joint, facing, above, axes));
         }
-        self.turns = turned;
+        self.to_t_pose = turned;
     }
 
     /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole
     /// figure forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
-    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> Turn {
+    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> ToTPose {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
                 let start = match part {
@@ -100,10 +100,10 @@ impl Builder {
                 let along = next.map(|next| start * self.offset(joint, next));
                 match along.filter(|along| along.length() > self.shortest(joint)) {
                     Some(along) => {
-                        let turn = arc(along, self.axes * direction) * start;
-                        self.palm_down(bone, joint, turn, direction)
-                            .or_else(|| self.rolled(bone, joint, turn, direction, above))
-                            .unwrap_or((turn, TPoseReason::ShortestArc))
+                        let to_t_pose = arc(along, self.axes * direction) * start;
+                        self.palm_down(bone, joint, to_t_pose, direction)
+                            .or_else(|| self.rolled(bone, joint, to_t_pose, direction, above))
+                            .unwrap_or((to_t_pose, TPoseReason::ShortestArc))
                     }
                     None => self
                         .as_on_average(bone, joint, above)
@@ -119,7 +119,7 @@ impl Builder {
             _ => (facing, TPoseReason::Stands),
         };
         let is_small = rotation.angle_between(facing) <= SMALL_TURN;
-        Turn {
+        ToTPose {
             rotation: rotation.normalize(),
             confidence: match self.source {
                 TPoseSource::RestPose if is_small => Confidence::Sure,
@@ -144,27 +144,27 @@ impl Builder {
         self.source == TPoseSource::Computed && shown.is_some()
     }
 
-    /// A bone that points along `direction` after a `turn`, rolled about itself as the motion shows it. `above` is
+    /// A bone that points along `direction` after `to_t_pose`, rolled about itself as the motion shows it. `above` is
     /// the rotation of the bone above.
     fn rolled(
         &self,
         bone: Bone,
         joint: NodeId,
-        turn: Quat,
+        to_t_pose: Quat,
         direction: Vec3,
         above: Quat,
     ) -> Option<(Quat, TPoseReason)> {
-        let rotation = |node: NodeId| turn * self.rotations[node.index()];
+        let rotation = |node: NodeId| to_t_pose * self.rotations[node.index()];
         let forearm = |node: NodeId| above * self.rotations[node.index()];
         let shown = self.shown.as_ref()?;
         let (roll, evidence) = shown.roll(bone, joint, self.axes, self.axes * direction, rotation, forearm)?;
         match evidence {
-            Evidence::Hinge => Some((roll * turn, TPoseReason::Hinge)),
-            Evidence::UnlikeOtherSide => Some((roll * turn, TPoseReason::HingeUnlikeOtherSide)),
+            Evidence::Hinge => Some((roll * to_t_pose, TPoseReason::Hinge)),
+            Evidence::UnlikeOtherSide => Some((roll * to_t_pose, TPoseReason::HingeUnlikeOtherSide)),
             // A first frame that is a T-pose says more than an average, or than the other side.
             _ if self.source == TPoseSource::FirstFrame => None,
-            Evidence::OtherSide => Some((roll * turn, TPoseReason::OtherSide)),
-            Evidence::Average => Some((roll * turn, TPoseReason::AverageOfMotion)),
+            Evidence::OtherSide => Some((roll * to_t_pose, TPoseReason::OtherSide)),
+            Evidence::Average => Some((roll * to_t_pose, TPoseReason::AverageOfMotion)),
         }
     }
 
@@ -187,16 +187,16 @@ impl Builder {
     fn as_on_average(&self, bone: Bone, joint: NodeId, above: Quat) -> Option<(Quat, TPoseReason)> {
         let forearm = |node: NodeId| above * self.rotations[node.index()];
         let hand = self.shown.as_ref()?.hand(bone, forearm)?;
-        let turn = hand * self.rotations[joint.index()].inverse();
-        (self.source == TPoseSource::Computed).then_some((turn, TPoseReason::AverageOfMotion))
+        let to_t_pose = hand * self.rotations[joint.index()].inverse();
+        (self.source == TPoseSource::Computed).then_some((to_t_pose, TPoseReason::AverageOfMotion))
     }
 
-    /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
+    /// A hand that points along `direction` after `to_t_pose`, rolled until the palm is down: the knuckle of the index
     /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
     /// stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest. That a palm
     /// looks up must be seen in the thumb too, which begins on the side of the index finger: fingers whose names are
     /// in the opposite order would turn the hand over.
-    fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
+    fn palm_down(&self, bone: Bone, joint: NodeId, to_t_pose: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.offset(joint, self.knuckles.of(finger.on(side))?));
         let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
@@ -206,13 +206,13 @@ impl Builder {
             None => (thumb()?, THUMB),
         };
         let along = self.axes * direction;
-        let angle = angle_about(along, turn * across, self.axes * forward)?;
+        let angle = angle_about(along, to_t_pose * across, self.axes * forward)?;
         let is_up = || {
             let beside_index = thumb().is_some_and(|thumb| thumb.dot(across) > 0.0);
             angle.abs() > *SIDEWAYS_PALM.end() && knuckles.is_some() && beside_index
         };
         let counts = self.source == TPoseSource::Computed || SIDEWAYS_PALM.contains(&angle.abs()) || is_up();
-        counts.then(|| (Quat::from_axis_angle(along, angle) * turn, TPoseReason::Knuckles))
+        counts.then(|| (Quat::from_axis_angle(along, angle) * to_t_pose, TPoseReason::Knuckles))
     }
 
     /// The rotation about the up axis that makes the figure of the reference pose face along an axis.
@@ -267,13 +267,13 @@ impl Builder {
         for (index, bone) in bone_of.iter().enumerate() {
             let parent = self.hierarchy.parents[index];
             let above = parent.map_or(Quat::IDENTITY, |parent| turned[parent]);
-            let turn = bone.and_then(|bone| self.turns.get(&bone));
-            let turn = turn.map_or(above, |turn| turn.rotation);
-            turned.push(turn);
+            let to_t_pose = bone.and_then(|bone| self.to_t_pose.get(&bone));
+            let to_t_pose = to_t_pose.map_or(above, |found| found.rotation);
+            turned.push(to_t_pose);
             let position = parent.map_or(self.positions[index], |parent| {
                 pose.node_to_world[parent].w_axis.truncate() + above * (self.positions[index] - self.positions[parent])
             });
-            let rotation = turn * self.rotations[index];
+            let rotation = to_t_pose * self.rotations[index];
             let rest_rotation = rotation_of(&pose.node_to_world[index]);
             if let Some(parent) = parent {
                 from_rest[index] = from_rest[parent];
@@ -293,20 +293,20 @@ impl Builder {
                 pose.node_to_parent[index] = node_to_parent;
             }
         }
-        let bone = |(bone, turn): (Bone, Turn)| {
+        let bone = |(bone, to_t_pose): (Bone, ToTPose)| {
             let made = TPoseBone {
                 joint: self.bones[&bone],
                 rotation: rotations[&bone],
-                confidence: turn.confidence,
-                reason: turn.reason,
-                reference_to_t_pose: turn.rotation,
+                confidence: to_t_pose.confidence,
+                reason: to_t_pose.reason,
+                reference_to_t_pose: to_t_pose.rotation,
             };
             (bone, made)
         };
         TPose {
             source: self.source,
             pose,
-            bones: self.turns.into_iter().map(bone).collect(),
+            bones: self.to_t_pose.into_iter().map(bone).collect(),
             axes: self.axes,
             positions: self.positions,
             rotations: self.rotations,

@@ -47,7 +47,7 @@ impl Builder {
     }
 
     fn reference_to_t_pose(&self, bone: Bone) -> Quat {
-        self.turns.get(&bone).map_or(Quat::IDENTITY, |turn| turn.rotation)
+        self.to_t_pose.get(&bone).map_or(Quat::IDENTITY, |found| found.rotation)
     }
 
     fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
@@ -56,8 +56,8 @@ impl Builder {
 
     /// Notes that the motion says how a bone is turned.
     fn because(&mut self, bone: Bone, reason: TPoseReason) {
-        if let Some(turn) = self.turns.get_mut(&bone) {
-            (turn.reason, turn.confidence) = (reason, Confidence::Likely);
+        if let Some(to_t_pose) = self.to_t_pose.get_mut(&bone) {
+            (to_t_pose.reason, to_t_pose.confidence) = (reason, Confidence::Likely);
         }
     }
 
@@ -113,8 +113,8 @@ impl Builder {
         for (foot, roll) in bones.into_iter().zip(rolls) {
             let Some(&ankle) = self.bones.get(&foot) else { continue };
             let pitch = Quat::from_rotation_x(-pitch.unwrap_or(0.0));
-            let turn = pitch * Quat::from_rotation_z(roll.unwrap_or(0.0));
-            self.turn(foot, ankle, turn);
+            let level = pitch * Quat::from_rotation_z(roll.unwrap_or(0.0));
+            self.rotate(foot, ankle, level);
             if pitch != Quat::IDENTITY || roll.is_some() {
                 self.because(foot, TPoseReason::StandsInMotion);
             }
@@ -129,7 +129,7 @@ impl Builder {
                     Bone::RightToes
                 };
                 for bone in [foot, toes] {
-                    self.turns.entry(bone).and_modify(|turn| turn.rotation = rotation);
+                    self.to_t_pose.entry(bone).and_modify(|found| found.rotation = rotation);
                 }
             }
         }
@@ -151,9 +151,9 @@ impl Builder {
             (head, to_frame(Bone::Head, head)),
             (chest_joint, to_frame(chest, chest_joint)),
         );
-        let is_tipped = |turn: &Quat| (*turn * Vec3::Y).y < TIPPED_HEAD;
+        let is_tipped = |rotation: &Quat| (*rotation * Vec3::Y).y < TIPPED_HEAD;
         let Some(turned) = turned.filter(is_tipped) else { return };
-        self.turn(Bone::Head, head, turned);
+        self.rotate(Bone::Head, head, turned);
         self.because(Bone::Head, TPoseReason::AverageOfMotion);
     }
 
@@ -175,9 +175,9 @@ impl Builder {
                 (shoulder, self.frame_to_joint(bone, shoulder).inverse()),
                 (chest_joint, self.frame_to_joint(chest, chest_joint).inverse()),
             );
-            let is_turned = |turn: &Quat| turn.angle_between(Quat::IDENTITY) > TURNED_SHOULDER;
-            if let (Some(turned), Some(turn)) = (turned.filter(is_turned), self.turns.get_mut(&bone)) {
-                turn.rotation = (self.axes * turned * self.axes.inverse() * turn.rotation).normalize();
+            let is_turned = |rotation: &Quat| rotation.angle_between(Quat::IDENTITY) > TURNED_SHOULDER;
+            if let (Some(turned), Some(to_t_pose)) = (turned.filter(is_turned), self.to_t_pose.get_mut(&bone)) {
+                to_t_pose.rotation = (self.axes * turned * self.axes.inverse() * to_t_pose.rotation).normalize();
                 self.because(bone, TPoseReason::AverageOfMotion);
             }
         }
@@ -190,16 +190,16 @@ impl Builder {
             .find_map(|bone| Some((bone, self.joint(bone)?)))
     }
 
-    /// Turns the joint of a bone about itself in the reference pose, with all nodes below it; `turn` is in the bone's
+    /// Rotates the joint of a bone in the reference pose, with all nodes below it; `rotation` is in the bone's
     /// frame.
-    fn turn(&mut self, bone: Bone, joint: NodeId, turn: Quat) {
+    fn rotate(&mut self, bone: Bone, joint: NodeId, rotation: Quat) {
         let axes = self.reference_to_t_pose(bone).inverse() * self.axes;
-        let turn = axes * turn * axes.inverse();
+        let rotation = axes * rotation * axes.inverse();
         let here = self.positions[joint.index()];
         for index in joint.index()..self.hierarchy.parents.len() {
             if index == joint.index() || self.hierarchy.is_below(NodeId::new(index), joint) {
-                self.positions[index] = here + turn * (self.positions[index] - here);
-                self.rotations[index] = (turn * self.rotations[index]).normalize();
+                self.positions[index] = here + rotation * (self.positions[index] - here);
+                self.rotations[index] = (rotation * self.rotations[index]).normalize();
             }
         }
     }

@@ -56,7 +56,8 @@ fn whatever_they_hold_is_right() {
                 let file = files[(index + place + number) % files.len()];
                 let found = verified(file, &bytes(file, &options)).unwrap();
                 let of_csv = verified(file, csv_of(file, &options).as_bytes()).unwrap();
-                let compared = |found: &Verification| (found.max_error, found.turn_error, found.frames, found.joints);
+                let compared =
+                    |found: &Verification| (found.max_error, found.rotation_error, found.frames, found.joints);
                 assert_eq!(compared(&of_csv), compared(&found), "{file} {options:?}");
                 assert!(of_csv.findings.is_empty(), "{file} {options:?}: {of_csv:?}");
                 assert!(found.is_within(1e-5), "{file} {options:?}: {found:?}");
@@ -83,7 +84,10 @@ fn what_is_wrong_is_found() {
     let worst = found.worst.unwrap();
     assert_eq!((worst.frame, &worst.joint), (40, &right.joints()[7].name));
     let found = with(&|wrong| wrong.rotations[4 * (40 * 38 + 7)] += 0.2);
-    assert!(found.max_error < 1e-6 && found.turn_error.unwrap() > 1e-3, "{found:?}");
+    assert!(
+        found.max_error < 1e-6 && found.rotation_error.unwrap() > 1e-3,
+        "{found:?}"
+    );
     let found = with(&|wrong| wrong.positions[5] = f32::NAN);
     assert!(!found.is_within(1.0), "{found:?}");
     let found = with(&|wrong| {

@@ -119,8 +119,14 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
         let is_missed = MISSED.iter().any(|(name, of, _)| *name == kind.name && *of == format);
         let should_pass = !kind.is_wrong || is_same || is_missed;
         if passes != should_pass {
-            let verdict =
-                verdict.map(|found| (found.max_error, found.turn_error, found.findings, found.metres_per_unit));
+            let verdict = verdict.map(|found| {
+                (
+                    found.max_error,
+                    found.rotation_error,
+                    found.findings,
+                    found.metres_per_unit,
+                )
+            });
             wrong.push(format!("{}, {format}: {verdict:?}", kind.name));
         }
     }

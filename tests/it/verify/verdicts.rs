@@ -423,7 +423,7 @@ fn a_bone_too_short_for_its_distance_has_its_own_rotation_in_a_vrm_animation() {
         .into_bytes()
         .unwrap();
     let verified = Verification::of(&source, &written).unwrap();
-    assert!(verified.turn_error.unwrap() < 1e-4, "{verified:?}");
+    assert!(verified.rotation_error.unwrap() < 1e-4, "{verified:?}");
 }
 
 /// The root that every FBX file has is a group, and may have the name of a joint of the source.

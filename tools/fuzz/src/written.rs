@@ -154,7 +154,7 @@ fn check_verdict(scenes: &Scenes<'_>, bytes: &[u8], format: Format) {
             verified.is_within(FARTHEST + FARTHEST_OF_SIZE * size),
             "{format}: what was written is not what was read: {} m, rotations {:?} m, {:?}",
             verified.max_error,
-            verified.turn_error,
+            verified.rotation_error,
             verified.findings
         ),
         Err(error) => panic!("{format}: what was written cannot be verified: {error}"),

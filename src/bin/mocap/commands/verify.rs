@@ -95,7 +95,7 @@ pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> Strin
     if let Some(finding) = verification.findings.first() {
         return format!("the file is not what its source is: {finding}");
     }
-    let largest = f64::max(verification.max_error, verification.turn_error.unwrap_or(0.0));
+    let largest = f64::max(verification.max_error, verification.rotation_error.unwrap_or(0.0));
     let (error, allowed) = (millimetres(largest), millimetres(max_allowed));
     format!("the largest error is {error} mm, more than the {allowed} mm allowed")
 }

@@ -8,23 +8,23 @@ use crate::scene::{RotationOrder, UpAxis};
 /// A rotation of the axes, and a factor of lengths.
 pub(super) struct Space {
     factor: f64,
-    turn: DMat3,
+    rotation: DMat3,
 }
 
 impl Space {
     pub(super) fn new(factor: f64, from: UpAxis, to: UpAxis) -> Self {
         Self {
             factor,
-            turn: Mat3::from_mat4(up_axis::from_to(from, to)).as_dmat3(),
+            rotation: Mat3::from_mat4(up_axis::from_to(from, to)).as_dmat3(),
         }
     }
 
     pub(super) fn point(&self, point: Vec3) -> DVec3 {
-        self.turn * (point.as_dvec3() * self.factor)
+        self.rotation * (point.as_dvec3() * self.factor)
     }
 
     pub(super) fn direction(&self, direction: Vec3) -> DVec3 {
-        self.turn * direction.as_dvec3()
+        self.rotation * direction.as_dvec3()
     }
 
     /// A rotation in the axes of the file, normalized; `None` if the quaternion is no rotation.
@@ -33,7 +33,7 @@ impl Space {
             return None;
         }
         let rotation = rotation.as_dquat().normalize();
-        let axis = self.turn * rotation.xyz();
+        let axis = self.rotation * rotation.xyz();
         Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
     }
 
@@ -53,7 +53,7 @@ impl Space {
 
     /// A direction of the file, or angles about its axes, in the axes of the scene.
     pub(super) fn direction_in_scene(&self, direction: DVec3) -> DVec3 {
-        self.turn.transpose() * direction
+        self.rotation.transpose() * direction
     }
 
     /// A rotation of the file in the axes of the scene.
@@ -70,20 +70,24 @@ impl Space {
 
     /// Scales along axes; the rotation only exchanges them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
-        let permutation = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
+        let permutation = DMat3::from_cols(
+            self.rotation.x_axis.abs(),
+            self.rotation.y_axis.abs(),
+            self.rotation.z_axis.abs(),
+        );
         permutation * scale.as_dvec3()
     }
 
     /// A map from one space of the scene to another.
     pub(super) fn map(&self, map: DMat4) -> DMat4 {
-        let to_file = DMat4::from_mat3(self.turn * self.factor);
+        let to_file = DMat4::from_mat3(self.rotation * self.factor);
         to_file * map * to_file.inverse()
     }
 
     /// The order of these rotations about the axes of the file.
     pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
         let target_axis = |axis: usize| {
-            let turned = (self.turn * DVec3::AXES[axis]).abs();
+            let turned = (self.rotation * DVec3::AXES[axis]).abs();
             (0..3).find(|&target_axis| turned[target_axis] > 0.5).unwrap_or(axis)
         };
         RotationOrder::from_axes(order.axes().map(target_axis)).unwrap_or(order)
