@@ -9,6 +9,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 import { Sample } from "../interop/sample.js";
 import { launch, open, settled } from "./browser.js";
+import { filmChecks } from "./film_checks.js";
 import { markChecks } from "./mark_checks.js";
 import { skinChecks } from "./skin_checks.js";
 
@@ -520,7 +521,7 @@ check("every control has a name, and words stand out from what is behind them", 
   }
 });
 
-for (const more of [skinChecks, markChecks]) more({ check, sample, open, mocap, pageOfFiles, pageOfText, fixture });
+for (const more of [skinChecks, markChecks, filmChecks]) more({ check, sample, open, mocap, pageOf, pageOfFiles, pageOfText, fixture });
 
 if (pictures) {
   check("pictures for a person to look at", async (browser) => {
