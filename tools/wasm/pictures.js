@@ -21,7 +21,7 @@ const PICTURES = [
   ["start", DESK, async () => {}],
   ["walk", DESK, async ({ page, open, seek }) => { await open(WALK); await seek(200); await page.click("#tree >> text=LeftFoot"); await page.waitForTimeout(500); }],
   ["character", DESK, async ({ open, seek }) => { await open(WALK, fixture("characters/human_vrm0.vrm")); await seek(260); }],
-  ["robot", DESK, async ({ page, open, seek }) => { await open(WALK, G1); await page.click("#robot summary"); await page.selectOption("#robot-joint", "3"); await seek(200); }],
+  ["robot", DESK, async ({ page, open, seek }) => { await open(WALK, G1); await page.click("#robot summary"); await page.selectOption("#robot-joint", "3"); await seek(200); await page.locator("#robot-report").scrollIntoViewIfNeeded(); }],
   ["steps", DESK, async ({ page, open }) => { await open(WALK); await page.click("#steps summary"); await page.waitForSelector("#step-name option", { state: "attached" }); await page.locator("#step-row").scrollIntoViewIfNeeded(); }],
   ["broken", { ...DESK, colorScheme: "dark" }, async ({ open }) => { await open(WALK); await open(fixture("broken/unknown_channel.bvh")); }],
   ["film", DESK, async ({ page, open, seek }) => { await open(WALK); await seek(120); await page.click("#save-film"); }],
