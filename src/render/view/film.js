@@ -9,7 +9,7 @@ import { webmOf } from "./webm.js";
 // What a browser may encode, by the extension of the film: its name, and that of WebM. The levels allow any size.
 const CODECS = { mp4: [["avc1.640034"], ["avc1.42003d"]], webm: [["vp09.00.51.08", "V_VP9"], ["vp8", "V_VP8"]] };
 // Bits of a pixel of a film.
-const BITS = 0.12;
+const BITS = 0.2;
 // Seconds from one picture that needs no other to the next.
 const KEY_EVERY = 2;
 // Pictures that may wait to be encoded.
