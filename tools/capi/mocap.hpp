@@ -137,6 +137,18 @@ public:
         return detail::checked(mocap_ticks_per_second(get(), animation));
     }
 
+    /// How many channels an animation has, one for each node that it moves.
+    std::size_t channel_count(std::uint32_t animation = 0) const
+    {
+        return detail::checked(mocap_channel_count(get(), animation));
+    }
+
+    /// The node that a channel moves; `no_node` if it moves none, or there is no such channel.
+    std::uint32_t channel_node(std::size_t channel, std::uint32_t animation = 0) const noexcept
+    {
+        return mocap_channel_node(get(), animation, channel);
+    }
+
     /// The matrix of every node to its parent at a tick.
     std::vector<Matrix> local(double tick, std::uint32_t animation = 0) const
     {
@@ -305,6 +317,16 @@ inline std::string run(const std::string &job)
 {
     const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_run(job.c_str())));
     return report.get();
+}
+
+/// Throws where the library that the program runs with has another interface than the header that it was compiled with.
+inline void check_interface()
+{
+    if (mocap_interface_version() != MOCAP_INTERFACE_VERSION) {
+        throw Error("the library has interface " + std::to_string(mocap_interface_version()) + ", the program needs " +
+                        std::to_string(MOCAP_INTERFACE_VERSION),
+                    MOCAP_STATUS_BAD_ARGUMENT);
+    }
 }
 
 /// The version of the library, as in "0.1.0".

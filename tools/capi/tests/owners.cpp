@@ -64,6 +64,8 @@ void lecture(const std::string &path)
     const std::uint32_t end = scene.find("EndSite_Wrist");
     check(end == 3 && scene.node_count() == 4 && scene.parent(0) == mocap::no_node, "the arm has four nodes");
     check(scene.node_name(0) == "Shoulder" && scene.parent(end) == 2, "they are in order");
+    check(scene.channel_count() == 3 && scene.channel_node(1) == 1, "the end site has no channel");
+    check(scene.channel_node(9) == mocap::no_node, "nor is there a tenth");
     std::vector<Matrix> world(scene.node_count());
     for (double tick = 0; tick <= scene.duration(); tick += 1) {
         scene.world(tick, world);
@@ -154,6 +156,7 @@ void retargeter(const mocap::Scene &walk, const mocap::Scene &hero)
 int main(int argc, char **argv)
 try {
     check(argc == 6, "there are five files");
+    mocap::check_interface();
     lecture(argv[1]);
     const mocap::Scene walk = mocap::Scene::open(argv[2]);
     errors(walk);
