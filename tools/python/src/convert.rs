@@ -11,7 +11,7 @@ use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
 use pyo3::prelude::*;
 
 use crate::ReadOptions;
-use crate::edit::parsed;
+use crate::edit::bones_of;
 use crate::errors::{invalid, to_python};
 
 /// How a file is written, as `mocap/_options.py` has it.
@@ -104,7 +104,7 @@ pub(crate) fn convert(
         .parse()
         .map_err(|error| invalid(format!("rest: {error}, got {rest:?}")))?;
     conversion = conversion.rest(rest).t_pose_first(t_pose_first);
-    let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
+    let bones = bones.map(bones_of).transpose()?.unwrap_or_default();
     let names = names.map(names_of).transpose()?;
     let given = [
         (WriteOption::Rest, rest != RestPoseSource::default()),

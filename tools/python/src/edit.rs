@@ -21,7 +21,7 @@ pub(crate) fn prepare(
     up: Option<&str>,
     bones: Option<&str>,
 ) -> PyResult<Scene> {
-    let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
+    let bones = bones.map(bones_of).transpose()?.unwrap_or_default();
     let mut conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).bones(bones);
     if let Some(metres) = metres_per_unit {
         conversion = conversion.metres_per_unit(metres);
@@ -70,7 +70,7 @@ fn apply(
     bones: Option<&str>,
 ) -> PyResult<(Scene, Vec<EditReport>)> {
     let mut changed = scene.scene().clone();
-    let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
+    let bones = bones.map(bones_of).transpose()?;
     let done = py.detach(|| {
         let known = bones
             .map(|bones| Humanoid::of(&changed).with_map(&changed, bones))
@@ -90,7 +90,7 @@ fn apply(
 #[pyfunction]
 pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str, bones: Option<&str>) -> PyResult<String> {
     let options: ContactOptions = parsed(options)?;
-    let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
+    let bones = bones.map(bones_of).transpose()?;
     let found = py.detach(|| {
         let scene = scene.scene();
         let known = bones
@@ -118,6 +118,16 @@ pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: Wri
 
 pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| invalid(error.to_string()))
+}
+
+/// The names of joints for bones.
+pub(crate) fn bones_of(json: &str) -> PyResult<HumanoidMap> {
+    serde_json::from_str(json).map_err(|error| {
+        // The position in the JSON is of no use to a Python user.
+        let message = error.to_string();
+        let what = message.rsplit_once(" at line ").map_or(&message[..], |(what, _)| what);
+        invalid(format!("bones: {what}"))
+    })
 }
 
 pub(crate) fn json(value: &impl serde::Serialize) -> PyResult<String> {

@@ -9,7 +9,7 @@ use mocap::retarget::Scale;
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions, Target};
 use pyo3::prelude::*;
 
-use crate::edit::parsed;
+use crate::edit::bones_of;
 use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
@@ -74,7 +74,8 @@ fn options(
     bones: Option<&str>,
     target_bones: Option<&str>,
 ) -> PyResult<RetargetingOptions> {
-    let map = |bones: Option<&str>| -> PyResult<HumanoidMap> { Ok(bones.map(parsed).transpose()?.unwrap_or_default()) };
+    let map =
+        |bones: Option<&str>| -> PyResult<HumanoidMap> { Ok(bones.map(bones_of).transpose()?.unwrap_or_default()) };
     Ok(RetargetingOptions::new()
         .scale(scale.map_or(Scale::Auto, Scale::Factor))
         .lock_feet(lock_feet)

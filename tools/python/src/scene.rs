@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use mocap::arrays::{Arrays, BodyArrays, Rotation};
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
-use mocap::figure::{Figure, HumanoidMap};
+use mocap::figure::Figure;
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, Recorded, RotationOrder, Solved};
 use mocap::{Binding, Pose};
@@ -14,7 +14,7 @@ use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::arrow::ArrowTable;
-use crate::edit::{json, parsed};
+use crate::edit::{bones_of, json};
 use crate::errors::{invalid, to_python};
 use crate::options_from;
 
@@ -149,7 +149,7 @@ impl Scene {
 
     /// Unit, axes, rest pose, and which joint is which bone, as JSON. `bones` are the names of joints, as JSON.
     fn figure(&self, py: Python<'_>, bones: Option<&str>) -> PyResult<String> {
-        let bones: HumanoidMap = bones.map(parsed).transpose()?.unwrap_or_default();
+        let bones = bones.map(bones_of).transpose()?.unwrap_or_default();
         let found = py.detach(|| Figure::mapped(&self.scene, &bones));
         json(&found.map_err(|error| to_python(py, &error))?)
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -106,3 +107,15 @@ def error(kind: str, message: str, details: dict[str, Any]) -> MocapError:
         "limit": LimitError,
     }
     return kinds.get(kind, MocapError)(message, details)
+
+
+def of_file(failure: OSError, path: str | os.PathLike[str]) -> MocapError:
+    """The exception of a file that Python could not open, read or write."""
+    kinds: list[tuple[type[OSError], str]] = [
+        (FileNotFoundError, "missing"),
+        (IsADirectoryError, "folder"),
+        (PermissionError, "permission"),
+    ]
+    kind = next((kind for known, kind in kinds if isinstance(failure, known)), "file")
+    name = os.fspath(path)
+    return error(kind, f"{name}: error[io]: {failure.strerror or failure}", {"code": "io", "path": name})

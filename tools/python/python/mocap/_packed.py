@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
+from ._errors import of_file
 from ._scene import Scene, is_world
 
 
@@ -52,7 +53,11 @@ class PackedClip:
             OSError: Where it cannot be opened.
             MocapError: Where it is not a whole and valid packed clip.
         """
-        return cls(Path(path).read_bytes())
+        try:
+            data = Path(path).read_bytes()
+        except OSError as failure:
+            raise of_file(failure, path) from None
+        return cls(data)
 
     def __repr__(self) -> str:
         return f"<mocap.PackedClip of {len(self.names)} nodes and {self.frames} frames in {len(self.data)} bytes>"

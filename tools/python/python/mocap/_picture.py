@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from . import _mocap
-from ._errors import OptionError
+from ._errors import OptionError, of_file
 
 
 class Picture:
@@ -35,13 +35,25 @@ class Picture:
             OptionError: For another extension.
             OSError: Where it cannot be written.
         """
-        path = Path(path)
-        if path.suffix.lower() == ".svg":
-            path.write_text(self.svg, encoding="utf-8")
-        elif path.suffix.lower() == ".png":
-            path.write_bytes(self.png)
-        else:
-            raise OptionError(f"the file must end in .svg or .png, got {str(path)!r}")
+        extension = Path(path).suffix.lower()
+        if extension not in (".svg", ".png"):
+            raise OptionError(f"the file must end in .svg or .png, got {os.fspath(path)!r}")
+        picture = self.png if extension == ".png" else self.svg.encode()
+        try:
+            Path(path).write_bytes(picture)
+        except OSError as failure:
+            raise of_file(failure, path) from None
 
     def _repr_svg_(self) -> str:
         return self.svg
+
+
+def positive(name: str, value: int) -> int:
+    """A number of pixels or poses.
+
+    Raises:
+        OptionError: Where it is not above 0, or beyond what a picture can have.
+    """
+    if not 0 < value < 1 << 31:
+        raise OptionError(f"{name} must be above 0 and below {1 << 31}, got {value!r}")
+    return value

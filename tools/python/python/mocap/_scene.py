@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
-from ._errors import OptionError
+from ._errors import OptionError, of_file
 from ._options import Options, changed, names_of
-from ._picture import Picture
+from ._picture import Picture, positive
 
 # A notebook keeps what it shows: a longer page is not put into it unasked.
 _LARGEST_CELL = 20_000_000
@@ -99,7 +99,10 @@ class Scene:
         """
         page = self.to_html()
         if path is not None:
-            Path(path).write_text(page, encoding="utf-8")
+            try:
+                Path(path).write_text(page, encoding="utf-8")
+            except OSError as failure:
+                raise of_file(failure, path) from None
             return None
         if _in_notebook():
             return _Page(page)
@@ -130,7 +133,7 @@ class Scene:
             OptionError: Where no joint has a name, with those that there are.
         """
         named = list(joints) or [node.name for node in self.nodes[:1]]
-        return Picture(_mocap.plot(self._native, self._name(name), named, width))
+        return Picture(_mocap.plot(self._native, self._name(name), named, positive("width", width)))
 
     def sheet(self, *, poses: int = 8, name: str | None = None, width: int = 1600) -> Picture:
         """Poses over time in a row, with the path of the root, as ``mocap sheet`` draws them.
@@ -140,7 +143,7 @@ class Scene:
             name: What the motion is called in it; the name of its file if ``None``.
             width: In pixels.
         """
-        return Picture(_mocap.sheet([(self._name(name), self._native)], poses, width))
+        return Picture(_mocap.sheet([(self._name(name), self._native)], positive("poses", poses), positive("width", width)))
 
     def _name(self, name: str | None) -> str:
         origin = self.metadata.get("origin") or {}

@@ -10,7 +10,7 @@ from inspect import Parameter, signature
 from typing import Any, NamedTuple, ParamSpec, Protocol, cast
 
 from . import _mocap
-from ._errors import UnknownOptionError
+from ._errors import MocapError, OptionError, UnknownOptionError
 from ._options import names_of
 from ._scene import Scene
 
@@ -100,7 +100,7 @@ def apply(
         other, bones = step.other if other is None else other, step.bones if bones is None else bones
     native, report = _mocap.edit(
         scene._native,
-        json.dumps(_json_of(step), default=_plain),
+        _text(_json_of(step)),
         None if other is None else other._native,
         names_of(bones),
     )
@@ -136,7 +136,7 @@ def apply_all(
             motions.append(waiting.pop(0))
     native, reports = _mocap.edit_all(
         scene._native,
-        json.dumps([_json_of(step) for step in steps], default=_plain),
+        _text([_json_of(step) for step in steps]),
         [motion._native for motion in [*motions, *waiting]],
         names_of(bones),
     )
@@ -155,6 +155,15 @@ def _json_of(step: Step | str | Mapping[str, object]) -> object:
     if isinstance(step, Step):
         return step.to_dict()
     return {key: value for key, value in step.items() if value is not None}
+
+
+def _text(steps: object) -> str:
+    try:
+        return json.dumps(steps, default=_plain, allow_nan=False)
+    except ValueError as failure:
+        if isinstance(failure, MocapError):
+            raise
+        raise OptionError(f"a number in the options of a step must be finite, got {steps!r}") from None
 
 
 def _plain(value: Any) -> object:

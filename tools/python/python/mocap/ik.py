@@ -141,7 +141,7 @@ def _point(value: ArrayLike, name: str) -> list[float]:
 
 
 def _numbers(value: ArrayLike, name: str, count: int) -> list[float]:
-    array = np.asarray(value, np.float32)
+    array = _single(value)
     if array.shape != (count,) or not np.isfinite(array).all():
         raise OptionError(f"{name} must be {count} finite numbers, got {value!r}")
     numbers: list[float] = array.tolist()
@@ -149,7 +149,7 @@ def _numbers(value: ArrayLike, name: str, count: int) -> list[float]:
 
 
 def _points(value: ArrayLike, name: str, count: int | None = None) -> list[list[float]]:
-    array = np.asarray(value, np.float32)
+    array = _single(value)
     wanted = "joints" if count is None else str(count)
     if array.ndim != 2 or array.shape[1] != 3 or (count is not None and len(array) != count):
         raise OptionError(f"{name} must be ({wanted}, 3), got {array.shape}")
@@ -157,3 +157,9 @@ def _points(value: ArrayLike, name: str, count: int | None = None) -> list[list[
         raise OptionError(f"{name} must be finite")
     points: list[list[float]] = array.tolist()
     return points
+
+
+def _single(value: ArrayLike) -> NDArray[np.float32]:
+    # What single precision does not have is infinite, and refused as such.
+    with np.errstate(over="ignore"):
+        return np.asarray(value, np.float64).astype(np.float32)
