@@ -1,79 +1,56 @@
-//! Plays a motion file on Bevy's entities: an entity a node, with a name, below that of its parent.
+//! Motion files in Bevy: assets of every format that [`mocap`] reads, and a component that plays them on a figure that
+//! is there already, such as a skinned glTF scene.
 //!
-//! Bevy chains the transforms itself, so [`play`] only writes them. The parts of a node's transform lie in `mocap` as
-//! they lie in Bevy, translation, rotation, scale; both are right-handed with column vectors, and lengths stay in the
-//! file's unit unless the root's parent is scaled.
+//! ```no_run
+//! use std::time::Duration;
+//!
+//! use bevy::prelude::*;
+//! use mocap_bevy::{Clip, MotionPlayer};
+//!
+//! fn begin(mut commands: Commands, assets: Res<AssetServer>) {
+//!     // The hero is what another plugin loads below this entity: bevy_gltf, or `mocap_bevy::spawn`.
+//!     commands.spawn(MotionPlayer::new(assets.load("walk.bvh")));
+//! }
+//!
+//! fn run(assets: Res<AssetServer>, mut players: Query<&mut MotionPlayer>) {
+//!     for mut player in &mut players {
+//!         player.play(assets.load("takes.fbx"), Clip::from("run"), Duration::from_millis(300));
+//!     }
+//! }
+//! ```
+//!
+//! A motion of another skeleton is retargeted, in the background, once for each figure: names, rest pose, unit and axes
+//! need not agree, and feet stand still where those of the source do. [`MotionStarted`], [`MotionLooped`],
+//! [`MotionFinished`] and [`MotionFailed`] tell what happens.
+//!
+//! `mocap` and Bevy have both +Y up, right-handed coordinates and column vectors, so numbers go over as they are.
 
 #![warn(clippy::unwrap_used)]
 
+mod body;
+mod loader;
+mod play;
+mod player;
+
 use bevy::prelude::*;
-use mocap::{Binding, Player, Trs};
 
-/// Moves the nodes of every [`Capture`] as time passes.
-pub struct CapturePlugin;
+pub use self::body::spawn;
+pub use self::loader::{Motion, MotionLoader};
+pub use self::player::{Clip, MotionFailed, MotionFinished, MotionLooped, MotionPlayer, MotionStarted};
+pub use mocap;
 
-impl Plugin for CapturePlugin {
+/// The systems that play motions. An app that has them may order its own before or after.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PlayMotions;
+
+/// Loads motion files, and plays them where a [`MotionPlayer`] is. It needs Bevy's `AssetPlugin` and `TaskPoolPlugin`,
+/// which `DefaultPlugins` have.
+pub struct MotionPlugin;
+
+impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, play);
-    }
-}
-
-/// A motion and the skeleton of entities that it moves. It sits on the skeleton's root.
-#[derive(Component)]
-pub struct Capture {
-    /// Where in the motion it is, how fast it plays, and what it does at the end.
-    pub player: Player,
-    /// The entity of each node, in the order of the scene's nodes.
-    pub nodes: Vec<Entity>,
-    animation: mocap::scene::Animation,
-    binding: Binding,
-}
-
-/// Spawns the skeleton of `scene` and, if the scene has a motion, a [`Capture`] that plays the first one. Returns the
-/// root, or nothing if there are no nodes.
-pub fn spawn(commands: &mut Commands, mut scene: mocap::Scene) -> Option<Entity> {
-    let mut nodes: Vec<Entity> = Vec::with_capacity(scene.nodes.len());
-    for node in &scene.nodes {
-        let transform = transform(Trs::from_matrix(node.transform));
-        let mut entity = commands.spawn((Name::new(node.name.clone()), transform));
-        // Parents stand before their children.
-        if let Some(parent) = node.parent {
-            entity.insert(ChildOf(nodes[parent.index()]));
-        }
-        nodes.push(entity.id());
-    }
-    let root = *nodes.first()?;
-    if !scene.animations.is_empty() {
-        let animation = scene.animations.remove(0);
-        commands.entity(root).insert(Capture {
-            player: Player::new(&animation),
-            binding: Binding::new(&scene, &animation),
-            nodes,
-            animation,
-        });
-    }
-    Some(root)
-}
-
-/// Writes the transforms of all skeletons for the tick that the time is at.
-pub fn play(time: Res<Time>, mut captures: Query<&mut Capture>, mut transforms: Query<&mut Transform>) {
-    for mut capture in &mut captures {
-        let tick = capture.player.advance(time.delta_secs_f64());
-        let capture = &*capture;
-        capture.binding.sample(&capture.animation, tick, |node, trs| {
-            // An entity that the app has despawned is not there to be moved.
-            if let Ok(mut place) = transforms.get_mut(capture.nodes[node.index()]) {
-                *place = transform(trs);
-            }
-        });
-    }
-}
-
-/// The two libraries may use different versions of the same vectors, so numbers go over and not types.
-fn transform(trs: Trs) -> Transform {
-    Transform {
-        translation: Vec3::from_array(trs.translation.to_array()),
-        rotation: Quat::from_array(trs.rotation.to_array()),
-        scale: Vec3::from_array(trs.scale.to_array()),
+        app.init_asset::<Motion>()
+            .register_asset_loader(MotionLoader::default())
+            .add_systems(Update, (play::begin, play::advance).chain().in_set(PlayMotions));
     }
 }
