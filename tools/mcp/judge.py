@@ -15,28 +15,8 @@ from mcp import Client, StdioServerParameters
 FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
 TOOLS = "inspect skeleton check survey index find convert retarget robot edit clean sheet verify run".split()
 
-# A call of every tool: arguments, and what must be in the answer.
-CALLS = [
-    ("inspect", {"input": "takes/walk.bvh"}, ["frames", "clips"]),
-    ("skeleton", {"input": "takes/walk.bvh"}, ["unit", "humanoid"]),
-    ("check", {"inputs": ["takes"]}, ["files"]),
-    ("survey", {"inputs": ["takes"], "output": "table.csv"}, ["clips", "verdicts"]),
-    ("index", {"inputs": ["takes"], "output": "moves.mdb"}, ["inputs"]),
-    ("find", {"database": "moves.mdb", "like": "takes/walk.bvh@1s..2s", "count": 3}, ["found"]),
-    ("convert", {"inputs": ["takes/short.bvh"], "output": "short.glb", "verify": True}, ["files", "verification"]),
-    ("convert", {"inputs": ["takes"], "output": "all/", "to": "fbx"}, ["motions"]),
-    ("retarget", {"inputs": ["takes/short.bvh"], "character": "hero.glb", "output": "hero_short.glb"}, ["clips"]),
-    ("robot", {"inputs": ["takes/short.bvh"], "robot": "h1.urdf", "output": "short.npz", "passes": 1}, ["clips"]),
-    ("edit", {"inputs": ["takes/short.bvh"], "step": ["smooth:cut-off=8"], "output": "soft.bvh"}, ["steps"]),
-    ("clean", {"inputs": ["takes/short.bvh"], "output": "clean.glb"}, ["steps"]),
-    ("sheet", {"inputs": ["takes/short.bvh"], "poses": 4, "width": 400}, ["width"]),
-    ("verify", {"source": "takes/short.bvh", "result": "short.glb"}, ["ok", "max_error"]),
-    (
-        "run",
-        {"job": {"source": {"inputs": ["takes/short.bvh"]}, "write": {"output": "job.vrma"}}},
-        ["files"],
-    ),
-]
+# Calls of every tool: its name, arguments, and what must be in the answer.
+CALLS = json.loads((Path(__file__).parent / "calls.json").read_text())
 
 
 def make_root(folder):
