@@ -24,8 +24,8 @@ const BENT: f32 = 0.34;
 /// The fewest frames that show one.
 const FEWEST: usize = 5;
 
-/// An elbow has one axis where its axis in the joint of the forearm is this near to its mean, in radians: 10 degrees, in
-/// the mean of all frames. Elsewhere the forearm turns about itself besides.
+/// An elbow has one axis where its axis in the joint of the forearm is this near to its mean, in radians: 10 degrees,
+/// in the mean of all frames. Elsewhere the forearm turns about itself besides.
 const CONSTANT: f32 = 0.175;
 
 /// What of a body is compared.
