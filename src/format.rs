@@ -9,6 +9,7 @@ mod asf_amc;
 mod bip;
 pub mod bvh;
 mod c3d;
+mod depth_first;
 pub mod fbx;
 mod frames;
 pub mod gltf;
@@ -16,9 +17,11 @@ mod mclip;
 mod mesh_bounds;
 mod mimic;
 mod mjcf;
+mod mmd;
 pub(crate) mod numbers;
 mod option;
 pub(crate) mod points;
+mod proportions;
 mod provenance;
 pub(crate) mod read_back;
 mod sidecar;
@@ -147,7 +150,7 @@ impl FormatInfo {
     ///
     /// ```
     /// let known = mocap::FormatInfo::written_extensions();
-    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz or .mclip");
+    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz, .mclip or .vmd");
     /// ```
     pub fn written_extensions() -> String {
         let written = FormatInfo::ALL.iter().filter(|row| row.writes());
@@ -215,6 +218,8 @@ impl FormatInfo {
         fbx::FORMAT,
         usd::FORMAT,
         mclip::FORMAT,
+        mmd::VMD,
+        mmd::PMX,
         bip::FORMAT,
         urdf::FORMAT,
         mjcf::FORMAT,

@@ -72,6 +72,7 @@ mod face;
 mod humanoid_bone;
 mod mesh;
 mod metadata;
+mod mmd;
 mod original;
 mod recorded;
 pub(crate) mod robot;
@@ -88,6 +89,7 @@ pub use self::metadata::{
     SecondMotion, Topic, UpAxis,
 };
 pub(crate) use self::metadata::{UNNAMED_MOTION, format_name};
+pub(crate) use self::mmd::{MmdInherits, MmdModel};
 pub use self::original::Original;
 pub(crate) use self::original::{OriginalFile, SKELETON_MATERIAL};
 pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recorded};

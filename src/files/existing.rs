@@ -55,8 +55,9 @@ impl ReplacePolicy {
     /// Extensions, in lower case, of files that may be somebody's source: of all formats that are read, and of
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
-        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "bip",
-        "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet", "mot", "sto",
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "vmd",
+        "pmx", "bip", "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet",
+        "mot", "sto",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
-use super::{Animation, Recorded, Solved};
+use super::{Animation, MmdModel, Recorded, Solved};
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -41,6 +41,9 @@ pub struct Metadata {
     /// How well a skeleton that was solved from markers explains them.
     #[serde(skip)]
     pub solved: Option<Arc<Solved>>,
+    /// The model of MikuMikuDance whose skeleton it is.
+    #[serde(skip)]
+    pub(crate) mmd: Option<Arc<MmdModel>>,
 }
 
 /// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.
@@ -92,6 +95,10 @@ formats! {
     Fbx "fbx"
     /// Universal Scene Description:
     Usd "usd"
+    /// MikuMikuDance motion:
+    Vmd "vmd"
+    /// MikuMikuDance model:
+    Pmx "pmx"
     /// Biped of 3ds Max:
     Bip "bip"
     /// Unified Robot Description Format:

@@ -62,6 +62,12 @@ impl<'a> Output<'a> {
                 .into());
         }
         let scene = importer.read(bytes, name)?;
+        if scene.metadata.format == Some(Format::Vmd) {
+            let message = "a VMD has no skeleton, so where its joints are is not known";
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .help("write the motion as .glb too, and verify that")
+                .into());
+        }
         let sidecar = match scene.metadata.format {
             Some(Format::Bvh) => sidecar(bytes, name, open)?,
             _ => None,

@@ -69,6 +69,7 @@ mod limits;
 mod live;
 mod markers;
 mod mjcf_files;
+mod mmd;
 mod motion_steps;
 mod names;
 mod numbers;

@@ -141,6 +141,8 @@ const char *mocap_error_text(void);
  - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
    metres, +Y up.
  - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
+ - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
+   in units of 0.08 m, +Y up.
  - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
  - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
    that are known by their names or shapes; lengths in metres. Nothing of a file is run.

@@ -87,6 +87,8 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 /// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
 ///   metres, +Y up.
 /// - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
+/// - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
+///   in units of 0.08 m, +Y up.
 /// - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
 /// - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
 ///   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
@@ -260,8 +262,8 @@ pub unsafe extern "C" fn mocap_channel_node(scene: *const Scene, animation: u32,
     }
 }
 
-/// The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
-/// than there are frames. 0 if there is no such animation.
+/// The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one
+/// less than there are frames. 0 if there is no such animation.
 ///
 /// # Safety
 /// `scene` is an open scene.

@@ -242,6 +242,34 @@ pub(crate) const USDZ: Input = Input {
     ..USDA
 };
 
+/// A motion of MikuMikuDance, on a model that is known.
+pub(crate) const VMD: Input = Input {
+    name: "vmd",
+    folders: &["made"],
+    made: Vec::new,
+    words: &["\u{0}", "\u{1}"],
+    read: |bytes, importer| {
+        let importer = importer.clone().format(mocap::Format::Vmd);
+        importer.skeleton(fixture("made/dancer.pmx")).read(bytes, "fuzz.vmd")
+    },
+    ..FBX
+};
+
+/// A model of MikuMikuDance, alone and with a motion, whose IK it solves.
+pub(crate) const PMX: Input = Input {
+    name: "pmx",
+    read: |bytes, importer| {
+        let alone = importer.clone().format(mocap::Format::Pmx).read(bytes, "fuzz.pmx");
+        // The reader finds the model in a file. Each process has its own.
+        let path = env::temp_dir().join(format!("mocap-fuzz-{}.pmx", process::id()));
+        fs::write(&path, bytes).expect("the folder of temporary files can be written");
+        let motion = fs::read(fixture("made/dancer.vmd")).expect("the fixture is there");
+        let importer = importer.clone().format(mocap::Format::Vmd).skeleton(path);
+        importer.read(&motion, "fuzz.vmd").or(alone)
+    },
+    ..VMD
+};
+
 /// A robot of ROS.
 pub(crate) const URDF: Input = Input {
     name: "urdf",
@@ -351,8 +379,8 @@ pub(crate) const BODY: Input = Input {
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
-    &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL,
-    &PT, &CSV, &BODY, &FBX_OUT,
+    &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &VMD, &PMX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ,
+    &NPY, &PKL, &PT, &CSV, &BODY, &FBX_OUT,
 ];
 
 impl Input {

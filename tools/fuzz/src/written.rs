@@ -36,6 +36,9 @@ pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u
         if choice.is_multiple_of(8) {
             round_trip(&scenes, Format::Fbx, &Exporter::new());
         }
+        if choice % 8 == 2 {
+            round_trip(&scenes, Format::Vmd, &Exporter::new());
+        }
         if choice % 8 == 1 {
             round_trip(&scenes, Format::Usd, &Exporter::new());
         }

@@ -156,7 +156,7 @@ def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:
         assert caught.value.code == code
     with pytest.raises(TypeError, match="either moments or a speed"):
         edit.warp_time(clip)
-    with pytest.raises(ValueError, match="must end in .bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz or .mclip"):
+    with pytest.raises(ValueError, match="must end in .bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz, .mclip or .vmd"):
         edit.write(clip, tmp_path / "walk.obj")
     edit.write(clip, tmp_path / "walk.bvh")
     assert mocap.read(tmp_path / "walk.bvh").frames == clip.frames

@@ -37,7 +37,7 @@ export interface ReadOptions {
   strict?: boolean;
   /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
   hash?: boolean;
-  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "trc" | "fbx" | "usd" | "mclip" | "npz" | "npy" | "torch" | "pickle" | "csv" | "parquet" | "mot";
+  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "trc" | "fbx" | "usd" | "mclip" | "vmd" | "pmx" | "npz" | "npy" | "torch" | "pickle" | "csv" | "parquet" | "mot";
   /** The animation to keep of several: its index from 0, or its name. */
   clip?: number | string;
   /**

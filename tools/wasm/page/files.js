@@ -1,7 +1,7 @@
 // What was dropped or chosen, as items: the files that belong together.
 
 /** Files that are read for themselves, and those that others refer to. */
-const MOTION = /\.(bvh|amc|c3d|trc|glb|gltf|vrm|vrma|fbx|mclip|usda|usdz|urdf|xml|mjcf)$/i;
+const MOTION = /\.(bvh|amc|c3d|trc|glb|gltf|vrm|vrma|fbx|mclip|usda|usdz|vmd|pmx|urdf|xml|mjcf)$/i;
 const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
 
 const folderOf = (path) => path.slice(0, path.lastIndexOf("/") + 1);

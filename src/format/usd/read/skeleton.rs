@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{DMat4, DQuat, DVec3, DVec4, Mat4};
 
 use crate::error::{Code, Diagnostic};
+use crate::format::depth_first::{depth_first, sorted};
 use crate::format::usd::KINDS;
 use crate::format::usd::parse::{Attribute, Layer, Prim, Value};
 use crate::format::warnings::Warnings;
@@ -153,36 +154,6 @@ fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
     }
     set_transforms(prim, &mut nodes)?;
     Ok(nodes)
-}
-
-/// The index of each joint where a parent stands right before its first child: a file may have them row by row.
-fn depth_first(nodes: &[Node]) -> Vec<usize> {
-    let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
-    let mut next = Vec::new();
-    // Backwards, because the last of a stack comes first.
-    for (joint, node) in nodes.iter().enumerate().rev() {
-        match node.parent {
-            Some(parent) => children[parent.index()].push(joint),
-            None => next.push(joint),
-        }
-    }
-    let mut order = vec![0; nodes.len()];
-    let mut count = 0;
-    while let Some(joint) = next.pop() {
-        order[joint] = count;
-        count += 1;
-        next.append(&mut children[joint]);
-    }
-    order
-}
-
-fn sorted(nodes: Vec<Node>, order: &[usize]) -> Vec<Node> {
-    let mut sorted = vec![Node::default(); nodes.len()];
-    for (mut node, index) in nodes.into_iter().zip(order) {
-        node.parent = node.parent.map(|parent| NodeId::new(order[parent.index()]));
-        sorted[*index] = node;
-    }
-    sorted
 }
 
 /// Sets the rest pose.
