@@ -51,7 +51,7 @@ pub use self::floor::Floor;
 pub(crate) use self::links::{LinkMotion, LinkOrder};
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};
-pub use self::retargeter::{RobotOptions, RobotRetargeter};
+pub use self::retargeter::{RobotOptions, RobotRetargeter, RobotStream};
 pub(crate) use self::torques::InverseDynamics;
 pub use self::verdict::Criterion;
 pub use crate::figure::robot_bones::{RobotBone, RobotMap};

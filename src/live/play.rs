@@ -51,26 +51,7 @@ impl VmcMotion {
 
     /// As [`Self::packets`], with another time on the clock: a motion that repeats goes on.
     pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
-        let message = |address: &str, args: Vec<OscType>| OscMessage {
-            addr: address.to_owned(),
-            args,
-        };
-        // Loaded, calibrated, in the usual mode.
-        let state = [1, 3, 0].map(OscType::Int).to_vec();
-        let mut messages = vec![
-            message(STATE, state),
-            message(TIME, vec![OscType::Float(clock as f32)]),
-            message(
-                ROOT,
-                arguments_of(
-                    "root",
-                    BonePose {
-                        position: Vec3::ZERO,
-                        rotation: Quat::IDENTITY,
-                    },
-                ),
-            ),
-        ];
+        let mut messages = beginning(clock);
         let animation = self.scene.animations.first();
         let tick = animation.map_or(0.0, |animation| seconds * animation.ticks_per_second);
         for (index, node) in self.scene.nodes.iter().enumerate() {
@@ -90,6 +71,25 @@ impl VmcMotion {
         }
         bundles(messages)
     }
+}
+
+/// The messages with which a frame begins.
+pub(super) fn beginning(clock: f64) -> Vec<OscMessage> {
+    let message = |address: &str, args: Vec<OscType>| OscMessage {
+        addr: address.to_owned(),
+        args,
+    };
+    // Loaded, calibrated, in the usual mode.
+    let state = [1, 3, 0].map(OscType::Int).to_vec();
+    let root = BonePose {
+        position: Vec3::ZERO,
+        rotation: Quat::IDENTITY,
+    };
+    vec![
+        message(STATE, state),
+        message(TIME, vec![OscType::Float(clock as f32)]),
+        message(ROOT, arguments_of("root", root)),
+    ]
 }
 
 /// The message of a bone.

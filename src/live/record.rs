@@ -6,7 +6,9 @@ use glam::{Mat4, Quat, Vec3};
 
 use super::vmc::{BonePose, Said, messages};
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{Animation, Channel, Format, HumanoidBone as Bone, Keys, Node, NodeId, Scene, UpAxis};
+use crate::scene::{
+    Animation, Channel, Face, Format, HumanoidBone as Bone, Keys, Node, NodeId, NodeKind, Scene, UpAxis,
+};
 
 /// Rotations and positions that a recording holds: 90 minutes of 55 bones, 60 times a second, in less than a gigabyte.
 const MOST_KEYS: usize = 18_000_000;
@@ -21,7 +23,7 @@ pub struct VmcCounts {
     pub packets: u64,
     /// Packets that are no OSC, and messages of VMC whose arguments are not those of their kind.
     pub malformed: u64,
-    /// Values of blend shapes, which a scene has no room for.
+    /// Values of blend shapes.
     pub blend_shapes: u64,
     /// Messages about other things than a body: cameras, lights, trackers, bones that no humanoid has.
     pub others: u64,
@@ -42,7 +44,21 @@ pub struct VmcRecorder {
     frames: Vec<(Option<f64>, f64)>,
     root: Option<BonePose>,
     bones: BTreeMap<Bone, Track>,
+    face: Vec<FaceTrack>,
     keys: usize,
+}
+
+/// Blend shapes of a recording at most; characters have some dozens, and faces of trackers 52.
+const MOST_SHAPES: usize = 1024;
+/// Bytes of the longest name of one.
+const LONGEST_NAME: usize = 256;
+
+/// The weights of a blend shape.
+#[derive(Debug)]
+struct FaceTrack {
+    face: Face,
+    frames: Vec<u32>,
+    weights: Vec<f32>,
 }
 
 /// The keys of a bone.
@@ -87,7 +103,7 @@ impl VmcRecorder {
                 Said::Time(time) => self.time(time, seconds),
                 Said::Root(bone_pose) => self.root = Some(bone_pose),
                 Said::Bone(bone, bone_pose) => self.bone(bone, bone_pose, seconds),
-                Said::Blend => self.counts.blend_shapes += 1,
+                Said::Blend(face, weight) => self.blend(face, weight),
                 Said::Other => self.counts.others += 1,
                 Said::Malformed => self.counts.malformed += 1,
             }
@@ -105,6 +121,45 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
+    /// Weights belong to the frame that they come in.
+    fn blend(&mut self, face: Face, weight: f32) {
+        self.counts.blend_shapes += 1;
+        let Some(frame) = self.frames.len().checked_sub(1).filter(|_| !self.is_full()) else {
+            return;
+        };
+        let own = self.face.iter().position(|track| track.face == face);
+        let is_kept = self.face.len() < MOST_SHAPES && face.name().len() <= LONGEST_NAME;
+        let index = match own {
+            Some(index) => index,
+            None if is_kept => {
+                self.face.push(FaceTrack {
+                    face,
+                    frames: Vec::new(),
+                    weights: Vec::new(),
+                });
+                self.face.len() - 1
+            }
+            None => {
+                self.counts.others += 1;
+                return;
+            }
+        };
+        let track = &mut self.face[index];
+        if track.frames.last() == Some(&(frame as u32)) {
+            track.frames.pop();
+            track.weights.pop();
+        }
+        track.frames.push(frame as u32);
+        track.weights.push(weight);
+        self.keys += 1;
+    }
+
+    /// Takes the first frame of a stream.
+    pub(super) fn first_frame(&mut self, bones: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) {
+        self.root = root;
+        bones.iter().for_each(|(bone, pose)| self.bone(*bone, *pose, 0.0));
+    }
+
     fn bone(&mut self, bone: Bone, mut bone_pose: BonePose, seconds: f64) {
         if self.is_full() {
             return;
@@ -120,10 +175,7 @@ impl VmcRecorder {
         }
         track.frames.push((self.frames.len() - 1) as u32);
         if bone == Bone::Hips {
-            if let Some(root) = self.root {
-                bone_pose.position = root.position + root.rotation * bone_pose.position;
-                bone_pose.rotation = root.rotation * bone_pose.rotation;
-            }
+            bone_pose = bone_pose.below(self.root);
             track.positions.push(bone_pose.position);
         }
         track.rotations.push(bone_pose.rotation);
@@ -157,11 +209,45 @@ impl VmcRecorder {
             channel.node = Some(NodeId::new(index));
         }
         scene.nodes = nodes;
+        self.add_face(&mut scene, &ticks);
         // As in a VRM animation, the rest pose is the T-pose, whatever it looks like.
         scene.metadata.format = Some(Format::Vrma);
         scene.metadata.metres_per_unit = Some(1.0);
         scene.metadata.up = Some(UpAxis::Y);
         Ok(scene)
+    }
+
+    /// Adds the blend shapes that are ever seen, and the gaze, which is how the eyes turn: a VRM animation has no eyes.
+    fn add_face(&self, scene: &mut Scene, ticks: &[f64]) {
+        let times = |frames: &[u32]| -> Vec<f64> { frames.iter().map(|frame| ticks[*frame as usize]).collect() };
+        let still = Channel {
+            position_keys: Keys::constant(Vec3::ZERO),
+            rotation_keys: Keys::constant(Quat::IDENTITY),
+            scaling_keys: Keys::constant(Vec3::ONE),
+            ..Channel::default()
+        };
+        for track in self
+            .face
+            .iter()
+            .filter(|track| track.weights.iter().any(|weight| *weight != 0.0))
+        {
+            let positions = track.weights.iter().map(|weight| *weight * Vec3::X).collect();
+            let keys = Channel {
+                position_keys: Keys::at_ticks(positions, times(&track.frames)),
+                ..still.clone()
+            };
+            add_face_node(scene, track.face.clone(), keys);
+        }
+        let eyes = [Bone::LeftEye, Bone::RightEye].map(|eye| self.bones.get(&eye));
+        if let (Some(eye), other) = (eyes[0].or(eyes[1]), eyes[1].or(eyes[0])) {
+            let middle = other.map_or(eye.offset, |other| 0.5 * (eye.offset + other.offset));
+            let keys = Channel {
+                rotation_keys: Keys::at_ticks(eye.rotations.clone(), times(&eye.frames)),
+                ..still
+            };
+            let offset_from_head = Some(middle);
+            add_face_node(scene, Face::LookAt { offset_from_head }, keys);
+        }
     }
 
     /// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
@@ -242,4 +328,21 @@ impl VmcRecorder {
             scaling_keys: Keys::constant(Vec3::ONE),
         })
     }
+}
+
+/// Adds a node of a face below the first, with its keys.
+fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
+    let id = NodeId::new(scene.nodes.len());
+    scene.nodes.push(Node {
+        name: face.name().to_owned(),
+        kind: NodeKind::Group,
+        parent: Some(NodeId(0)),
+        face: Some(face),
+        ..Node::default()
+    });
+    scene.animations[0].channels.push(Channel {
+        node_name: scene.nodes[id.index()].name.clone(),
+        node: Some(id),
+        ..keys
+    });
 }

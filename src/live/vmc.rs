@@ -9,19 +9,32 @@
 use glam::{Quat, Vec3};
 use rosc::{OscMessage, OscPacket, OscType, decoder};
 
-use crate::scene::HumanoidBone as Bone;
+use crate::scene::{Face, HumanoidBone as Bone};
 
 pub(super) const TIME: &str = "/VMC/Ext/T";
 pub(super) const STATE: &str = "/VMC/Ext/OK";
 pub(super) const ROOT: &str = "/VMC/Ext/Root/Pos";
 pub(super) const BONE: &str = "/VMC/Ext/Bone/Pos";
 const BLEND: &str = "/VMC/Ext/Blend/Val";
+/// Ends the values of blend shapes.
+pub(super) const APPLY: &str = "/VMC/Ext/Blend/Apply";
 
 /// A position and a rotation, in the axes of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BonePose {
     pub(super) position: Vec3,
     pub(super) rotation: Quat,
+}
+
+impl BonePose {
+    /// The hips as the root moves them.
+    pub(super) fn below(self, root: Option<Self>) -> Self {
+        let Some(root) = root else { return self };
+        Self {
+            position: root.position + root.rotation * self.position,
+            rotation: root.rotation * self.rotation,
+        }
+    }
 }
 
 /// What a message says.
@@ -31,8 +44,8 @@ pub(super) enum Said {
     Time(f64),
     Root(BonePose),
     Bone(Bone, BonePose),
-    /// A blend shape.
-    Blend,
+    /// A blend shape and its value.
+    Blend(Face, f32),
     /// Something that no motion of a body is: cameras, lights, trackers.
     Other,
     /// A message of VMC with other arguments than it must have, or with numbers that are none.
@@ -79,10 +92,43 @@ pub(super) fn said(message: &OscMessage) -> Said {
             },
             _ => None,
         },
-        BLEND => Some(Said::Blend),
+        BLEND => match (arguments.first(), number(arguments.get(1))) {
+            (Some(OscType::String(name)), Some(value)) => Some(Said::Blend(face(name), value.clamp(0.0, 1.0) as f32)),
+            _ => None,
+        },
         _ => Some(Said::Other),
     };
     read.unwrap_or(Said::Malformed)
+}
+
+/// Names of VRM 0 for expressions that are called otherwise in VRM 1.0.
+const EXPRESSIONS: [(&str, &str); 11] = [
+    ("joy", "happy"),
+    ("sorrow", "sad"),
+    ("fun", "relaxed"),
+    ("a", "aa"),
+    ("i", "ih"),
+    ("u", "ou"),
+    ("e", "ee"),
+    ("o", "oh"),
+    ("blink_l", "blinkLeft"),
+    ("blink_r", "blinkRight"),
+    ("surprised", "surprised"),
+];
+
+/// The expression of a blend shape; senders write the names of VRM 0 and of VRM 1.0, in any case.
+fn face(name: &str) -> Face {
+    let old = EXPRESSIONS.iter().find(|(old, _)| name.eq_ignore_ascii_case(old));
+    let preset = old.map(|(_, preset)| *preset);
+    let preset = preset.or_else(|| {
+        Face::PRESETS
+            .into_iter()
+            .find(|preset| name.eq_ignore_ascii_case(preset))
+    });
+    match preset {
+        Some(preset) => Face::Preset(preset.to_owned()),
+        None => Face::Custom(name.to_owned()),
+    }
 }
 
 fn number(argument: Option<&OscType>) -> Option<f64> {

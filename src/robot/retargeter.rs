@@ -1,7 +1,10 @@
 //! Puts the motion of a humanoid on a robot.
 
+mod stream;
+
 use glam::{DQuat, DVec3};
 
+pub use self::stream::RobotStream;
 use super::branches::Branches;
 use super::collision::Collisions;
 use super::feasibility::feasibility;

@@ -38,7 +38,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "options", "scene", "math", "pose", "figure", "ik", "convert", "graph",
         ],
     ),
-    ("live", &["error", "scene", "math", "pose", "figure", "edit"]),
     (
         "retarget",
         &["error", "limits", "options", "scene", "math", "pose", "figure", "edit"],
@@ -48,6 +47,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "error", "options", "scene", "math", "pose", "figure", "edit", "retarget",
         ],
+    ),
+    (
+        "live",
+        &["error", "scene", "math", "pose", "figure", "edit", "retarget", "robot"],
     ),
     ("solve", &["error", "scene", "math"]),
     (

@@ -80,9 +80,10 @@ const CASES: &[Case] = &[
 ];
 
 /// Commands that do not read the table's motion. `solve` is `convert` for positions, `mcp` serves the others, `analog`
-/// and `forces` read C3D alone, and `record` listens to a network.
+/// and `forces` read C3D alone, and `record` and `bridge` listen to a network.
 const OTHERS: &[&str] = &[
     "analog",
+    "bridge",
     "forces",
     "formats",
     "mcp",
@@ -251,6 +252,10 @@ fn another_file_is_at_fault() {
         (1, "record vmc:0 -o none/new.glb --seconds 0"),
         (2, "record vmc:0 -o new.xyz"),
         (2, "record vmc:0 -o new.glb --seconds nan"),
+        (1, "bridge vmc:0 --onto none.vrm --vmc 9"),
+        (1, "bridge vmc:0 --onto bad.bvh --vmc 9"),
+        (2, "bridge vmc:0 --onto w.bvh"),
+        (2, "bridge vmc:0 --onto w.bvh --vmc 0"),
         (1, "find none.mdb --pose w.bvh@0"),
         (2, "find moves.mdb --pose w.bvh@99999"),
         (1, "match w.bvh --path 0/0+0/1 --on w.bvh -o new.glb"),

@@ -17,7 +17,7 @@ use crate::sample::Sample;
 /// Commands that write no file unless the shell is told to, `mcp`, which does the jobs of others, and `record`, which
 /// needs a sender: `live.rs` ends it.
 const WRITE_NOTHING: &[&str] = &[
-    "verify", "info", "gait", "skeleton", "check", "dump", "pose", "formats", "find", "mcp", "play", "record",
+    "verify", "info", "gait", "skeleton", "check", "dump", "pose", "formats", "find", "mcp", "play", "record", "bridge",
 ];
 
 struct Case {

@@ -2,7 +2,7 @@
 //! against each other. `tools/vmc` has another author's library at both ends.
 
 use glam::{Quat, Vec3};
-use mocap::live::{VmcCleaner, VmcRecorder};
+use mocap::live::{VmcBridge, VmcCleaner, VmcRecorder};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Code, Scene};
 
@@ -191,6 +191,207 @@ fn a_stream_with_other_bones_or_none_loses_nothing() {
     }
 }
 
+/// Blend shapes are expressions, by the names of VRM 0 and 1.0, and the eyes are the gaze, also in the file.
+#[test]
+fn blend_shapes_and_eyes_are_kept_in_a_vrm_animation() {
+    let shape = |name: &str, value: f32| message("/VMC/Ext/Blend/Val", Some(name), &[value]);
+    let half = (0.1_f32).sin_cos();
+    let mut recorder = VmcRecorder::new();
+    for frame in 0..4 {
+        let value = 0.25 * frame as f32;
+        let mut packets = vec![time(frame as f32 / 30.0)];
+        for (name, parent) in SKELETON {
+            packets.push(bone(name, [parent[0], parent[1], parent[2], 0.0, 0.0, 0.0, 1.0]));
+        }
+        packets.push(bone("LeftEye", [-0.03, 0.06, 0.08, 0.0, half.0, 0.0, half.1]));
+        packets.push(bone("RightEye", [0.03, 0.06, 0.08, 0.0, half.0, 0.0, half.1]));
+        packets.extend([
+            shape("Joy", value),
+            shape("Blink_L", 1.0),
+            shape("tongueOut", 1.5),
+            shape("Angry", 0.0),
+        ]);
+        packets.push(message("/VMC/Ext/Blend/Val", Some("Fun"), &[]));
+        packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    }
+    assert_eq!((recorder.counts().blend_shapes, recorder.counts().malformed), (16, 4));
+    let scene = recorder.scene().unwrap();
+    assert!(scene.validate().is_empty());
+    let bytes = mocap::Exporter::new()
+        .write(&scene, mocap::Format::Vrma)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    for scene in [scene, mocap::Importer::new().read(&bytes, "take.vrma").unwrap()] {
+        let face = |name: &str| {
+            let nodes = scene.nodes.iter().filter(|node| node.face.is_some());
+            let node = nodes.clone().find(|node| node.face.as_ref().unwrap().name() == name);
+            let node = node.unwrap_or_else(|| panic!("no {name} in {nodes:?}"));
+            let channels = &scene.animations[0].channels;
+            channels
+                .iter()
+                .find(|channel| channel.node_name == node.name)
+                .unwrap()
+                .clone()
+        };
+        for tick in 0..4 {
+            let weight = face("happy").position_keys.sample(f64::from(tick)).unwrap().x;
+            assert!((weight - 0.25 * tick as f32).abs() < 1e-3, "{weight}");
+        }
+        assert!((face("blinkLeft").position_keys.values[0].x - 1.0).abs() < 1e-3);
+        // Weights are from 0 to 1.
+        assert!((face("tongueOut").position_keys.values[0].x - 1.0).abs() < 1e-3);
+        // 0.2 radians to the right of the figure, which is -X.
+        let gaze = face("lookAt").rotation_keys.values[0] * Vec3::Z;
+        assert!(
+            gaze.distance(Vec3::new(-0.2_f32.sin(), 0.0, 0.2_f32.cos())) < 1e-3,
+            "{gaze}"
+        );
+        assert!(
+            scene
+                .nodes
+                .iter()
+                .all(|node| node.face.as_ref().is_none_or(|face| face.name() != "angry"))
+        );
+    }
+}
+
+/// The bones without which there is no humanoid, with their offsets in Unity's axes: left is -X.
+const SKELETON: [(&str, [f32; 3]); 17] = [
+    ("Hips", [0.0, 0.95, 0.0]),
+    ("Spine", [0.0, 0.1, 0.0]),
+    ("Chest", [0.0, 0.15, 0.0]),
+    ("Neck", [0.0, 0.25, 0.0]),
+    ("Head", [0.0, 0.1, 0.0]),
+    ("LeftUpperLeg", [-0.09, -0.05, 0.0]),
+    ("LeftLowerLeg", [0.0, -0.42, 0.0]),
+    ("LeftFoot", [0.0, -0.4, 0.0]),
+    ("RightUpperLeg", [0.09, -0.05, 0.0]),
+    ("RightLowerLeg", [0.0, -0.42, 0.0]),
+    ("RightFoot", [0.0, -0.4, 0.0]),
+    ("LeftUpperArm", [-0.16, 0.18, 0.0]),
+    ("LeftLowerArm", [-0.27, 0.0, 0.0]),
+    ("LeftHand", [-0.25, 0.0, 0.0]),
+    ("RightUpperArm", [0.16, 0.18, 0.0]),
+    ("RightLowerArm", [0.27, 0.0, 0.0]),
+    ("RightHand", [0.25, 0.0, 0.0]),
+];
+
+/// The packets of a frame in which every bone turns.
+fn turned(frame: usize) -> Vec<Vec<u8>> {
+    let seconds = frame as f32 / 60.0;
+    let mut packets = vec![time(seconds)];
+    for (index, (name, [x, y, z])) in SKELETON.iter().enumerate() {
+        let angle = 0.4 * (3.0 * seconds + index as f32).sin();
+        let [i, j, k, w] = Quat::from_scaled_axis(angle * Vec3::new(0.3, 0.8, 0.5)).to_array();
+        let lift = if index == 0 { 0.05 * angle } else { 0.0 };
+        packets.push(bone(name, [*x + lift, *y + lift, *z, i, j, k, w]));
+    }
+    packets.push(message("/VMC/Ext/Blend/Val", Some("Joy"), &[0.5]));
+    packets
+}
+
+fn heard(packets: &[Vec<u8>]) -> Scene {
+    let mut recorder = VmcRecorder::new();
+    packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    recorder.scene().unwrap()
+}
+
+/// Onto the sender's own body nothing changes, every pose goes out with the packet of its last bone, and what is about
+/// no bone goes on.
+#[test]
+fn a_stream_is_bridged_onto_a_body_pose_by_pose() {
+    let all: Vec<Vec<u8>> = (0..60).flat_map(turned).collect();
+    let own = heard(&all);
+    let mut bridge = VmcBridge::onto(&own).unwrap();
+    let mut given = Vec::new();
+    for frame in 0..60 {
+        for (place, packet) in turned(frame).iter().enumerate() {
+            let out = bridge.hear(packet, 0.0);
+            // The first frame ends as the second begins, for its bones are not known.
+            if frame > 1 {
+                let is_last = place == SKELETON.len();
+                assert_eq!(
+                    out.iter()
+                        .any(|packet| packet.windows(8).any(|part| part == b"Bone/Pos")),
+                    is_last
+                );
+            }
+            given.extend(out);
+        }
+        assert!(bridge.hear(b"hello", 0.0).is_empty());
+    }
+    let counts = bridge.counts();
+    assert_eq!((counts.frames, counts.malformed, counts.blend_shapes), (60, 60, 60));
+    assert!(bridge.problem().is_none());
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!((recorder.counts().frames, recorder.counts().blend_shapes), (60, 60));
+    let bridged = recorder.scene().unwrap();
+    for (ours, theirs) in bridged.animations[0].channels.iter().zip(&own.animations[0].channels) {
+        for (a, b) in ours.rotation_keys.values.iter().zip(&theirs.rotation_keys.values) {
+            assert!(a.angle_between(*b).to_degrees() < 0.1, "{}", ours.node_name);
+        }
+        for (a, b) in ours.position_keys.values.iter().zip(&theirs.position_keys.values) {
+            assert!(a.distance(*b) < 1e-3, "{}: {a} {b}", ours.node_name);
+        }
+    }
+}
+
+/// A robot gets JSON within the limits of its joints.
+#[test]
+fn a_stream_is_bridged_onto_a_robot() {
+    let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf").unwrap();
+    let mut bridge = VmcBridge::onto_robot(&robot);
+    let packets = (0..20).flat_map(turned);
+    let given: Vec<Vec<u8>> = packets.flat_map(|packet| bridge.hear(&packet, 0.0)).collect();
+    assert_eq!(given.len(), 20);
+    for packet in &given {
+        let said: serde_json::Value = serde_json::from_slice(packet).unwrap();
+        let joints = said["joints"].as_object().unwrap();
+        assert_eq!(joints.len(), robot.dof_names().len());
+        for link in &robot.links {
+            let Some(at) = joints.get(&link.joint.name).and_then(serde_json::Value::as_f64) else {
+                continue;
+            };
+            let limits = &link.joint.limits;
+            assert!(
+                at >= limits.lower - 1e-6 && at <= limits.upper + 1e-6,
+                "{}",
+                link.joint.name
+            );
+        }
+        let height = said["root"]["position"][2].as_f64().unwrap();
+        assert!((0.5..1.3).contains(&height), "{height}");
+    }
+}
+
+/// A stream without hips is no body, and says so; after a body has come its poses go out.
+#[test]
+fn a_stream_that_is_no_body_yet_waits() {
+    let own = heard(&(0..2).flat_map(turned).collect::<Vec<_>>());
+    let mut bridge = VmcBridge::onto(&own).unwrap().json();
+    for frame in 0..3 {
+        let spine = bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!(
+            [time(frame as f32), spine]
+                .iter()
+                .all(|packet| bridge.hear(packet, 0.0).is_empty())
+        );
+    }
+    assert_eq!(bridge.problem().map(mocap::Error::code), Some(Code::NoMotion));
+    let given: Vec<Vec<u8>> = (200..210)
+        .flat_map(turned)
+        .flat_map(|packet| bridge.hear(&packet, 0.0))
+        .collect();
+    assert!(given.len() >= 9 && bridge.problem().is_none());
+    let said: serde_json::Value = serde_json::from_slice(&given[5]).unwrap();
+    assert!(said["bones"]["hips"]["position"].is_array() && said["bones"]["leftHand"]["rotation"].is_array());
+    // No character, no bridge.
+    let arm = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    assert!(VmcBridge::onto(&arm).is_err());
+}
+
 #[cfg(all(unix, feature = "cli"))]
 mod program {
     use std::io::{BufRead, BufReader, Read};
@@ -249,6 +450,16 @@ mod program {
             ("play vmc:0 --vmc 9 --clean --loop", 2, "without --loop"),
             ("play vmc:0 --vmc 9 --clean --delay 11", 2, "from 0 to 10"),
             ("play vmc:nowhere --vmc 9 --clean", 2, "neither a port nor an address"),
+            ("bridge vmc:0 --onto lecture_Test.bvh --vmc 9", 1, "not-humanoid"),
+            ("bridge vmc:0 --onto lecture_Test.bvh", 2, "--vmc <HOST:PORT>"),
+            (
+                "bridge vmc:0 --onto lecture_Test.bvh --vmc 9 --udp-json 8",
+                2,
+                "cannot be used with",
+            ),
+            ("bridge vmc:0 --onto none.vrm --vmc 9", 1, "none.vrm"),
+            ("bridge 39539 --onto lecture_Test.bvh --vmc 9", 2, "not vmc:PORT"),
+            ("bridge vmc:0 --onto lecture_Test.bvh --vmc 9 --delay 1", 2, "--clean"),
         ] {
             folder.refuses(arguments, status, reason);
         }

@@ -36,7 +36,7 @@ pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
 pub(crate) use self::graph::{AimArgs, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
-pub(crate) use self::live::{Listen, PlayArgs, RecordArgs};
+pub(crate) use self::live::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
@@ -128,6 +128,8 @@ pub(crate) enum Command {
     Record(RecordArgs),
     /// Send a motion of a humanoid to programs that take the VMC protocol, as it would be captured
     Play(PlayArgs),
+    /// Put motion of the VMC protocol on a character or a robot as it comes, and send it on
+    Bridge(BridgeArgs),
     /// Write a page with a player for the motion, and open it
     View(ViewArgs),
     /// Draw poses over time, one row per file

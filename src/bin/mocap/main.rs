@@ -116,6 +116,7 @@ fn main() -> ExitCode {
         Command::Mcp(args) => commands::mcp::run(args),
         Command::Record(args) => commands::live::record(args),
         Command::Play(args) => commands::live::play(args),
+        Command::Bridge(args) => commands::live::bridge(args),
         Command::View(args) => commands::view::run(args),
         Command::Sheet(args) => commands::sheet::run(args, &given),
         Command::Gif(args) => commands::gif::run(args),

@@ -1,4 +1,4 @@
-//! Options of `record` and `play`.
+//! Options of `record`, `play` and `bridge`.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
@@ -48,6 +48,33 @@ pub(crate) struct PlayArgs {
     pub(crate) delay: Option<f64>,
     #[command(flatten)]
     pub(crate) read: Reading,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct BridgeArgs {
+    /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
+    /// it, as vmc:0.0.0.0:39539 for senders on the network
+    pub(crate) source: Listen,
+    /// The body that moves: a character of glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
+    #[arg(long, value_name = "FILE")]
+    pub(crate) onto: PathBuf,
+    /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
+    #[arg(
+        long,
+        value_name = "HOST:PORT",
+        required_unless_present = "udp_json",
+        conflicts_with = "udp_json"
+    )]
+    pub(crate) vmc: Option<Peer>,
+    /// Send it as JSON, a packet of UDP for each pose, to this address and port
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) udp_json: Option<Peer>,
+    /// Take the noise out of the stream before
+    #[arg(long)]
+    pub(crate) clean: bool,
+    /// How many seconds later it is sent then, from 0 to 10: the more, the less noise [default: 0.5]
+    #[arg(long, value_name = "S", value_parser = delay, requires = "clean")]
+    pub(crate) delay: Option<f64>,
 }
 
 /// The address and the port to listen on.

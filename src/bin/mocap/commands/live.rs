@@ -1,4 +1,4 @@
-//! `mocap record` and `mocap play`: motion from and to programs that speak the VMC protocol.
+//! `mocap record`, `mocap play` and `mocap bridge`: motion from and to programs that speak the VMC protocol.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
@@ -9,14 +9,17 @@ use std::time::{Duration, Instant};
 
 use mocap::edit::{Clean, Step, StepInput};
 use mocap::files::ReplacePolicy;
-use mocap::live::{VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
-use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Scene};
+use mocap::live::{VmcBridge, VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
+use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
-use crate::args::{Listen, PlayArgs, RecordArgs};
+use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 use crate::{Failure, report, streams};
 
 /// Bytes of the longest packet of UDP.
 const LONGEST: usize = 65_536;
+
+/// Seconds by which a cleaned stream is late: a moment is then seen from both sides.
+const USUAL_DELAY: f64 = 0.5;
 
 /// How long to wait for a packet before looking whether to end.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -85,7 +88,6 @@ fn listen(socket: &UdpSocket, seconds: Option<f64>, is_over: &AtomicBool) -> Vmc
 fn tell_left_out(counts: &VmcCounts) {
     for (count, what) in [
         (counts.malformed, "packets or messages were malformed"),
-        (counts.blend_shapes, "values of blend shapes were left out"),
         (counts.others, "messages were about other things than the body"),
     ] {
         if count > 0 {
@@ -156,9 +158,7 @@ fn send_on(args: &PlayArgs, source: &str) -> Result<(), Failure> {
         let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
-    /// Seconds: a moment is then seen from both sides.
-    const DELAY: f64 = 0.5;
-    let delay = args.delay.unwrap_or(DELAY);
+    let delay = args.delay.unwrap_or(USUAL_DELAY);
     let mut cleaner = VmcCleaner::new(delay)?;
     let input = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
     input.set_read_timeout(Some(PATIENCE))?;
@@ -182,6 +182,79 @@ fn send_on(args: &PlayArgs, source: &str) -> Result<(), Failure> {
     report::say(&format!("{} packets were sent", sent + left.len() as u64));
     Ok(())
 }
+
+/// Puts a stream on another body as it comes, until Ctrl-C.
+pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
+    let (Some(peer), is_json) = (args.vmc.or(args.udp_json), args.udp_json.is_some()) else {
+        return Err(Failure::Usage("name a peer: --vmc or --udp-json HOST:PORT".to_owned()));
+    };
+    let mut bridge = bridge_onto(args, is_json)?;
+    let delay = args.clean.then(|| args.delay.unwrap_or(USUAL_DELAY));
+    let mut cleaner = delay.map(VmcCleaner::new).transpose()?;
+    let input = UdpSocket::bind(args.source.0).map_err(|error| of_socket(args.source.0, &error))?;
+    input.set_read_timeout(Some(PATIENCE))?;
+    let output = sender(peer.0)?;
+    let is_over = over_at_a_signal()?;
+    report::say(&format!(
+        "from {} onto {} to {}; Ctrl-C ends it",
+        input.local_addr()?,
+        args.onto.display(),
+        peer.0
+    ));
+    let (mut packet, begin) = (vec![0; LONGEST], Instant::now());
+    while !is_over.load(Ordering::Relaxed) {
+        let Ok((length, _)) = input.recv_from(&mut packet) else {
+            continue;
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        match &mut cleaner {
+            None => send(&output, peer.0, &bridge.hear(&packet[..length], seconds))?,
+            Some(cleaner) => {
+                for cleaned in cleaner.hear(&packet[..length], seconds) {
+                    send(&output, peer.0, &bridge.hear(&cleaned, seconds))?;
+                }
+            }
+        }
+    }
+    for cleaned in cleaner.iter_mut().flat_map(VmcCleaner::finish) {
+        send(&output, peer.0, &bridge.hear(&cleaned, begin.elapsed().as_secs_f64()))?;
+    }
+    let counts = bridge.counts();
+    tell_left_out(&counts);
+    if let Some(problem) = bridge.problem() {
+        report::complain(&format!("the last bones that came are no body for it: {problem}"));
+    }
+    report::say(&format!(
+        "{} poses were sent, of {} packets",
+        counts.frames, counts.packets
+    ));
+    Ok(())
+}
+
+fn bridge_onto(args: &BridgeArgs, is_json: bool) -> Result<VmcBridge, Failure> {
+    let importer = Importer::new();
+    let with_path = |error: Error| error.with_path(&args.onto);
+    let is_robot = |extension: &std::ffi::OsStr| ROBOTS.iter().any(|known| extension.eq_ignore_ascii_case(known));
+    if args.onto.extension().is_some_and(is_robot) {
+        let robot = importer.import_robot(&args.onto)?;
+        report::warnings(Some(&args.onto), &robot.warnings);
+        if !is_json {
+            let message = "--vmc is for a humanoid, and a robot has joints of its own: --udp-json HOST:PORT";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        robot.bones(None).map_err(with_path)?;
+        return Ok(VmcBridge::onto_robot(&robot));
+    }
+    let mut scene = importer.import(&args.onto)?;
+    for guess in Conversion::new().apply(&mut scene).map_err(with_path)? {
+        report::say(&guess.to_string());
+    }
+    let bridge = VmcBridge::onto(&scene).map_err(with_path)?;
+    Ok(if is_json { bridge.json() } else { bridge })
+}
+
+/// The extensions of robots.
+const ROBOTS: [&str; 3] = ["urdf", "mjcf", "xml"];
 
 /// A socket that sends to an address.
 fn sender(to: SocketAddr) -> Result<UdpSocket, Error> {
