@@ -39,7 +39,7 @@ function squaresOf(pixels, width, height, stride, square) {
 function drawnSquares([index, rate, width, height], square, squaresOf) {
   const { player } = window.desk;
   const { stage, canvas } = player;
-  const target = [...stage.camera.target];
+  const [target, time] = [[...stage.camera.target], player.state.time];
   stage.size = [width, height];
   stage.before = null;
   for (let at = 0; at <= index; at++) {
@@ -50,6 +50,7 @@ function drawnSquares([index, rate, width, height], square, squaresOf) {
   pen.drawImage(canvas, 0, 0);
   stage.size = null;
   stage.camera.target = target;
+  player.state.time = time;
   stage.before = null;
   return squaresOf(pen.getImageData(0, 0, width, height).data, width, height, 4, square);
 }
