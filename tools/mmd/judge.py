@@ -95,7 +95,7 @@ def by_statement(bones, tracks, motion, frames):
 def by_mocap(mocap, motion, model, folder, frames):
     """Positions in units and rotations of every node, by the matrices that `mocap fk` writes."""
     out = folder / "ours.npz"
-    subprocess.run([mocap, "fk", motion, "--skeleton", model, "-o", out, "--force"], check=True, capture_output=True)
+    subprocess.run([mocap, "fk", motion, "--skeleton", model, "--rot-space", "world", "-o", out, "--force"], check=True, capture_output=True)
     arrays = np.load(out)
     names = [str(name) for name in arrays["names"]]
     positions, rotations = arrays["positions"], arrays["rotations"]
@@ -104,7 +104,8 @@ def by_mocap(mocap, motion, model, folder, frames):
 
 
 def degrees(ours, theirs):
-    return np.degrees(np.linalg.norm(statement.vector(ours.T @ theirs)))
+    """The angle between rotations; the chord keeps its digits where the arc cosine loses them."""
+    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(ours - theirs) / np.sqrt(8), 0, 1)))
 
 
 def compare(mocap, motion_file, model_file, modules, folder):
@@ -139,7 +140,7 @@ def written(mocap, modules, folder):
     """A walk on the model, written and read by mmd-bone-tools, is posed as the GLB of it is."""
     walk, model = FIXTURES / "real" / "cmu_12_01_walk.bvh", FIXTURES / "made" / "dancer.pmx"
     out = folder / "walk.vmd"
-    subprocess.run([mocap, "retarget", walk, "--onto", model, "-o", out], check=True, capture_output=True)
+    subprocess.run([mocap, "retarget", walk, model, "-o", out], check=True, capture_output=True)
     motion = vmd.load_vmd(out)
     assert motion.model_name == "踊り子" and not motion.trailing, motion.model_name
     assert motion.ik and not any(state.enabled for state in motion.ik[0].states), motion.ik
