@@ -290,6 +290,8 @@ def bridge(mocap, body, how, seconds):
         last[frame] = time.perf_counter()
         sender.sendto(beside.build().dgram, ("127.0.0.1", direct.port()))
     time.sleep(0.3)
+    # User and system time, in hundredths of a second.
+    busy = sum(map(int, Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13])) * 10 / count
     process.send_signal(signal.SIGINT)
     rest = process.communicate(timeout=60)[1]
     assert process.returncode == 0 and f"of {packets} packets" in rest, rest
@@ -302,7 +304,8 @@ def bridge(mocap, body, how, seconds):
     floor = np.array([straight[frame] - last[frame] for frame in times]) * 1000
     p99, own = np.percentile(added, 99), np.percentile(floor, 99)
     print(f"vmc: bridge onto {Path(body).name}, {how[2:]}: {count} poses, none lost; {np.median(added):.2f} ms in the median, "
-          f"{p99:.2f} ms at the 99th percentile, and {own:.2f} ms without it: {p99 - own:.2f} ms added")
+          f"{p99:.2f} ms at the 99th percentile, and {own:.2f} ms without it: {p99 - own:.2f} ms added; "
+          f"{busy:.2f} ms of processor time a pose")
     if how == "--vmc":
         for name, found in poses.items():
             assert len(found) == count, (name, len(found))
