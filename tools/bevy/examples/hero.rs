@@ -2,8 +2,8 @@
 //!
 //!     cargo run --features window --example hero -- hero.glb walk.bvh run.fbx
 //!
-//! Paths are relative to the folder in which it is run. With `--picture FILE` it saves what is seen after three
-//! seconds, and ends.
+//! Paths are relative to the folder in which it is run. With `--picture FILE` it saves what is seen after 20 seconds,
+//! and ends: a software adapter takes so long for its first picture.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -104,7 +104,7 @@ fn take_picture(
         return;
     }
     let begun = *since.get_or_insert(time.elapsed_secs());
-    if time.elapsed_secs() - begun > 3.0
+    if time.elapsed_secs() - begun > 20.0
         && let Some(picture) = files.picture.take()
     {
         let end = |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
