@@ -17,6 +17,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod bound;
 mod builder;
 pub(crate) mod clouds;
 mod component;
@@ -108,6 +109,10 @@ pub struct MotionGraph {
     pub motion_graph: u32,
     /// How the moments were compared.
     pub options: GraphOptions,
+    /// The file of the body on which all clips were put before they were compared, and its SHA-256 in hexadecimal
+    /// digits; `None` where the clips have one skeleton.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<(String, String)>,
     /// The joints that are compared, each with its weight; these add up to 1. Of a window, the frames in the middle
     /// count most, and from there less in a straight line.
     pub points: Vec<(String, f32)>,

@@ -3,6 +3,7 @@
 pub(crate) mod cholesky;
 pub(crate) mod cube_root;
 pub(crate) mod directions;
+pub(crate) mod half;
 pub(crate) mod hull;
 pub(crate) mod inertia;
 pub(crate) mod median;

@@ -75,10 +75,7 @@ pub(crate) fn examine_each(
     };
     for (index, clip) in clips.iter().enumerate() {
         let mut row = of_scene(scene, figure, file);
-        row.clip = match clip.name.is_empty() {
-            true => index.to_string(),
-            false => clip.name.clone(),
-        };
+        row.clip = clip_name((index, clip));
         if scene.animations.is_empty() {
             row.judge(thresholds);
             each(row, None);
@@ -276,4 +273,12 @@ fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
         }
     }
     spans
+}
+
+/// What a clip of a file is called: by its number where it has no name.
+pub(crate) fn clip_name((index, clip): (usize, &Animation)) -> String {
+    match clip.name.is_empty() {
+        true => index.to_string(),
+        false => clip.name.clone(),
+    }
 }

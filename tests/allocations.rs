@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use mocap::compress::PackedClip;
-use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::glam::{Mat4, Quat, Vec2, Vec3};
 use mocap::matching::{Controller, Database, IndexedClip, Moves, Trajectory};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
@@ -164,6 +164,7 @@ fn a_frame_of_motion_matching_takes_none() {
         for _ in 0..600 {
             let ahead = [1.0, 2.0, 3.0].map(|thirds| controller.position() + thirds / 3.0 * Vec3::Z);
             controller.update(&Trajectory::new(ahead, [Vec3::Z; 3]));
+            controller.steer(Vec2::Y, Vec2::ZERO);
         }
     });
     assert_eq!(allocations, 0);

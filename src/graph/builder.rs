@@ -185,6 +185,7 @@ impl GraphBuilder {
         let mut graph = MotionGraph {
             motion_graph: MotionGraph::VERSION,
             options: self.options,
+            body: None,
             points: self.points(),
             clips: self.clips.clone(),
             transitions,
@@ -244,7 +245,7 @@ impl Skeleton {
             let message = format!("its skeleton is not that of {}: {difference}", self.file);
             let diagnostic = Diagnostic::new(Code::InvalidValue, message);
             Err(diagnostic
-                .help("put all clips on one skeleton first: mocap retarget CLIPS --to-skeleton BODY -o FOLDER/")
+                .help("put all clips on one body: mocap graph CLIPS --on BODY -o graph.json")
                 .into())
         };
         if let Err(difference) = have_the_same_joints(&self.scene, scene) {

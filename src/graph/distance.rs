@@ -76,6 +76,11 @@ impl Window {
         self.taper.len()
     }
 
+    /// How much each frame counts.
+    pub(crate) fn taper(&self) -> &[f64] {
+        &self.taper
+    }
+
     /// The windows of a clip: one begins in each frame that has enough frames after it.
     pub(crate) fn count(&self, clouds: &Clouds) -> usize {
         (clouds.frames + 1).saturating_sub(self.frames())

@@ -18,8 +18,10 @@ impl MotionGraph {
         let clips = self.clips.iter().map(|clip| text(&|| serde_json::to_string(clip)));
         let transitions = self.transitions.iter();
         let transitions = transitions.map(|transition| text(&|| serde_json::to_string(transition)));
+        let body = self.body.as_ref().map(|body| text(&|| serde_json::to_string(body)));
+        let body = body.map(|body| format!("  \"body\": {body},\n")).unwrap_or_default();
         format!(
-            "{{\n  \"motion-graph\": {},\n  \"options\": {},\n  \"points\": {},\n  \"clips\": {},\n  \"transitions\": {}\n}}\n",
+            "{{\n  \"motion-graph\": {},\n  \"options\": {},\n{body}  \"points\": {},\n  \"clips\": {},\n  \"transitions\": {}\n}}\n",
             self.motion_graph,
             text(&|| serde_json::to_string(&self.options)),
             lines(points.collect()),

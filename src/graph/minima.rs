@@ -1,5 +1,8 @@
 //! The moments of two clips that are most alike: local minima of the matrix of their distances.
 
+use std::ops::Range;
+
+use super::bound::{BLOCK, Bounds};
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use crate::math::spread::spread;
@@ -19,12 +22,6 @@ pub(super) struct Minimum {
     pub(super) distance: f32,
 }
 
-/// What is compared: tiles of the matrix of two clips.
-struct Work {
-    clips: [usize; 2],
-    start: usize,
-}
-
 /// The distances of all windows of two clips, row by row.
 pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds) -> Vec<f32> {
     let (height, width) = (window.count(a), window.count(b));
@@ -36,76 +33,101 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
 }
 
 /// The local minima below `threshold` of the distances of all clips, in the order of clips and frames. Windows of one
-/// clip that overlap are no pair.
+/// clip that overlap are no pair. Blocks of windows that cannot be so near are not compared.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
-    let mut work = Vec::new();
-    for first in 0..clips.len() {
-        for second in first..clips.len() {
-            for start in (0..window.count(&clips[first])).step_by(TILE) {
-                let clips = [first, second];
-                work.push(Work { clips, start });
+    let bounds = Bounds::of(space, window, clips);
+    let blocks = |clip: usize| window.count(&clips[clip]).div_ceil(BLOCK);
+    let work = (0..clips.len()).flat_map(|clip| (0..blocks(clip)).map(move |block| (clip, block)));
+    let work: Vec<(usize, usize)> = work.collect();
+    let found: Vec<Vec<Minimum>> = spread(&work, |(first, block)| {
+        let mut found = Vec::new();
+        for second in *first..clips.len() {
+            let pair = Pair {
+                space,
+                window,
+                clips: [&clips[*first], &clips[second]],
+                is_same: *first == second,
+                threshold,
+            };
+            let is_near = |other| bounds[*first].may_be_near(*block, &bounds[second], other, threshold);
+            for columns in runs(blocks(second), |other| pair.has_pairs(*block, other) && is_near(other)) {
+                let minima = pair.minima(*block, columns).into_iter();
+                found.extend(minima.map(|(starts, distance)| Minimum {
+                    clips: [*first, second],
+                    starts,
+                    distance,
+                }));
             }
         }
-    }
-    let found: Vec<Vec<Minimum>> = spread(&work, |work| {
-        let [a, b] = work.clips.map(|clip| &clips[clip]);
-        let is_same = work.clips[0] == work.clips[1];
-        of_band(space, window, (a, work.start), (b, is_same), threshold)
-            .into_iter()
-            .map(|(starts, distance)| Minimum {
-                clips: work.clips,
-                starts,
-                distance,
-            })
-            .collect()
+        found
     });
-    found.concat()
+    let mut found = found.concat();
+    found.sort_by_key(|minimum| (minimum.clips, minimum.starts));
+    found
 }
 
-/// The minima of the rows from `start` to the next tile.
-fn of_band(
-    space: &CloudSpace,
-    window: &Window,
-    (a, start): (&Clouds, usize),
-    (b, is_same): (&Clouds, bool),
-    threshold: f32,
-) -> Vec<([usize; 2], f32)> {
-    let (height, width) = (window.count(a), window.count(b));
-    let end = (start + TILE).min(height);
-    // A row and a column more on each side are neighbours.
-    let (above, below) = (start.saturating_sub(1), (end + 1).min(height));
-    let first = if is_same {
-        (above + window.frames()).saturating_sub(2)
-    } else {
-        0
-    };
-    if first >= width {
-        return Vec::new();
-    }
-    let columns = width - first;
-    let distances = band(space, window, (a, above, below), b, first..width);
-    let at = |row: usize, column: usize| distances[(row - above) * columns + column - first];
-    let mut found = Vec::new();
-    for row in start..end {
-        let least = if is_same { row + window.frames() } else { 0 };
-        for column in least..width {
-            let own = at(row, column);
-            if own > threshold {
-                continue;
-            }
-            let is_least = (row.saturating_sub(1)..below.min(row + 2)).all(|other_row| {
-                (column.saturating_sub(1).max(first)..width.min(column + 2)).all(|other| {
-                    let distance = at(other_row, other);
-                    // Of equal ones the first counts.
-                    distance > own || (distance == own && (other_row, other) >= (row, column))
-                })
-            });
-            if is_least {
-                found.push(([row, column], own));
-            }
+/// Blocks in a row for which `is_wanted` holds, as ranges of at most a tile.
+fn runs(blocks: usize, mut is_wanted: impl FnMut(usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for block in (0..blocks).filter(|block| is_wanted(*block)) {
+        match runs.last_mut() {
+            Some(run) if run.end == block && run.len() < TILE / BLOCK => run.end += 1,
+            _ => runs.push(block..block + 1),
         }
     }
-    found
+    runs
+}
+
+/// Two clips that are compared.
+struct Pair<'a> {
+    space: &'a CloudSpace,
+    window: &'a Window,
+    clips: [&'a Clouds; 2],
+    is_same: bool,
+    threshold: f32,
+}
+
+impl Pair<'_> {
+    /// Whether two blocks have windows that are a pair.
+    fn has_pairs(&self, block: usize, other: usize) -> bool {
+        !self.is_same || (other + 1) * BLOCK > block * BLOCK + self.window.frames()
+    }
+
+    /// The minima of a block of rows and some blocks of columns.
+    fn minima(&self, block: usize, blocks: Range<usize>) -> Vec<([usize; 2], f32)> {
+        let [height, width] = self.clips.map(|clip| self.window.count(clip));
+        let rows = block * BLOCK..((block + 1) * BLOCK).min(height);
+        let columns = blocks.start * BLOCK..(blocks.end * BLOCK).min(width);
+        // A row and a column more on each side are neighbours.
+        let above = rows.start.saturating_sub(1)..(rows.end + 1).min(height);
+        let beside = columns.start.saturating_sub(1)..(columns.end + 1).min(width);
+        let [a, b] = self.clips;
+        let distances = self
+            .window
+            .distances(self.space, (a, above.clone()), (b, beside.clone()));
+        let at = |row: usize, column: usize| distances[(row - above.start) * beside.len() + column - beside.start];
+        let mut found = Vec::new();
+        for row in rows {
+            let least = if self.is_same { row + self.window.frames() } else { 0 };
+            for column in least.max(columns.start)..columns.end {
+                let own = at(row, column);
+                if own > self.threshold {
+                    continue;
+                }
+                let is_least = (row.saturating_sub(1)..above.end.min(row + 2)).all(|other_row| {
+                    (column.saturating_sub(1)..beside.end.min(column + 2)).all(|other| {
+                        let distance = at(other_row, other);
+                        // Of equal ones the first counts.
+                        distance > own || (distance == own && (other_row, other) >= (row, column))
+                    })
+                });
+                if is_least {
+                    found.push(([row, column], own));
+                }
+            }
+        }
+        found
+    }
 }
 
 /// The distances of some rows to some columns, tile by tile.
@@ -114,7 +136,7 @@ fn band(
     window: &Window,
     (a, start, end): (&Clouds, usize, usize),
     b: &Clouds,
-    columns: std::ops::Range<usize>,
+    columns: Range<usize>,
 ) -> Vec<f32> {
     let width = columns.len();
     let mut band = vec![0.0; (end - start) * width];

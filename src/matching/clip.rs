@@ -1,12 +1,24 @@
 //! What of a clip is kept in a database.
 
 use super::features::{self, FEATURE_RATE, FEATURES, LEG, Track};
+use crate::compress::{ErrorBound, PackedClip};
+use crate::convert::Conversion;
+use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Figure;
+use crate::import::Importer;
+use crate::math::half;
+use crate::process::SkeletonMesh;
 use crate::scene::Scene;
 use crate::survey::{ClipRow, Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 
 /// Samples in a second of where limbs point, by which parts are compared.
 pub(super) const SAMPLE_RATE: f64 = 20.0;
+/// How far a joint of a packed motion may be from where it was, in metres. On a body with longer legs the knee of a leg
+/// that is almost straight bends as its position tells: with a millimetre some bent sideways for a frame.
+const PACKED_ERROR: f64 = 0.0001;
+/// So far around each joint too, which keeps rotations within a sixteenth of a degree: else nothing holds the roll of a
+/// hand, which has joints of its own on another body.
+const PACKED_SHELL: f64 = 0.1;
 
 /// A clip of a database.
 ///
@@ -27,6 +39,8 @@ pub struct IndexedClip {
     pub(super) contacts: Vec<u8>,
     /// [`SAMPLE_RATE`] in a second, [`WIDTH`] bytes each.
     pub(super) samples: Vec<i8>,
+    /// The file of a packed clip with its motion; empty where it is kept by reference, and for a mirrored clip.
+    pub(super) packed: Vec<u8>,
 }
 
 impl IndexedClip {
@@ -55,7 +69,9 @@ impl IndexedClip {
                 .map(|bits| features::mirrored_contacts(*bits))
                 .collect(),
             samples: rows.flat_map(mirrored_row).collect(),
-            ..self.clone()
+            packed: Vec::new(),
+            row: self.row.clone(),
+            ..*self
         }
     }
 }
@@ -66,9 +82,45 @@ impl IndexedClip {
     ///
     /// The [module](crate::matching) has an example.
     pub fn of(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
+        Self::with_motion(scene, file, mirror, |_| Ok(Vec::new())).unwrap_or_default()
+    }
+
+    /// The same, with the motions themselves within, as packed clips: within a tenth of a millimetre.
+    ///
+    /// ```
+    /// use mocap::matching::{Database, IndexedClip, Moves};
+    ///
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let database = Database::new(IndexedClip::packed(&walk, "walk.bvh", true)?);
+    /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// mocap::Conversion::new().apply(&mut hero)?;
+    /// let moves = Moves::of(&database, &hero, |file| unreachable!("{file} is within"))?;
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`PackedClip::encode`] and [`Conversion::apply`].
+    pub fn packed(scene: &Scene, file: &str, mirror: bool) -> Result<Vec<IndexedClip>> {
+        let mut metres = scene.clone();
+        Conversion::new().apply(&mut metres)?;
+        let bound = ErrorBound::new(PACKED_ERROR).shell_distance(PACKED_SHELL);
+        Self::with_motion(scene, file, mirror, |animation| {
+            Ok(PackedClip::encode(&metres, animation, bound.clone())?.into_bytes())
+        })
+    }
+
+    fn with_motion(
+        scene: &Scene,
+        file: &str,
+        mirror: bool,
+        mut pack: impl FnMut(usize) -> Result<Vec<u8>>,
+    ) -> Result<Vec<IndexedClip>> {
         let mut clips = Vec::new();
+        let mut animation = 0;
+        let mut failed = None;
         let figure = Figure::new(scene);
         examine_each(scene, &figure, file, &Thresholds::default(), |row, motion| {
+            animation += 1;
             let Some(motion) = motion else { return };
             let Some(body) = &motion.body else { return };
             let Some(track) = Track::new(&motion, body) else { return };
@@ -78,6 +130,13 @@ impl IndexedClip {
             if !features.iter().flatten().all(|value| is_plausible(*value)) {
                 return;
             }
+            let packed = match pack(animation - 1) {
+                Ok(packed) => packed,
+                Err(error) => {
+                    failed = Some(error);
+                    return;
+                }
+            };
             let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
             let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
             let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
@@ -86,22 +145,48 @@ impl IndexedClip {
                 mirrored: false,
                 leg: body.leg,
                 begin: motion.first as f64 / motion.rate,
-                features,
+                features: features.into_iter().map(|row| row.map(rounded)).collect(),
                 contacts: track.contacts,
                 samples: samples.values,
+                packed,
             };
             if mirror {
                 clips.push(clip.mirror());
             }
             clips.push(clip);
         });
+        if let Some(error) = failed {
+            return Err(error);
+        }
         // The motion before its mirror image.
-        clips.sort_by_key(|clip| clip.mirrored);
-        clips
+        clips.sort_by_key(|clip: &IndexedClip| clip.mirrored);
+        Ok(clips)
+    }
+
+    /// The motion that is within the database, in metres with +Y up.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where it is kept by reference, and as [`Importer::read`].
+    pub fn motion(&self) -> Result<Scene> {
+        if !self.is_packed() {
+            return Err(Diagnostic::new(Code::NoMotion, "the motion of the clip is in its file alone").into());
+        }
+        let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+        importer.read(&self.packed, "packed.mclip")
+    }
+
+    /// Whether its motion is within the database; that of a mirrored clip is with the clip itself.
+    pub fn is_packed(&self) -> bool {
+        !self.packed.is_empty()
     }
 }
 
-/// Whether a number can be a feature: no body is a thousand kilometres from where it was a second before.
+/// Whether a number can be a feature: no body is sixty kilometres from where it was a second before.
 pub(super) fn is_plausible(value: f32) -> bool {
-    value.abs() <= 1e6
+    value.abs() <= half::MOST
+}
+
+/// A number as the file of a database has it.
+fn rounded(value: f32) -> f32 {
+    half::from_half(half::to_half(value))
 }

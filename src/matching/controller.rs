@@ -5,12 +5,14 @@
 //! there, and what the two poses differ by, in position and speed, fades out by a polynomial of degree 5 in a third
 //! of a second (inertialisation: Bollo, 2016). A foot that stands is held where it is, by the bones of its leg.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use super::database::Database;
 use super::features::{AHEAD, FEATURES, Root, set_ahead};
 use super::lock::FootLock;
 use super::moves::{Frame, Moves};
+use super::steering::Steering;
+use super::trajectory::Trajectory;
 use super::tree::FeatureTree;
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::inertia::fade;
@@ -24,26 +26,6 @@ const SEARCH: usize = 10;
 const NEAR: usize = 20;
 /// Frames in which the difference of two poses fades out.
 const FADE: usize = 20;
-
-/// Where a figure is asked to be, and to look, in 20, 40 and 60 frames of 60 in a second: in the world, in metres; the
-/// heights do not count.
-///
-/// [`Controller`] has an example.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Trajectory {
-    /// Where it is.
-    pub positions: [Vec3; 3],
-    /// Where it looks.
-    pub directions: [Vec3; 3],
-}
-
-impl Trajectory {
-    /// Of these positions and directions.
-    pub fn new(positions: [Vec3; 3], directions: [Vec3; 3]) -> Self {
-        Self { positions, directions }
-    }
-}
 
 /// The difference of what is shown from a frame, and its change per frame.
 type Difference = (Vec3, Vec3);
@@ -91,6 +73,7 @@ pub struct Controller {
     hips_differ: [Difference; 2],
     differences: Vec<Difference>,
     locks: [FootLock; 2],
+    steering: Steering,
 }
 
 impl Controller {
@@ -133,6 +116,7 @@ impl Controller {
             hips_differ: [(Vec3::ZERO, Vec3::ZERO); 2],
             differences: vec![(Vec3::ZERO, Vec3::ZERO); moves.nodes.len()],
             locks: [FootLock::default(), FootLock::default()],
+            steering: Steering::new(forward),
             tree,
             moves,
         };
@@ -185,6 +169,19 @@ impl Controller {
         }
         self.until_search -= 1;
         self.show();
+    }
+
+    /// Goes on by a frame as a stick asks: with a velocity over the ground along x and z of the world, in metres per
+    /// second, looking along `look`, or where it goes while that is zero. Velocity and direction change smoothly.
+    ///
+    /// [`play`](Self::play) has the sticks of a file.
+    pub fn steer(&mut self, velocity: Vec2, look: Vec2) {
+        let trajectory = self.steering.update(&self.root, velocity, look);
+        self.update(&trajectory);
+    }
+
+    pub(super) fn steering(&self) -> &Steering {
+        &self.steering
     }
 
     /// The next frame of the clip; the last stays.

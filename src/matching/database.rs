@@ -42,4 +42,15 @@ impl Database {
     pub fn features(&self) -> impl Iterator<Item = &[f32; FEATURES]> {
         self.clips.iter().flat_map(|clip| &clip.features)
     }
+    /// The clip that has the motion of a clip packed within: the clip itself, or the one that it mirrors.
+    pub(super) fn packed<'a>(&'a self, clip: &'a IndexedClip) -> Option<&'a IndexedClip> {
+        let is_own = |other: &&IndexedClip| {
+            other.is_packed() && other.row.file == clip.row.file && other.row.clip == clip.row.clip
+        };
+        match clip.is_packed() {
+            true => Some(clip),
+            false if clip.mirrored => self.clips.iter().find(is_own),
+            false => None,
+        }
+    }
 }

@@ -3,13 +3,14 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `mocapMDB` |
-//! | 4 | the version, 1 |
+//! | 4 | the version, 2 |
 //! | 4 | the numbers of a frame, 27 |
 //! | 8 | the bytes of the list |
-//! | list | JSON: of each clip its row, whether it is mirrored, its leg, its begin, its frames and its samples |
-//! | 108 each | the features of the frames of all clips, as 32-bit numbers |
+//! | list | JSON: of each clip its row, whether it is mirrored, leg, begin, frames, samples, bytes of its packed clip |
+//! | 54 each | the features of the frames of all clips, as 16-bit floating-point numbers |
 //! | 1 each | their contacts |
 //! | 34 each | the samples of all clips |
+//! | bytes | the packed clips (`.mclip`) of those that have their motion within |
 //! | 32 | the SHA-256 of all bytes before |
 //!
 //! A reader takes the bytes in blocks and allocates for what it has read, so that a count that is not true costs no
@@ -26,11 +27,14 @@ use super::features::FEATURES;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::DATABASE_MARK;
 use crate::limits::Limits;
+use crate::math::half;
 use crate::survey::{ClipRow, WIDTH};
 
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The longest list, in bytes: some 100,000 clips.
 const LONGEST_LIST: u64 = 1 << 28;
+/// The most bytes of all packed clips.
+const MOST_PACKED: u64 = 1 << 31;
 /// Bytes that are read at once.
 const BLOCK: usize = 1 << 16;
 
@@ -43,6 +47,8 @@ struct Entry<Row> {
     begin: f64,
     frames: u64,
     samples: u64,
+    /// Of its packed clip; 0 where the motion is kept by reference.
+    packed: u64,
 }
 
 impl Database {
@@ -55,23 +61,28 @@ impl Database {
             begin: clip.begin,
             frames: clip.features.len() as u64,
             samples: (clip.samples.len() / WIDTH) as u64,
+            packed: clip.packed.len() as u64,
         };
         let entries: Vec<Entry<ClipRow>> = self.clips.iter().map(entry).collect();
         let list = serde_json::to_vec(&entries).expect("rows have string keys and finite numbers");
-        let mut bytes = Vec::with_capacity(list.len() + 128 * self.frames() + 64);
+        let packed: usize = self.clips.iter().map(|clip| clip.packed.len()).sum();
+        let mut bytes = Vec::with_capacity(list.len() + 68 * self.frames() + packed + 128);
         bytes.extend_from_slice(DATABASE_MARK);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         bytes.extend_from_slice(&(FEATURES as u32).to_le_bytes());
         bytes.extend_from_slice(&(list.len() as u64).to_le_bytes());
         bytes.extend_from_slice(&list);
         for value in self.features().flatten() {
-            bytes.extend_from_slice(&value.to_le_bytes());
+            bytes.extend_from_slice(&half::to_half(*value).to_le_bytes());
         }
         for clip in &self.clips {
             bytes.extend_from_slice(&clip.contacts);
         }
         for clip in &self.clips {
             bytes.extend_from_slice(bytemuck::cast_slice(&clip.samples));
+        }
+        for clip in &self.clips {
+            bytes.extend_from_slice(&clip.packed);
         }
         let hash = Sha256::digest(&bytes);
         bytes.extend_from_slice(&hash);
@@ -113,6 +124,9 @@ impl Database {
         for (clip, entry) in clips.iter_mut().zip(&entries) {
             clip.samples = bytemuck::cast_slice(&source.bytes(entry.samples as usize * WIDTH)?).to_vec();
         }
+        for (clip, entry) in clips.iter_mut().zip(&entries) {
+            clip.packed = source.bytes(entry.packed as usize)?;
+        }
         source.ends_with_hash()?;
         Ok(Self { clips })
     }
@@ -128,6 +142,7 @@ impl Entry<ClipRow> {
             features: Vec::new(),
             contacts: Vec::new(),
             samples: Vec::new(),
+            packed: Vec::new(),
         }
     }
 }
@@ -165,11 +180,11 @@ impl<R: Read> Source<R> {
     fn features(&mut self, frames: usize) -> Result<Vec<[f32; FEATURES]>> {
         let mut features = Vec::new();
         for _ in 0..frames {
-            let row: [u8; 4 * FEATURES] = self.array()?;
-            let number = |column: usize| f32::from_le_bytes(std::array::from_fn(|byte| row[4 * column + byte]));
+            let row: [u8; 2 * FEATURES] = self.array()?;
+            let number = |column: usize| half::from_half(u16::from_le_bytes([row[2 * column], row[2 * column + 1]]));
             let row: [f32; FEATURES] = std::array::from_fn(number);
             if !row.iter().all(|value| is_plausible(*value)) {
-                return Err(invalid("a feature of a frame is not a number, or beyond a million"));
+                return Err(invalid("a feature of a frame is not a finite number"));
             }
             features.push(row);
         }
@@ -198,9 +213,14 @@ impl<R: Read> Source<R> {
             serde_json::from_slice(&list).map_err(|error| invalid(&format!("its list of clips: {error}")))?;
         let most = Limits::default().max_values / FEATURES as u64;
         let add = |sum: u64, count: u64| sum.saturating_add(count);
-        for (what, count) in [
-            ("frames", entries.iter().map(|entry| entry.frames).fold(0, add)),
-            ("samples", entries.iter().map(|entry| entry.samples).fold(0, add)),
+        for (what, most, count) in [
+            ("frames", most, entries.iter().map(|entry| entry.frames).fold(0, add)),
+            ("samples", most, entries.iter().map(|entry| entry.samples).fold(0, add)),
+            (
+                "bytes of packed clips",
+                MOST_PACKED,
+                entries.iter().map(|entry| entry.packed).fold(0, add),
+            ),
         ] {
             if count > most {
                 return Err(too_many(what, count, most));

@@ -1,15 +1,15 @@
 //! A figure along a path.
 
-use glam::{DVec2, Quat, Vec2, Vec3, Vec3Swizzles};
+use glam::{DVec2, Vec2, Vec3, Vec3Swizzles};
 use serde::Serialize;
 
-use super::controller::{Controller, Trajectory};
+use super::controller::Controller;
 use super::features::{AHEAD, FEATURE_RATE};
+use super::record::Record;
+use super::trajectory::Trajectory;
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::polyline::Polyline;
-use crate::math::quaternion::in_hemisphere_of;
-use crate::pose::{Pose, Trs};
-use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+use crate::scene::{Animation, Scene};
 
 /// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
 const LOOKED_AT: f64 = 0.5;
@@ -132,62 +132,4 @@ fn nearest(path: &Polyline, position: DVec2, from: f64, beyond: f64) -> f64 {
     candidates
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         .unwrap_or(from)
-}
-
-/// The frames of a pose.
-struct Record {
-    hips: NodeId,
-    positions: Vec<Vec3>,
-    nodes: Vec<NodeId>,
-    rotations: Vec<Vec<Quat>>,
-}
-
-impl Record {
-    fn new(controller: &Controller, character: &Scene) -> Self {
-        let hips = controller.hips();
-        let moves = |node: &NodeId| *node == hips || controller.moved().contains(node);
-        let nodes: Vec<NodeId> = (0..character.nodes.len()).map(NodeId::new).filter(moves).collect();
-        Self {
-            hips,
-            positions: Vec::new(),
-            rotations: vec![Vec::new(); nodes.len()],
-            nodes,
-        }
-    }
-
-    fn add(&mut self, pose: &Pose) {
-        for (node, rotations) in self.nodes.iter().zip(&mut self.rotations) {
-            let trs = Trs::from_matrix(pose.node_to_parent[node.index()]);
-            let last = rotations.last().copied().unwrap_or(trs.rotation);
-            rotations.push(in_hemisphere_of(last, trs.rotation));
-            if *node == self.hips {
-                self.positions.push(trs.translation);
-            }
-        }
-    }
-
-    fn animation(self, character: &Scene) -> Animation {
-        let duration = self.positions.len().saturating_sub(1) as f64;
-        let positions = self.positions;
-        let hips = self.hips;
-        let channel = |(node, rotations): (NodeId, Vec<Quat>)| {
-            let at_rest = Trs::from_matrix(character.nodes[node.index()].transform);
-            Channel {
-                node_name: character.nodes[node.index()].name.clone(),
-                node: Some(node),
-                position_keys: match node == hips {
-                    true => Keys::every_tick(positions.clone()),
-                    false => Keys::constant(at_rest.translation),
-                },
-                rotation_keys: Keys::every_tick(rotations),
-                scaling_keys: Keys::constant(at_rest.scale),
-            }
-        };
-        Animation {
-            name: "match".to_owned(),
-            ticks_per_second: FEATURE_RATE,
-            duration,
-            channels: self.nodes.into_iter().zip(self.rotations).map(channel).collect(),
-        }
-    }
 }

@@ -1,17 +1,22 @@
 //! The frames of a database as poses of one skeleton.
 
+use std::collections::HashMap;
+use std::path::Path;
+
 use glam::{Mat4, Quat, Vec3};
 
 use super::clip::IndexedClip;
+use super::database::Database;
 use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
 use crate::edit::{Mirror, Step, StepInput};
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::contacts::ball;
 use crate::figure::{Figure, HumanoidBone as Bone};
 use crate::limits::Limits;
 use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, NodeId, Scene, Side};
-use crate::survey::Motion;
+use crate::retargeting::{Retargeting, RetargetingOptions};
+use crate::scene::{Animation, Node, NodeId, Scene, Side};
+use crate::survey::{ClipRow, Motion, clip_name};
 
 /// The poses of a database's frames on the skeleton of a character, for a [`Controller`](super::Controller).
 ///
@@ -118,6 +123,54 @@ impl Moves {
         })
     }
 
+    /// The poses of all frames of a database on a character, in metres with +Y up: its motions are put on it by
+    /// [`Retargeting`]. `open` reads a file by the name that the database has; files whose motions are packed within
+    /// the database are not asked for.
+    ///
+    /// ```
+    /// use mocap::matching::{Database, IndexedClip, Moves};
+    ///
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let database = Database::new(IndexedClip::of(&walk, "fixtures/real/cmu_12_01_walk.bvh", true));
+    /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// mocap::Conversion::new().apply(&mut hero)?;
+    /// let moves = Moves::of(&database, &hero, |file| mocap::import(file))?;
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), [`add`](Self::add), [`Retargeting`] and `open`; [`Code::InvalidDatabase`] where a file
+    /// has changed since it was indexed.
+    pub fn of(database: &Database, character: &Scene, mut open: impl FnMut(&str) -> Result<Scene>) -> Result<Self> {
+        let mut moves = Self::new(character)?;
+        let mut files: HashMap<&str, HashMap<String, Animation>> = HashMap::new();
+        for clip in database.clips() {
+            let ClipRow { file, clip: name, .. } = &clip.row;
+            let of_file = |error: Error| error.with_path(Path::new(file));
+            let names = files.entry(file).or_default();
+            if !names.contains_key(name) {
+                match database.packed(clip) {
+                    Some(clip) => {
+                        let scene = clip.motion().map_err(of_file)?;
+                        let animation = on_character(scene, character).map_err(of_file)?.into_values().next();
+                        names.extend(animation.map(|animation| (name.clone(), animation)));
+                    }
+                    None => {
+                        let scene = open(file)?;
+                        let origin = scene.metadata.origin.as_ref();
+                        if origin.is_none_or(|origin| origin.sha256 != clip.row.sha256) {
+                            return Err(of_file(changed()));
+                        }
+                        names.extend(on_character(scene, character).map_err(of_file)?);
+                    }
+                }
+            }
+            let animation = names.get(name).ok_or_else(|| of_file(changed()))?;
+            moves.add(clip, animation).map_err(of_file)?;
+        }
+        Ok(moves)
+    }
+
     /// Adds the frames of a clip of the database, in the order of its clips: `animation` is its motion on the
     /// character, as [`Retargeting`](crate::Retargeting) makes it. Where the clip is mirrored, the motion is mirrored
     /// here.
@@ -163,8 +216,29 @@ impl Moves {
         Ok(())
     }
 
+    /// A node of the character.
+    pub(super) fn node(&self, node: NodeId) -> &Node {
+        &self.scene.nodes[node.index()]
+    }
+
     /// The rotations of a frame.
     pub(super) fn rotations(&self, frame: usize) -> &[Quat] {
         &self.rotations[frame * self.nodes.len()..(frame + 1) * self.nodes.len()]
     }
+}
+
+/// The motions of a file on the character, by the names that a database has for them.
+fn on_character(scene: Scene, character: &Scene) -> Result<HashMap<String, Animation>> {
+    let names: Vec<String> = scene.animations.iter().enumerate().map(clip_name).collect();
+    let clips = Retargeting::new(scene, character.clone(), RetargetingOptions::new())?.into_clips();
+    Ok(names
+        .into_iter()
+        .zip(clips.into_iter().map(|clip| clip.animation))
+        .collect())
+}
+
+fn changed() -> Error {
+    Diagnostic::new(Code::InvalidDatabase, "the file has changed since it was indexed")
+        .help("make the database again with `mocap index --resume`")
+        .into()
 }

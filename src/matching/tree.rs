@@ -1,6 +1,7 @@
-//! The frame nearest to a query, exactly: boxes around 16 and 64 frames in a row, as in Holden's demonstration, and
-//! around 1,024. A box is left out where its nearest point is farther than the best frame so far; frames in a row are
-//! alike, so most boxes are small.
+//! The frame nearest to a query, exactly: boxes around 16, 64 and 1,024 frames. A box is left out where its nearest
+//! point is farther than the best frame so far. Holden's demonstration has boxes around frames in a row; here frames
+//! are halved again and again along the number in which they are farthest apart, as in a k-d tree (Friedman, Bentley
+//! and Finkel, 1977), so that boxes are small.
 //!
 //! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
 //! a weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller
@@ -47,6 +48,9 @@ pub struct FeatureTree {
     mean: Row,
     /// The deviation of the group, over its weight.
     scale: Row,
+    /// The frames that can be found, so that those of a box stand together.
+    frames: Vec<u32>,
+    /// Their features.
     rows: Vec<Row>,
     /// For each of [`SIZES`] the least and the largest values of the frames of each box.
     boxes: [Vec<[Row; 2]>; 3],
@@ -56,36 +60,33 @@ impl FeatureTree {
     /// The frames of all clips, in their order; the last third of a second of a clip is never found.
     pub fn new(database: &Database) -> Self {
         let rows: Vec<Row> = database.features().copied().collect();
-        let mut ends = Vec::with_capacity(rows.len());
+        let mut found = Vec::with_capacity(rows.len());
+        let mut first = 0;
         for clip in database.clips() {
             let count = clip.features().len();
-            ends.extend((0..count).map(|frame| frame + ENDS >= count));
+            found.extend(first..first + count.saturating_sub(ENDS) as u32);
+            first += count as u32;
         }
-        let mut frame = 0;
-        Self::of_rows(rows, || {
-            frame += 1;
-            ends[frame - 1]
-        })
+        Self::of_rows(rows, found)
     }
 
     /// Any frames, all of which are found.
     pub fn of_frames(frames: &[[f32; FEATURES]]) -> Self {
-        Self::of_rows(frames.to_vec(), || false)
+        Self::of_rows(frames.to_vec(), (0..frames.len() as u32).collect())
     }
 
-    fn of_rows(mut rows: Vec<Row>, mut is_left_out: impl FnMut() -> bool) -> Self {
+    fn of_rows(mut rows: Vec<Row>, mut frames: Vec<u32>) -> Self {
         let (mean, scale) = statistics(&rows);
         for row in &mut rows {
-            *row = match is_left_out() {
-                // Farther from any query than any limit.
-                true => [f32::INFINITY; FEATURES],
-                false => std::array::from_fn(|column| (row[column] - mean[column]) / scale[column]),
-            };
+            *row = std::array::from_fn(|column| (row[column] - mean[column]) / scale[column]);
         }
+        halve(&mut frames, &rows);
+        let rows: Vec<Row> = frames.iter().map(|frame| rows[*frame as usize]).collect();
         let boxes = SIZES.map(|size| rows.chunks(size).map(bounds).collect());
         Self {
             mean,
             scale,
+            frames,
             rows,
             boxes,
         }
@@ -155,8 +156,9 @@ fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, large: usize) {
                 continue;
             }
             let frames = small * SIZES[2]..((small + 1) * SIZES[2]).min(tree.rows.len());
-            for frame in frames {
-                let distance = squared_distance(query, &tree.rows[frame]);
+            for place in frames {
+                let distance = squared_distance(query, &tree.rows[place]);
+                let frame = tree.frames[place] as usize;
                 if distance < best.distance && !best.except.contains(&frame) {
                     (best.frame, best.distance) = (frame, distance);
                 }
@@ -212,10 +214,29 @@ fn sum([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The box around frames, without those that are left out.
-fn bounds(rows: &[Row]) -> [Row; 2] {
+/// Puts frames that are near each other together: those below and above the middle of the number in which they are
+/// farthest apart, and so on. Where they are divided a box ends.
+fn halve(frames: &mut [u32], rows: &[Row]) {
+    let Some(size) = SIZES.into_iter().find(|size| frames.len() > *size) else {
+        return;
+    };
+    let [least, most] = bounds(frames.iter().map(|frame| &rows[*frame as usize]));
+    let extent = |column: &usize| most[*column] - least[*column];
+    let widest = (0..FEATURES)
+        .max_by(|a, b| extent(a).total_cmp(&extent(b)))
+        .unwrap_or(0);
+    let middle = (frames.len() / 2).next_multiple_of(size);
+    let value = |frame: &u32| rows[*frame as usize][widest];
+    frames.select_nth_unstable_by(middle, |a, b| value(a).total_cmp(&value(b)).then(a.cmp(b)));
+    let (below, above) = frames.split_at_mut(middle);
+    halve(below, rows);
+    halve(above, rows);
+}
+
+/// The box around frames.
+fn bounds<'a>(rows: impl IntoIterator<Item = &'a Row>) -> [Row; 2] {
     let mut bounds = [[f32::INFINITY; FEATURES], [f32::NEG_INFINITY; FEATURES]];
-    for row in rows.iter().filter(|row| row[0].is_finite()) {
+    for row in rows {
         for column in 0..FEATURES {
             bounds[0][column] = bounds[0][column].min(row[column]);
             bounds[1][column] = bounds[1][column].max(row[column]);
@@ -225,7 +246,7 @@ fn bounds(rows: &[Row]) -> [Row; 2] {
 }
 
 /// The mean of each number, and the deviation of its group over the weight of the group.
-fn statistics(rows: &[Row]) -> (Row, Row) {
+pub(super) fn statistics(rows: &[Row]) -> (Row, Row) {
     let count = rows.len().max(1) as f64;
     let mut sums = [0.0_f64; FEATURES];
     for row in rows {

@@ -139,7 +139,22 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "matching",
         &[
-            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "ik", "edit", "convert", "survey",
+            "error",
+            "limits",
+            "options",
+            "files",
+            "scene",
+            "math",
+            "pose",
+            "figure",
+            "compress",
+            "process",
+            "ik",
+            "edit",
+            "convert",
+            "import",
+            "retargeting",
+            "survey",
         ],
     ),
     (

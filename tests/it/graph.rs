@@ -242,3 +242,37 @@ fn a_graph_comes_back_from_its_text_and_contradictions_are_refused() {
     let error = shorter.network(&graph).unwrap_err();
     assert_eq!(error.code().as_str(), "invalid-graph");
 }
+
+#[test]
+fn clips_of_several_skeletons_are_put_on_one_body() {
+    let folder =
+        crate::program::Folder::of_real(&["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "cmu_short.bvh"]);
+    let clips = "cmu_12_01_walk.bvh motionbuilder_vicon_walk.bvh";
+    folder.refuses(&format!("graph {clips} -o graph.json"), 2, "--on BODY");
+    folder.succeeds(&format!(
+        "graph {clips} --on cmu_short.bvh --threshold 12cm -o graph.json"
+    ));
+    let text = String::from_utf8(folder.read("graph.json")).unwrap();
+    let graph = MotionGraph::from_json(&text).unwrap();
+    assert_eq!(graph.body.as_ref().map(|body| body.0.as_str()), Some("cmu_short.bvh"));
+    assert_eq!(graph.to_json(), text);
+    // Some transition leads from the one skeleton's motion to the other's.
+    assert!(
+        graph
+            .transitions
+            .iter()
+            .any(|transition| transition.from[0] != transition.to[0])
+    );
+    folder.succeeds("graph walk graph.json --seconds 8 -o long.bvh");
+    let walk = mocap::import(folder.path("long.bvh")).unwrap();
+    let body = clip("cmu_short.bvh");
+    assert_eq!(walk.nodes.len(), body.nodes.len());
+    folder.refuses("graph walk graph.json --seconds 8 -o cmu_short.bvh --force", 1, "input");
+    let other = String::from_utf8(folder.read("cmu_short.bvh")).unwrap();
+    folder.write("cmu_short.bvh", format!("{other}\n").as_bytes());
+    folder.refuses(
+        "graph walk graph.json --seconds 8 -o again.bvh",
+        1,
+        "changed since the graph was made",
+    );
+}

@@ -5,7 +5,9 @@ use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
 use mocap::glam::{Vec2, Vec3};
-use mocap::matching::{Controller, Database, FindOptions, Found, IndexedClip, Moves, Query};
+use mocap::matching::{
+    Controller, Database, FeatureTree, FindOptions, Found, Gamepad, IndexedClip, Moves, Query, Trajectory,
+};
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Pose, Scene};
@@ -185,9 +187,10 @@ fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
 
 #[test]
 fn a_damaged_database_is_an_error() {
-    let bytes = Database::new(IndexedClip::of(&import("cmu_short.bvh"), "a.bvh", true)).to_bytes();
+    let bytes = Database::new(IndexedClip::packed(&import("cmu_short.bvh"), "a.bvh", true).unwrap()).to_bytes();
     let again = Database::read(&bytes[..]).unwrap();
     assert_eq!(again.to_bytes(), bytes);
+    let hero = metres("rokoko_dance.bvh");
     for end in (0..bytes.len()).step_by(211).chain(bytes.len() - 40..bytes.len()) {
         assert!(Database::read(&bytes[..end]).is_err(), "{end}");
     }
@@ -198,6 +201,13 @@ fn a_damaged_database_is_an_error() {
         // With a checksum that is right it is another database, or an error.
         if let Ok(database) = Database::read(&resealed(flipped)[..]) {
             assert!(database.features().flatten().all(|value| value.is_finite()));
+            if at % 5 == 0 {
+                // A damaged clip within is an error, or another motion.
+                let moves = Moves::of(&database, &hero, |_| Ok(Scene::default()));
+                moves
+                    .ok()
+                    .map(|moves| Controller::new(&database, moves, Vec3::ZERO, Vec3::Z));
+            }
         }
     }
     let with = |from: &str, to: &str| {
@@ -256,13 +266,19 @@ fn the_commands_index_and_find() {
     folder.refuses(&format!("index {WALK} -o moves.mdb --resume --where x"), 2, "--where");
 }
 
+/// A file in metres with +Y up, without its motion.
+fn metres(name: &str) -> Scene {
+    let mut scene = import(name);
+    Conversion::new().apply(&mut scene).unwrap();
+    scene.animations.clear();
+    scene
+}
+
 /// The walk and its mirror image on the dancer's skeleton.
 fn matched() -> (Database, Moves, Scene) {
     let walk = import(WALK);
     let database = Database::new(IndexedClip::of(&walk, WALK, true));
-    let mut hero = import("rokoko_dance.bvh");
-    Conversion::new().apply(&mut hero).unwrap();
-    hero.animations.clear();
+    let mut hero = metres("rokoko_dance.bvh");
     let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())
         .unwrap()
         .into_clips();
@@ -358,4 +374,245 @@ fn the_command_matches() {
         1,
         "changed since it was indexed",
     );
+}
+
+#[test]
+fn motions_that_are_packed_within_move_as_those_of_their_files() {
+    let (by_reference, moves, hero) = matched();
+    let database = Database::new(IndexedClip::packed(&import(WALK), WALK, true).unwrap());
+    assert!(database.clips()[0].is_packed() && !by_reference.clips()[0].is_packed());
+    // Features do not depend on where the motion is kept.
+    assert!(database.features().eq(by_reference.features()));
+    let database = Database::read(&database.to_bytes()[..]).unwrap();
+    let packed = Moves::of(&database, &hero, |file| panic!("{file} is within")).unwrap();
+    let again = Moves::of(&by_reference, &hero, |_| Ok(import(WALK))).unwrap();
+    let figure = |database: &Database, moves| Controller::new(database, moves, Vec3::ZERO, Vec3::Z).unwrap();
+    let mut others = [figure(&by_reference, moves), figure(&by_reference, again)];
+    let mut figure = figure(&database, packed);
+    let mut alike = 0;
+    for _ in 0..200 {
+        for figure in others.iter_mut().chain([&mut figure]) {
+            figure.steer(Vec2::new(0.0, 1.2), Vec2::ZERO);
+        }
+        // Where two frames are nearly as near, a tenth of a millimetre decides between them.
+        let at = |figure: &Controller| (figure.frame(), figure.jumps());
+        assert_eq!(at(&others[0]), at(&others[1]));
+        if at(&figure) != at(&others[0]) {
+            break;
+        }
+        alike += 1;
+        let matrices = figure.pose().node_to_world.iter();
+        for ((own, a), b) in matrices
+            .zip(&others[0].pose().node_to_world)
+            .zip(&others[1].pose().node_to_world)
+        {
+            assert_eq!(a, b);
+            let apart = own.w_axis.distance(a.w_axis);
+            assert!(apart < 0.01, "{apart}");
+        }
+    }
+    assert!(alike > 30, "{alike}");
+    let other = Moves::of(&by_reference, &hero, |_| Ok(import("cmu_short.bvh"))).unwrap_err();
+    assert_eq!(other.code(), Code::InvalidDatabase);
+    assert_eq!(by_reference.clips()[0].motion().unwrap_err().code(), Code::NoMotion);
+}
+
+/// The sum of what the left stick asks for, beside the position of a figure that a walk moves.
+#[test]
+fn a_figure_does_what_a_gamepad_asks_for() {
+    let (database, moves, hero) = matched();
+    let gamepad = Gamepad::parse("seconds;left_x;left_y;right_x;right_y\n0;0;1;0;0\n4;0;0;0;0\n6;0;0;0;0\n").unwrap();
+    let mut figure = Controller::new(&database, moves.clone(), Vec3::ZERO, Vec3::Z).unwrap();
+    let (animation, played) = figure.play(&hero, &gamepad, 1.2).unwrap();
+    assert_eq!((played.frames, animation.frame_count()), (361, 361));
+    // Four seconds at 1.2 m/s: what the spring needs to begin, it needs to end.
+    assert!((played.wanted_distance - 4.8).abs() < 0.05, "{played:?}");
+    assert!(
+        figure.position().z > 3.0 && figure.position().x.abs() < 0.5,
+        "{played:?}"
+    );
+    assert!(
+        played.mean_velocity_error < 0.5 && played.mean_angle < 15.0,
+        "{played:?}"
+    );
+    // To the right is along -X of the world, seen from behind.
+    let right = Gamepad::parse(
+        "[{\"seconds\": 0, \"left_x\": 1, \"left_y\": 0}, {\"seconds\": 4, \"left_x\": 1, \"left_y\": 0}]",
+    );
+    let mut figure = Controller::new(&database, moves.clone(), Vec3::ZERO, Vec3::Z).unwrap();
+    figure.play(&hero, &right.unwrap(), 1.2).unwrap();
+    assert!(figure.position().x < -0.5, "{}", figure.position());
+    for speed in [0.0, -1.0, f32::NAN, 1e30] {
+        assert_eq!(
+            figure.play(&hero, &gamepad, speed).unwrap_err().code(),
+            Code::InvalidValue
+        );
+    }
+    // What no stick asks for does no harm.
+    for velocity in [Vec2::NAN, Vec2::splat(f32::INFINITY), Vec2::splat(1e38)] {
+        figure.steer(velocity, velocity);
+        let far = Trajectory::new([Vec3::splat(velocity.x); 3], [Vec3::splat(velocity.y); 3]);
+        figure.update(&far);
+    }
+    assert!(figure.pose().node_to_world.iter().all(|matrix| matrix.is_finite()));
+}
+
+#[test]
+fn sticks_that_are_none_are_an_error() {
+    for (text, why) in [
+        ("", "missing"),
+        ("seconds,left_x,left_y\n", "no row"),
+        ("seconds,left_x\n0,1\n", "no left_y"),
+        ("seconds,left_x,left_y,a\n0,1,0,0\n", "found a"),
+        ("seconds,left_x,left_y,left_y\n0,1,0,0\n", "twice"),
+        ("seconds,left_x,left_y\n0,1\n", "line 2 has 2 cells"),
+        ("seconds,left_x,left_y\n0,0,0\n\n1,up,0\n", "line 4, left_x"),
+        (
+            "seconds,left_x,left_y\n0,0,0\n1,0,1.5\n",
+            "line 3, left_y; expected -1 to 1; found 1.5",
+        ),
+        ("seconds,left_x,left_y\n0,0,0\n1,0,NaN\n", "line 3, left_y"),
+        ("seconds,left_x,left_y\n1,0,0\n1,0,0\n", "line 3, seconds"),
+        ("seconds,left_x,left_y\n0,0,0\n1e30,0,0\n", "line 3, seconds"),
+        ("seconds,left_x,left_y\n0,0,0\n", "after 0 seconds"),
+        ("[", "its list"),
+        ("[{\"seconds\": 1, \"left_x\": 0}]", "left_y"),
+        (
+            "[{\"seconds\": 1, \"left_x\": 0, \"left_y\": 0, \"a\": 0}]",
+            "unknown field",
+        ),
+        ("[{\"seconds\": 1, \"left_x\": 2, \"left_y\": 0}]", "row 1, left_x"),
+    ] {
+        let error = Gamepad::parse(text).unwrap_err();
+        assert_eq!(error.code(), Code::InvalidArrays);
+        assert!(error.to_string().contains(why), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn the_command_takes_a_gamepad_and_packed_motions() {
+    let folder = Folder::of_real(&[WALK, "biovision_example1.bvh"]);
+    folder.succeeds(&format!("index {WALK} -o moves.mdb --mirror --pack"));
+    let first = folder.read("moves.mdb");
+    folder.succeeds(&format!("index {WALK} -o moves.mdb --mirror --pack --resume"));
+    assert_eq!(folder.read("moves.mdb"), first);
+    folder.succeeds(&format!("index {WALK} -o moves.mdb --mirror --resume"));
+    assert!(folder.read("moves.mdb").len() < first.len());
+    folder.write("moves.mdb", &first);
+    folder.write("sticks.csv", b"seconds,left_x,left_y\n0,0,1\n1,1,0\n2,0,0\n");
+    let line = "match moves.mdb --gamepad sticks.csv --on biovision_example1.bvh";
+    // The motion is within the database.
+    std::fs::remove_file(folder.path(WALK)).unwrap();
+    let said = folder.run(&format!("{line} -o out.bvh --json -q"));
+    let played: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert_eq!(played["frames"], 121);
+    assert_eq!(
+        mocap::import(folder.path("out.bvh")).unwrap().animations[0].frame_count(),
+        121
+    );
+    folder.refuses(&format!("{line} --path 0/0+0/1 -o new.bvh"), 2, "--path");
+    folder.refuses(&format!("{line} -o sticks.csv --force"), 2, "sticks.csv");
+    folder.refuses("match moves.mdb --on biovision_example1.bvh -o new.bvh", 2, "--gamepad");
+    folder.write("sticks.csv", b"seconds,left_x\n0,1\n");
+    folder.refuses(&format!("{line} -o new.bvh"), 1, "sticks.csv");
+    folder.write("sticks.csv", b"\xff\xfe\x00\x01");
+    folder.refuses(&format!("{line} -o new.bvh"), 1, "UTF-8");
+}
+
+#[test]
+fn what_is_found_is_drawn() {
+    let folder = Folder::of_real(&[WALK, "cmu_short.bvh"]);
+    folder.ends_with(0, "index . -o moves.mdb");
+    let line = format!("find moves.mdb --like {WALK}@1.0s..2.0s -n 2");
+    folder.succeeds(&format!("{line} --sheet found.svg --page found.html"));
+    let sheet = String::from_utf8(folder.read("found.svg")).unwrap();
+    // A long name is shortened on the sheet.
+    let row = "1: 1.0";
+    assert!(sheet.contains("looked for: ") && sheet.contains(row), "{row}");
+    assert!(String::from_utf8(folder.read("found.html")).unwrap().contains(row));
+    folder.succeeds(&format!("find moves.mdb --pose {WALK}@1s -n 1 --sheet found.png"));
+    folder.refuses(&format!("{line} --sheet found.bvh"), 2, ".png");
+    folder.refuses(&format!("{line} --page found.png"), 2, ".html");
+    // A motion that is packed within needs no file.
+    folder.ends_with(0, "index . -o packed.mdb --pack");
+    std::fs::remove_file(folder.path("cmu_short.bvh")).unwrap();
+    folder.refuses(
+        "find moves.mdb --pose cmu_12_01_walk.bvh@1s --sheet all.svg -n 20",
+        1,
+        "cmu_short.bvh",
+    );
+    folder.succeeds("find packed.mdb --pose cmu_12_01_walk.bvh@1s --sheet all.svg -n 20");
+}
+
+/// The counts of both files; `tools/matching` holds their numbers.
+#[test]
+fn the_files_of_holdens_demonstration_are_written() {
+    let folder = Folder::of_real(&[WALK, "biovision_example1.bvh"]);
+    folder.succeeds(&format!("index {WALK} -o moves.mdb --mirror --pack"));
+    folder.succeeds("match moves.mdb --on biovision_example1.bvh -o database.bin");
+    let frames = Database::read(&folder.read("moves.mdb")[..]).unwrap().frames();
+    let joints = import("biovision_example1.bvh");
+    let joints = joints
+        .nodes
+        .iter()
+        .filter(|node| node.kind == mocap::scene::NodeKind::Joint)
+        .count();
+    let (bones, numbers) = (joints + 1, |bytes: &[u8], at: usize| {
+        u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize
+    });
+    let bytes = folder.read("database.bin");
+    assert_eq!([numbers(&bytes, 0), numbers(&bytes, 4)], [frames, bones]);
+    let each = 4 * frames * bones;
+    let expected = 8 + 3 * each + 8 + 3 * each + 8 + 4 * each + 8 + 3 * each;
+    assert_eq!(numbers(&bytes, expected), bones);
+    assert_eq!(bytes.len(), expected + 4 + 4 * bones + 2 * (4 + 4 * 2) + 8 + 2 * frames);
+    let features = folder.read("features.bin");
+    assert_eq!([numbers(&features, 0), numbers(&features, 4)], [frames, 27]);
+    assert_eq!(features.len(), 8 + 4 * 27 * frames + 2 * (4 + 4 * 27));
+    folder.refuses(
+        "match moves.mdb --on biovision_example1.bvh -o features.bin --force",
+        2,
+        "second file",
+    );
+    folder.refuses(
+        "match moves.mdb --on biovision_example1.bvh -o new.bin --path 0/0+0/1 --force",
+        2,
+        "--path",
+    );
+}
+
+/// All frames are looked at, but for the last third of a second of each clip.
+#[test]
+fn the_nearest_frame_is_that_of_a_plain_search() {
+    let files = [WALK, "cmu_short.bvh", "z_up_dab.bvh", "mocopi_jump_six_channels.bvh"];
+    let clips = files.iter().flat_map(|file| IndexedClip::of(&import(file), file, true));
+    let database = Database::new(clips.collect());
+    let tree = FeatureTree::new(&database);
+    let mut candidates = Vec::new();
+    let mut frame = 0;
+    for clip in database.clips() {
+        let count = clip.features().len();
+        let found = clip.features().iter().take(count.saturating_sub(20)).enumerate();
+        candidates.extend(found.map(|(index, features)| (frame + index, tree.normalized(features))));
+        frame += count;
+    }
+    let all: Vec<[f32; 27]> = database.features().copied().collect();
+    for (number, row) in all.iter().enumerate().step_by(41) {
+        // Its feet, with the trajectory of another frame.
+        let mut query = *row;
+        query[15..].copy_from_slice(&all[(7 * number + 300) % all.len()][15..]);
+        let query = tree.normalized(&query);
+        let except = number.saturating_sub(20)..number + 21;
+        let distance = |row: &[f32; 27]| row.iter().zip(&query).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+        let others = candidates.iter().filter(|(frame, _)| !except.contains(frame));
+        let nearest = others.map(|(_, row)| distance(row)).fold(f32::INFINITY, f32::min);
+        let (found, squared) = tree.nearest(&query, f32::INFINITY, except.clone()).unwrap();
+        assert!(
+            (squared - nearest).abs() <= 1e-5 * nearest,
+            "{number}: {squared} {nearest}"
+        );
+        let found = candidates.iter().find(|(frame, _)| *frame == found).unwrap();
+        assert!((distance(&found.1) - squared).abs() <= 1e-5 * squared);
+        assert_eq!(tree.nearest(&query, 0.99 * nearest, except), None);
+    }
 }

@@ -1,5 +1,6 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
- * change motions, put poses on another skeleton, play packed clips.
+ * change motions, put poses on another skeleton, play packed clips, lead a
+ * figure by motion matching.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -75,6 +76,12 @@ typedef enum mocap_status {
  An open packed clip. Only pointers to it leave the library.
  */
 typedef struct mocap_clip mocap_clip;
+
+/*
+ A figure that follows what it is asked for by jumps between the frames of motions. Only pointers to it leave the
+ library.
+ */
+typedef struct mocap_controller mocap_controller;
 
 /*
  Moves poses of one skeleton onto another. Only pointers to it leave the library.
@@ -394,6 +401,85 @@ enum mocap_status mocap_clip_pose(struct mocap_clip *clip,
                                   float *local,
                                   float *world,
                                   size_t count);
+
+/*
+ Makes a figure of the character of a scene, which stands at the origin and looks along +Z. `database` is the `size`
+ bytes of a file that `mocap index --pack` wrote, with the motions within.
+
+ The figure is in metres with +Y up, whatever the scene is in; its nodes are those of the scene. It takes memory for
+ the pose of every frame of the database, and the scene may be closed then. Returns NULL where the character is no
+ humanoid with two legs, and where the bytes are no database; `mocap_error_text` says why. `mocap_controller_free`
+ frees it.
+
+ # Safety
+ `character` is an open scene, and `database` points to `size` bytes.
+ */
+struct mocap_controller *mocap_controller_open(const struct mocap_scene *character,
+                                               const uint8_t *database,
+                                               size_t size);
+
+/*
+ Makes a figure as `mocap_controller_open` does, of the motions of `count` scenes, on any skeletons; with `mirror`
+ each with left and right exchanged too. The scenes may be closed then.
+
+ # Safety
+ `character` is an open scene, and `motions` points to `count` open scenes.
+ */
+struct mocap_controller *mocap_controller_new(const struct mocap_scene *character,
+                                              const struct mocap_scene *const *motions,
+                                              size_t count,
+                                              bool mirror);
+
+/*
+ Frees a figure. NULL is allowed.
+
+ # Safety
+ `controller` comes from `mocap_controller_open` or `mocap_controller_new`, was not freed before, and is used by no
+ other thread.
+ */
+void mocap_controller_free(struct mocap_controller *controller);
+
+/*
+ Goes on by a frame, a sixtieth of a second, as a stick asks: with a velocity over the ground along x and z, in
+ metres per second, looking along (`look_x`, `look_z`), or where it goes while both are 0. Velocity and direction
+ change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
+
+ Nothing is allocated. One thread at a time may use a figure.
+
+ # Safety
+ `controller` is a figure that no other thread uses.
+ */
+enum mocap_status mocap_controller_steer(struct mocap_controller *controller,
+                                         float velocity_x,
+                                         float velocity_z,
+                                         float look_x,
+                                         float look_z);
+
+/*
+ Goes on by a frame towards a trajectory of 12 floats: x and z in metres of where the figure is to be in 20, 40 and
+ 60 frames, then x and z of where it is to look. Nothing is allocated.
+
+ # Safety
+ `controller` is a figure that no other thread uses, and `trajectory` points to 12 floats.
+ */
+enum mocap_status mocap_controller_follow(struct mocap_controller *controller,
+                                          const float *trajectory);
+
+/*
+ The pose of a figure: the matrices of all nodes to their parents go to `local`, and to the world to `world`; either
+ may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Where the
+ figure stands and looks goes to the 4 floats of `root`, if that is not NULL: x and z in metres, x and z of a
+ direction of length 1. Nothing is allocated.
+
+ # Safety
+ `controller` is a figure that no other thread uses; `local` and `world` are NULL or point to room for 16 x `count`
+ floats, and `root` is NULL or points to room for 4.
+ */
+enum mocap_status mocap_controller_pose(const struct mocap_controller *controller,
+                                        float *local,
+                                        float *world,
+                                        size_t count,
+                                        float *root);
 
 /*
  A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;

@@ -82,6 +82,7 @@ struct Close {
     void operator()(mocap_scene *scene) const noexcept { mocap_close(scene); }
     void operator()(mocap_clip *clip) const noexcept { mocap_clip_close(clip); }
     void operator()(mocap_retargeter *retargeter) const noexcept { mocap_retargeter_free(retargeter); }
+    void operator()(mocap_controller *controller) const noexcept { mocap_controller_free(controller); }
     void operator()(char *text) const noexcept { mocap_text_free(text); }
 };
 
@@ -310,6 +311,61 @@ private:
 
     std::unique_ptr<mocap_retargeter, detail::Close> handle_;
     std::uint32_t target_count_;
+};
+
+/// A figure that is led by motion matching. The scenes and the bytes may go before it.
+class Controller {
+public:
+    /// Of the bytes of a database with the motions within, as `mocap index --pack` writes it.
+    static Controller open(const Scene &character, const void *database, std::size_t size)
+    {
+        const auto *bytes = static_cast<const std::uint8_t *>(database);
+        return Controller(detail::opened(mocap_controller_open(character.get(), bytes, size)), character);
+    }
+
+    /// Of motions on any skeletons; with `mirror` each with left and right exchanged too.
+    Controller(const Scene &character, const std::vector<const mocap_scene *> &motions, bool mirror = false)
+        : Controller(
+              detail::opened(mocap_controller_new(character.get(), motions.data(), motions.size(), mirror)), character)
+    {
+    }
+
+    /// Goes on by a sixtieth of a second with a velocity along x and z, looking along another vector, or where it goes.
+    void steer(float x, float z, float look_x = 0, float look_z = 0)
+    {
+        detail::check(mocap_controller_steer(handle_.get(), x, z, look_x, look_z));
+    }
+
+    /// Goes on by a sixtieth of a second: x and z of where it is to be in 20, 40 and 60 frames, then of where it looks.
+    void follow(const std::array<float, 12> &trajectory)
+    {
+        detail::check(mocap_controller_follow(handle_.get(), trajectory.data()));
+    }
+
+    /// x and z of where it stands, and of where it looks.
+    std::array<float, 4> root() const
+    {
+        std::array<float, 4> root{};
+        detail::check(mocap_controller_pose(handle_.get(), nullptr, nullptr, 0, root.data()));
+        return root;
+    }
+
+    /// The matrices of the character's nodes to the world.
+    std::vector<Matrix> world() const
+    {
+        std::vector<Matrix> matrices(count_);
+        detail::check(
+            mocap_controller_pose(handle_.get(), nullptr, detail::floats(matrices), matrices.size(), nullptr));
+        return matrices;
+    }
+
+    const mocap_controller *get() const noexcept { return handle_.get(); }
+
+private:
+    Controller(mocap_controller *handle, const Scene &character) : handle_(handle), count_(character.node_count()) {}
+
+    std::unique_ptr<mocap_controller, detail::Close> handle_;
+    std::uint32_t count_;
 };
 
 /// Does a job of JSON, as `mocap run` does; returns its report as JSON.

@@ -9,6 +9,7 @@ pub(crate) mod edit;
 pub(crate) mod find;
 pub(crate) mod fk;
 pub(crate) mod formats;
+mod found;
 pub(crate) mod gif;
 pub(crate) mod graph;
 pub(crate) mod index;

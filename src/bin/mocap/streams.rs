@@ -1,13 +1,14 @@
 //! `-` as a file: standard input, and standard output.
 
-use std::io::{self, Write};
+use std::fs;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::Job;
-use mocap::{Code, Diagnostic, Importer, MemoryFile, Scene, Written};
+use mocap::{Code, Diagnostic, Error, Importer, MemoryFile, Scene, Written};
 
 use crate::args::{ForceArgs, Given};
 use crate::{Failure, report};
@@ -23,6 +24,22 @@ pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
         true => importer.read(standard_input(importer)?[0].bytes, path),
         false => importer.import(path),
     }
+}
+
+/// The text of a file that is no motion, of at most `most` bytes.
+pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
+    mocap::files::check_confined(path)?;
+    let mut text = String::new();
+    let read = fs::File::open(path).and_then(|file| file.take(most + 1).read_to_string(&mut text));
+    let diagnostic = match read {
+        Ok(bytes) if bytes as u64 <= most => return Ok(text),
+        Ok(_) => Diagnostic::new(Code::LimitExceeded, format!("the file has more than {most} bytes")),
+        Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+            Diagnostic::new(Code::BinaryFile, "the file is no text in UTF-8")
+        }
+        Err(error) => Diagnostic::new(Code::Io, error.to_string()),
+    };
+    Err(Error::from(diagnostic).with_path(path))
 }
 
 /// What of the inputs of a job is not on a disk: standard input, where it is one of them.

@@ -10,6 +10,7 @@
 
 mod border;
 mod clip;
+mod controller;
 mod convert;
 mod edit;
 mod handle;
@@ -30,6 +31,10 @@ pub use crate::border::Status;
 pub use crate::clip::{
     Clip, mocap_clip_close, mocap_clip_duration, mocap_clip_node_count, mocap_clip_open, mocap_clip_pose,
     mocap_clip_ticks_per_second,
+};
+pub use crate::controller::{
+    Controller, mocap_controller_follow, mocap_controller_free, mocap_controller_new, mocap_controller_open,
+    mocap_controller_pose, mocap_controller_steer,
 };
 pub use crate::convert::{
     Conversion, MOCAP_UP_AUTO, MOCAP_UP_NEG_Y, MOCAP_UP_NEG_Z, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count,

@@ -153,6 +153,19 @@ void retargeter(const mocap::Scene &walk, const mocap::Scene &hero)
 
 } // namespace
 
+void controller(const mocap::Scene &walk, const mocap::Scene &hero)
+{
+    mocap::Controller figure(hero, {walk.get()}, true);
+    for (int frame = 0; frame < 120; frame++) {
+        figure.steer(0, 1.2f);
+    }
+    const std::array<float, 4> root = figure.root();
+    check(root[1] > 0.5f && std::fabs(std::hypot(root[2], root[3]) - 1) < 1e-4f, "a figure goes where it is asked to");
+    figure.follow({{root[0], root[1], root[0], root[1], root[0], root[1], 0, 1, 0, 1, 0, 1}});
+    check(figure.world().size() == hero.node_count(), "a figure has the nodes of its character");
+    check(error_of([&] { mocap::Controller::open(hero, "nothing", 7); }) != "", "no database is opened");
+}
+
 int main(int argc, char **argv)
 try {
     check(argc == 6, "there are five files");
@@ -163,6 +176,7 @@ try {
     changes(walk, argv[5]);
     clip(walk.converted(), argv[3]);
     retargeter(walk, mocap::Scene::open(argv[4]));
+    controller(walk, mocap::Scene::open(argv[4]));
     check(mocap::version() == mocap_version(), "there is one version");
     std::printf("all is as it should be\n");
 } catch (const std::exception &error) {

@@ -221,3 +221,19 @@ fn a_c_program_plays_a_packed_clip() {
     let files = [WALK, file.to_str().unwrap()];
     assert_eq!(run(&program, &prefix, &files), "every joint is where it should be\n");
 }
+
+#[test]
+fn a_c_program_leads_a_figure() {
+    use mocap::matching::{Database, IndexedClip};
+    let (hero, walk) = (
+        "../../fixtures/real/biovision_example1.bvh",
+        "../../fixtures/real/cmu_12_01_walk.bvh",
+    );
+    let clips = IndexedClip::packed(&mocap::import(walk).unwrap(), "walk.bvh", true).unwrap();
+    let prefix = installed("controller");
+    let (program, file) = (prefix.join("controller"), prefix.join("walk.mdb"));
+    std::fs::write(&file, Database::new(clips).to_bytes()).unwrap();
+    compile(C, "tests/controller.c", &program, &flags(&prefix, &[]));
+    let files = [hero, walk, file.to_str().unwrap()];
+    assert_eq!(run(&program, &prefix, &files), "the figure goes where it is asked to\n");
+}

@@ -1,6 +1,7 @@
 //! The formats, and how to make an input of each from bytes.
 
 mod made;
+mod search;
 mod words;
 
 use std::path::PathBuf;
@@ -377,10 +378,53 @@ pub(crate) const BODY: Input = Input {
     ..NPZ
 };
 
+/// A database of motions, whose clip within is the scene; it is searched, and a figure is led with it.
+pub(crate) const MDB: Input = Input {
+    name: "mdb",
+    folders: &[],
+    longest_seed: 64 << 10,
+    made: search::databases,
+    words: &[
+        "mocapMDB",
+        "\"frames\":",
+        "\"packed\":",
+        "\"mirrored\":",
+        "\"leg\":",
+        "MCLP",
+    ],
+    // A clip within takes as much as one alone, and its frames stand on another skeleton.
+    base: 256 << 20,
+    factor: 16_384,
+    read: |bytes, _| search::database(bytes),
+    ..MCLIP
+};
+
+/// A motion graph of a known clip, over which is walked.
+pub(crate) const GRAPH: Input = Input {
+    name: "graph",
+    folders: &[],
+    longest_seed: 64 << 10,
+    made: search::graphs,
+    words: &[
+        "\"part\":",
+        "\"from\":",
+        "\"to\":",
+        "\"distance\":",
+        "\"frames\":",
+        "\"rate\":",
+        "null",
+        "1e30",
+    ],
+    base: 64 << 20,
+    factor: 1024,
+    read: |bytes, _| search::graph(bytes),
+    ..MCLIP
+};
+
 /// All of them.
 pub const FORMATS: &[&Input] = &[
     &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &VMD, &PMX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ,
-    &NPY, &PKL, &PT, &CSV, &BODY, &FBX_OUT,
+    &NPY, &PKL, &PT, &CSV, &BODY, &FBX_OUT, &MDB, &GRAPH,
 ];
 
 impl Input {

@@ -116,7 +116,7 @@ pub(super) const TOOLS: &[Tool] = &[
             inputs("Motion files, folders and wildcards; an .mdb file is what an earlier call wrote"),
             option("output", true, "The database to write: .mdb"),
         ],
-        options: &["mirror"],
+        options: &["mirror", "pack"],
     },
     Tool {
         name: "find",

@@ -16,7 +16,7 @@ use super::{ForceArgs, InputArgs, OutputFormat, WriteArgs};
 pub(crate) struct GraphArgs {
     #[command(subcommand)]
     pub(crate) command: Option<GraphCommand>,
-    /// The motion files, folders and wildcards, all of one skeleton
+    /// The motion files, folders and wildcards, all of one skeleton, or of humanoids with --on
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// The graph to write: .json, or - for standard output
@@ -39,6 +39,10 @@ pub(crate) struct GraphArgs {
     /// or with a unit, such as 6cm
     #[arg(long, value_name = "LENGTH", default_value = "6cm")]
     threshold: Length,
+    /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
+    /// motion file, glTF, VRM or FBX file of a humanoid
+    #[arg(long, value_name = "FILE")]
+    pub(crate) on: Option<PathBuf>,
     /// Keep the transitions too that lead out of the largest strongly connected component, or into it from outside
     #[arg(long)]
     whole: bool,
@@ -169,7 +173,7 @@ impl WalkArgs {
         job
     }
 
-    /// Which files the output may replace: neither the graph nor a clip.
+    /// Which files the output may replace: neither the graph nor a clip, nor the body of the graph.
     pub(crate) fn policy(&self, clips: &[PathBuf]) -> ReplacePolicy {
         let inputs = std::iter::once(&self.graph).chain(clips).chain(&self.on);
         ReplacePolicy::new(inputs).force(self.force.force)

@@ -25,6 +25,9 @@ pub(crate) struct IndexArgs {
     /// Add every motion with left and right exchanged too, for motion matching; `mocap find` needs no such copies
     #[arg(long)]
     pub(crate) mirror: bool,
+    /// Put the motions into the database too, as packed clips within 0.1 mm; else it names their files
+    #[arg(long)]
+    pub(crate) pack: bool,
     /// Take the clips of files that the output of an earlier run has and whose bytes are the same
     #[arg(long)]
     pub(crate) resume: bool,
@@ -61,24 +64,32 @@ pub(crate) struct FindArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Draw what was found, too, below what was looked for: a sheet of poses, .png or .svg
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sheet: Option<PathBuf>,
+    /// Write a page that plays what was found, side by side, after what was looked for: .html
+    #[arg(long, value_name = "FILE")]
+    pub(crate) page: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct MatchArgs {
-    /// The database, an .mdb file that `mocap index` wrote; its files are read again, under the names that it has
+    /// The database, an .mdb file that `mocap index` wrote; files whose motions are not packed within it are read again
     pub(crate) database: PathBuf,
-    /// The path over the ground: points X/Z in metres, as 0/0+0/4+3/4
-    #[arg(long, value_name = "X/Z+..", allow_hyphen_values = true)]
-    pub(crate) path: PathArg,
-    /// How fast, in metres per second
+    #[command(flatten)]
+    pub(crate) aim: MatchAim,
+    /// How fast, in metres per second; with --gamepad, where the left stick is at its edge
     #[arg(long, value_name = "M/S", default_value = "1.2")]
     pub(crate) speed: f32,
     /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
     #[arg(long, value_name = "FILE")]
     pub(crate) on: PathBuf,
-    /// The file to write: the character with the motion; - is standard output
+    /// The file to write: the character with the motion; or database.bin, with features.bin beside it, for the
+    /// controller of Holden's demonstration of motion matching; - is standard output
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
@@ -91,6 +102,24 @@ pub(crate) struct MatchArgs {
     pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) read: Reading,
+}
+
+/// What the figure follows.
+#[derive(Debug, clap::Args)]
+#[group(multiple = false)]
+pub(crate) struct MatchAim {
+    /// The path over the ground: points X/Z in metres, as 0/0+0/4+3/4
+    #[arg(long, value_name = "X/Z+..", allow_hyphen_values = true)]
+    pub(crate) path: Option<PathArg>,
+    /// The sticks of a gamepad over time: a table (CSV) or a list (JSON) of seconds, left_x, left_y, right_x, right_y
+    #[arg(long, value_name = "FILE")]
+    pub(crate) gamepad: Option<PathBuf>,
+}
+
+impl MatchAim {
+    pub(crate) fn is_nothing(&self) -> bool {
+        self.path.is_none() && self.gamepad.is_none()
+    }
 }
 
 /// Points over the ground.

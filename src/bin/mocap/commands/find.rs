@@ -2,37 +2,44 @@
 
 use std::io::Write;
 
+use mocap::Scene;
 use mocap::matching::{FindOptions, Found, Query};
 
-use super::{import_motion, index, print_json};
+use super::{found, import_motion, index, print_json};
 use crate::args::FindArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
-    let query = query(args)?;
-    let found = found(args, &query)?;
+    let database = index::read(&args.database)?;
+    found::check(args, &database)?;
+    let (query, scene) = query(args)?;
+    let parts = database.find(&query, &options(args));
+    if args.sheet.is_some() || args.page.is_some() {
+        found::write(args, &database, &parts, &scene)?;
+    }
     match args.json {
-        true => print_json(&found)?,
-        false => print(&found, query.seconds() > 0.0)?,
+        true => print_json(&parts)?,
+        false => print(&parts, query.seconds() > 0.0)?,
     }
     Ok(())
 }
 
 /// What `--json` prints.
 pub(crate) fn summary(args: &FindArgs) -> Result<serde_json::Value, Failure> {
-    Ok(super::value(&found(args, &query(args)?)?))
+    let database = index::read(&args.database)?;
+    let (query, _) = query(args)?;
+    Ok(super::value(&database.find(&query, &options(args))))
 }
 
-fn found(args: &FindArgs, query: &Query) -> Result<Vec<Found>, Failure> {
-    let database = index::read(&args.database)?;
-    let options = FindOptions::new()
+fn options(args: &FindArgs) -> FindOptions {
+    FindOptions::new()
         .count(args.count)
         .mirror(!args.no_mirror)
-        .condition(args.condition.clone());
-    Ok(database.find(query, &options))
+        .condition(args.condition.clone())
 }
 
-fn query(args: &FindArgs) -> Result<Query, Failure> {
+/// What is looked for, and the motion that it is of.
+fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
     let (file, scene) = match (&args.like, &args.pose) {
         (Some(like), _) => (&like.file, import_motion(&args.read, &like.file)?),
         (None, Some(pose)) => (&pose.file, import_motion(&args.read, &pose.file)?),
@@ -46,7 +53,7 @@ fn query(args: &FindArgs) -> Result<Query, Failure> {
         (None, Some(pose)) => Query::pose(&scene, 0, pose.at),
         (like, _) => Query::part(&scene, 0, like.as_ref().map_or_else(Default::default, |like| like.part)),
     };
-    Ok(query.map_err(|error| error.with_path(file))?)
+    Ok((query.map_err(|error| error.with_path(file))?, scene))
 }
 
 /// A line of each, the best first.

@@ -6,7 +6,8 @@ use mocap::convert::FirstFrame;
 use mocap::files::ReplacePolicy;
 use mocap::graph::{GraphBuilder, MotionGraph, Network, Walk};
 use mocap::job::{Reading, SourceSpace};
-use mocap::{Code, Conversion, Diagnostic, Error, Scene};
+use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::{Code, Conversion, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
 use super::{check_json, import_motion, made, output_format, print_json, unknown_extension, write_output};
 use crate::args::{AimArgs, Given, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
@@ -34,19 +35,23 @@ fn make(args: &GraphArgs) -> Result<(), Failure> {
     }
     let mut builder = GraphBuilder::new(&args.options())?;
     let inputs = inputs::find(&args.paths, &args.inputs)?;
-    let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path)).force(args.force.force);
+    let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path).chain(&args.on)).force(args.force.force);
     for output in args.output.iter().chain(&args.matrix) {
         if !streams::is_standard(output) {
             policy.check_inputs(output)?;
         }
     }
+    let body = args.on.as_deref().map(Body::read).transpose()?;
     for input in &inputs {
         let path = input.path()?;
-        let scene = import_clip(&args.read, &args.source, path)?;
+        let scene = import_clip(&args.read, &args.source, path, body.as_ref())?;
         let added = builder.add(&path.to_string_lossy(), &scene);
         added.map_err(|error| error.with_path(path))?;
     }
-    let graph = args.output.as_ref().map(|_| builder.build()).transpose()?;
+    let mut graph = args.output.as_ref().map(|_| builder.build()).transpose()?;
+    if let (Some(graph), Some(body)) = (&mut graph, &body) {
+        graph.body = Some((body.file.to_string_lossy().into_owned(), body.sha256()));
+    }
     if let Some(picture) = &args.matrix {
         draw(&builder, graph.as_ref(), picture, &policy)?;
     }
@@ -57,12 +62,62 @@ fn make(args: &GraphArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads a clip in its own unit and axes, without a rest pose before the motion.
-fn import_clip(read: &Reading, space: &SourceSpace, path: &Path) -> Result<Scene, Failure> {
+/// The body on which all clips are put.
+struct Body {
+    file: PathBuf,
+    /// In metres with +Y up, without motions.
+    scene: Scene,
+}
+
+impl Body {
+    fn read(file: &Path) -> Result<Self, Failure> {
+        let mut scene = streams::import(&Importer::new().skeleton_mesh(SkeletonMesh::None), file)?;
+        scene.animations.clear();
+        let converted = Conversion::new().apply(&mut scene);
+        converted.map_err(|error| error.with_path(file))?;
+        Ok(Self {
+            file: file.to_owned(),
+            scene,
+        })
+    }
+
+    /// The body of a graph, whose file is to be the one that it was.
+    fn of(graph: &MotionGraph) -> Result<Option<Self>, Failure> {
+        let Some((file, stated)) = &graph.body else {
+            return Ok(None);
+        };
+        let body = Self::read(Path::new(file))?;
+        match body.sha256() == *stated {
+            true => Ok(Some(body)),
+            false => Err(changed(&body.file, stated, &body.sha256())),
+        }
+    }
+
+    fn sha256(&self) -> String {
+        let origin = self.scene.metadata.origin.as_ref();
+        origin.map(|origin| origin.sha256.clone()).unwrap_or_default()
+    }
+
+    /// All motions of a scene on the body.
+    fn with_motions_of(&self, motion: Scene) -> mocap::Result<Scene> {
+        let origin = motion.metadata.origin.clone();
+        let moved = Retargeting::new(motion, self.scene.clone(), RetargetingOptions::new())?;
+        let mut scene = moved.scene();
+        scene.metadata.origin = origin;
+        Ok(scene)
+    }
+}
+
+/// Reads a clip in its own unit and axes, or on the body, without a rest pose before the motion.
+fn import_clip(read: &Reading, space: &SourceSpace, path: &Path, body: Option<&Body>) -> Result<Scene, Failure> {
     let mut scene = import_motion(read, path)?;
     space.state(&mut scene);
+    let in_file = |error: Error| error.with_path(path);
+    if let Some(body) = body {
+        return Ok(body.with_motions_of(scene).map_err(in_file)?);
+    }
     let conversion = Conversion::new().keep_units(true).first_frame(FirstFrame::DropRestPose);
-    conversion.apply(&mut scene).map_err(|error| error.with_path(path))?;
+    conversion.apply(&mut scene).map_err(in_file)?;
     Ok(scene)
 }
 
@@ -128,7 +183,8 @@ fn walk_over(args: &WalkArgs, given: &Given) -> Result<(), Failure> {
     let job = args.job(&format);
     let graph = read_graph(&args.graph)?;
     let files = files_of(&graph);
-    let policy = args.policy(&files);
+    let body_file = graph.body.iter().map(|(file, _)| PathBuf::from(file));
+    let policy = args.policy(&Vec::from_iter(files.iter().cloned().chain(body_file)));
     if !streams::is_standard(&args.output) {
         policy.check_inputs(&args.output)?;
     }
@@ -137,9 +193,10 @@ fn walk_over(args: &WalkArgs, given: &Given) -> Result<(), Failure> {
     maker.check(&policy, &args.output)?;
     let in_graph = |error: Error| error.with_path(&args.graph);
     let mut builder = GraphBuilder::new(&graph.options).map_err(in_graph)?;
+    let body = Body::of(&graph)?;
     let mut scenes = Vec::new();
     for file in &files {
-        let scene = import_clip(&args.read, &args.source, file)?;
+        let scene = import_clip(&args.read, &args.source, file, body.as_ref())?;
         require_same(&graph, file, &scene)?;
         let added = builder.add(&file.to_string_lossy(), &scene);
         added.map_err(|error| error.with_path(file))?;
@@ -205,9 +262,11 @@ fn clip_named(graph: &MotionGraph, named: &ThroughArg) -> Result<usize, Failure>
     )))
 }
 
+/// The largest file of a graph, in bytes: some ten million transitions.
+const LARGEST_GRAPH: u64 = 1 << 30;
+
 fn read_graph(file: &Path) -> Result<MotionGraph, Failure> {
-    let text = std::fs::read_to_string(file).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
-    let text = text.map_err(|error| Error::from(error).with_path(file))?;
+    let text = streams::text(file, LARGEST_GRAPH)?;
     Ok(MotionGraph::from_json(&text).map_err(|error| error.with_path(file))?)
 }
 
@@ -225,11 +284,12 @@ fn require_same(graph: &MotionGraph, file: &Path, scene: &Scene) -> Result<(), F
     let stated = clips.map(|clip| clip.sha256.as_str());
     match stated.clone().find(|stated| Some(*stated) != own) {
         None => Ok(()),
-        Some(stated) => {
-            let message = "the file has changed since the graph was made";
-            let diagnostic = Diagnostic::new(Code::InvalidGraph, message)
-                .expected_found(format!("SHA-256 {stated}"), own.unwrap_or_default());
-            Err(Error::from(diagnostic).with_path(file).into())
-        }
+        Some(stated) => Err(changed(file, stated, own.unwrap_or_default())),
     }
+}
+
+fn changed(file: &Path, stated: &str, found: &str) -> Failure {
+    let diagnostic = Diagnostic::new(Code::InvalidGraph, "the file has changed since the graph was made")
+        .expected_found(format!("SHA-256 {stated}"), found);
+    Error::from(diagnostic).with_path(file).into()
 }

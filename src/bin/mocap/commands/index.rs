@@ -75,7 +75,8 @@ fn unchanged(args: &IndexArgs, former: &Former, input: &Input) -> Option<Vec<Ind
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
     let is_same = clips.iter().all(|clip| clip.row.sha256 == sha256);
-    let is_wanted = clips.iter().any(|clip| clip.mirrored) == args.mirror;
+    let is_wanted =
+        clips.iter().any(|clip| clip.mirrored) == args.mirror && clips.iter().any(IndexedClip::is_packed) == args.pack;
     (is_same && is_wanted).then(|| clips.clone())
 }
 
@@ -87,7 +88,11 @@ fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
     }
     let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
     let scene = streams::import(&importer, path)?;
-    let clips = IndexedClip::of(&scene, &path.to_string_lossy(), args.mirror);
+    let name = path.to_string_lossy();
+    let clips = match args.pack {
+        true => IndexedClip::packed(&scene, &name, args.mirror).map_err(|error| error.with_path(path))?,
+        false => IndexedClip::of(&scene, &name, args.mirror),
+    };
     if clips.is_empty() {
         let code = match scene.animations.is_empty() {
             true => Code::NoMotion,

@@ -1,14 +1,12 @@
-//! `mocap match`: a character follows a path by motion matching.
+//! `mocap match`: a character follows a path, or what a gamepad asks for, by motion matching.
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use mocap::files::ReplacePolicy;
+use mocap::files::{ReplacePolicy, write_file};
 use mocap::glam::Vec3;
-use mocap::matching::{Controller, Database, Followed, Moves};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::matching::{Controller, Database, Followed, Gamepad, Moves, Played};
 use mocap::scene::Animation;
-use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene, SkeletonMesh};
+use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
 
 use super::{check_json, index, output_format, print_json};
 use crate::args::{Given, MatchArgs};
@@ -16,23 +14,21 @@ use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
-    let format = output_format(&args.output, args.to.as_deref(), "glb")?;
-    let named = Path::new("match").with_extension(&format);
-    let output = if streams::is_standard(&args.output) {
-        &named
-    } else {
-        &args.output
+    let (format, output) = match super::extension(&args.output).as_str() {
+        // Two files, of which no motion is made.
+        "bin" => (None, args.output.clone()),
+        _ => {
+            let (format, named) = written_format(args)?;
+            (Some(format), named)
+        }
     };
-    let Some(format) = FormatInfo::of_output(output) else {
-        return Err(super::unknown_extension(
-            &args.output,
-            ".glb, .gltf, .bvh, .fbx or another that is written",
-        ));
-    };
-    let format = format.format;
     let database = index::read(&args.database)?;
     let clips = database.clips().iter().map(|clip| Path::new(&clip.row.file));
-    let inputs = [args.database.as_path(), &args.on].into_iter().chain(clips);
+    let sticks = args.aim.gamepad.as_deref();
+    let inputs = [args.database.as_path(), &args.on]
+        .into_iter()
+        .chain(sticks)
+        .chain(clips);
     let policy = ReplacePolicy::new(inputs).force(args.force.force);
     if !streams::is_standard(&args.output) {
         policy.check(&args.output)?;
@@ -42,85 +38,130 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     Conversion::new()
         .apply(&mut hero)
         .map_err(|error| error.with_path(&args.on))?;
+    let Some(format) = format else {
+        return write_bones(args, &moves(args, &database, &hero)?, &policy);
+    };
+    if args.aim.is_nothing() {
+        return Err(nothing_to_follow());
+    }
     let moves = moves(args, &database, &hero)?;
-    let path = &args.path.0;
-    let [start, next] = [path[0], path[1]].map(|point| Vec3::new(point.x, 0.0, point.y));
-    let forward = (next - start).normalize_or(Vec3::Z);
-    let mut controller = Controller::new(&database, moves, start, forward)?;
-    let (animation, followed) = controller.follow(&hero, path, args.speed)?;
+    let (animation, done) = moved(args, &database, moves, &hero)?;
     hero.animations = vec![animation];
-    let mut written = Exporter::new().format(format).write_as(&hero, output)?;
+    let mut written = Exporter::new().format(format).write_as(&hero, &output)?;
     streams::save(&mut written, &args.output, &policy, given)?;
-    match args.json {
-        true => print_json(&followed)?,
-        false => tell(args, &followed),
+    match (args.json, done) {
+        (true, Done::Followed(followed)) => print_json(&followed)?,
+        (true, Done::Played(played)) => print_json(&played)?,
+        (false, done) => report::say(&format!("{}: {}", args.output.display(), done.words())),
     }
     Ok(())
 }
 
-fn tell(args: &MatchArgs, followed: &Followed) {
-    report::say(&format!(
-        "{}: {} frames, {} jumps; a path of {:.1} m: {:.2} m off it in the mean, {:.2} m at most{}",
-        args.output.display(),
-        followed.frames,
-        followed.jumps,
-        followed.length,
-        followed.mean_distance,
-        followed.largest_distance,
-        if followed.has_arrived {
-            ""
-        } else {
-            "; its end was not reached"
+/// The format of the output, and a name that has it.
+fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
+    let extension = output_format(&args.output, args.to.as_deref(), "glb")?;
+    let output = match streams::is_standard(&args.output) {
+        true => Path::new("match").with_extension(&extension),
+        false => args.output.clone(),
+    };
+    let Some(format) = FormatInfo::of_output(&output) else {
+        let extensions = ".glb, .gltf, .bvh, .fbx or another that is written, or in .bin";
+        return Err(super::unknown_extension(&args.output, extensions));
+    };
+    Ok((format.format, output))
+}
+
+/// Writes the files of Holden's demonstration: the bones under the name of the output, and features.bin beside it.
+fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Result<(), Failure> {
+    if !args.aim.is_nothing() || args.json {
+        let message = "a .bin has the frames of the database and follows nothing: leave --path, --gamepad and --json \
+                       out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let beside = args.output.with_file_name("features.bin");
+    if beside == args.output {
+        let message = "features.bin is the second file: name the first one otherwise, as database.bin";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    policy.check(&beside)?;
+    let files = moves.to_holden().map_err(|error| error.with_path(&args.on))?;
+    for (path, bytes) in [&args.output, &beside].into_iter().zip(&files) {
+        write_file(path, bytes)?;
+    }
+    report::say(&format!("{} and {}", args.output.display(), beside.display()));
+    Ok(())
+}
+
+/// What the figure did.
+enum Done {
+    Followed(Followed),
+    Played(Played),
+}
+
+impl Done {
+    fn words(&self) -> String {
+        match self {
+            Self::Followed(followed) => format!(
+                "{} frames, {} jumps; a path of {:.1} m: {:.2} m off it in the mean, {:.2} m at most{}",
+                followed.frames,
+                followed.jumps,
+                followed.length,
+                followed.mean_distance,
+                followed.largest_distance,
+                if followed.has_arrived {
+                    ""
+                } else {
+                    "; its end was not reached"
+                }
+            ),
+            Self::Played(played) => format!(
+                "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; velocity {:.2} m/s and direction {:.0} \
+                 degrees off in the mean",
+                played.frames,
+                played.jumps,
+                played.distance,
+                played.wanted_distance,
+                played.mean_velocity_error,
+                played.mean_angle
+            ),
         }
-    ));
+    }
+}
+
+fn nothing_to_follow() -> Failure {
+    Failure::Usage("name what to follow, with --path or --gamepad".to_owned())
+}
+
+/// Lets the figure go where the path or the gamepad leads.
+fn moved(args: &MatchArgs, database: &Database, moves: Moves, hero: &Scene) -> Result<(Animation, Done), Failure> {
+    if let Some(path) = &args.aim.path {
+        let [start, next] = [path.0[0], path.0[1]].map(|point| Vec3::new(point.x, 0.0, point.y));
+        let forward = (next - start).normalize_or(Vec3::Z);
+        let mut controller = Controller::new(database, moves, start, forward)?;
+        let (animation, followed) = controller.follow(hero, &path.0, args.speed)?;
+        return Ok((animation, Done::Followed(followed)));
+    }
+    let gamepad = match &args.aim.gamepad {
+        Some(file) => gamepad(file)?,
+        None => return Err(nothing_to_follow()),
+    };
+    let mut controller = Controller::new(database, moves, Vec3::ZERO, Vec3::Z)?;
+    let (animation, played) = controller.play(hero, &gamepad, args.speed)?;
+    Ok((animation, Done::Played(played)))
 }
 
 /// The frames of the database on the character.
 fn moves(args: &MatchArgs, database: &Database, hero: &Scene) -> Result<Moves, Failure> {
-    let mut moves = Moves::new(hero).map_err(|error| error.with_path(&args.on))?;
-    let mut files: HashMap<&str, HashMap<String, Animation>> = HashMap::new();
-    for clip in database.clips() {
-        let row = &clip.row;
-        if !files.contains_key(row.file.as_str()) {
-            files.insert(&row.file, on_hero(args, &row.file, &row.sha256, hero)?);
-        }
-        let path = Path::new(&row.file);
-        let Some(animation) = files[row.file.as_str()].get(&row.clip) else {
-            return Err(changed(path).into());
-        };
-        moves.add(clip, animation).map_err(|error| error.with_path(path))?;
-    }
-    Ok(moves)
-}
-
-/// The motions of a file on the character, by their names in the database.
-fn on_hero(args: &MatchArgs, file: &str, sha256: &str, hero: &Scene) -> Result<HashMap<String, Animation>, Failure> {
-    let path = Path::new(file);
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let scene = streams::import(&importer, path)?;
-    if scene
-        .metadata
-        .origin
-        .as_ref()
-        .is_none_or(|origin| origin.sha256 != sha256)
-    {
-        return Err(changed(path).into());
-    }
-    let name = |(index, clip): (usize, &Animation)| match clip.name.is_empty() {
-        true => index.to_string(),
-        false => clip.name.clone(),
-    };
-    let names: Vec<String> = scene.animations.iter().enumerate().map(name).collect();
-    let clips = Retargeting::new(scene, hero.clone(), RetargetingOptions::new());
-    let clips = clips.map_err(|error| error.with_path(path))?.into_clips();
-    Ok(names
-        .into_iter()
-        .zip(clips.into_iter().map(|clip| clip.animation))
-        .collect())
+    let moves = Moves::of(database, hero, |file| streams::import(&importer, Path::new(file)));
+    Ok(moves.map_err(|error| error.with_path(&args.on))?)
 }
 
-fn changed(path: &Path) -> Error {
-    let diagnostic = Diagnostic::new(Code::InvalidDatabase, "the file has changed since it was indexed")
-        .help("make the database again with `mocap index --resume`");
-    Error::from(diagnostic).with_path(path)
+/// The largest file of a gamepad, in bytes: more than an hour, a thousand times a second.
+const LARGEST_GAMEPAD: u64 = 1 << 28;
+
+/// The sticks of a file.
+fn gamepad(file: &Path) -> Result<Gamepad, Failure> {
+    let text = streams::text(file, LARGEST_GAMEPAD)?;
+    Ok(Gamepad::parse(&text).map_err(|error| error.with_path(file))?)
 }

@@ -1,0 +1,118 @@
+//! Pictures of what `mocap find` has found: a sheet, and a page with the player.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use mocap::convert::Moment;
+use mocap::files::ReplacePolicy;
+use mocap::matching::{Database, Found};
+use mocap::render::{Clip, Drawing, Page, PageClip, SheetOptions};
+use mocap::{Conversion, Scene, SkeletonMesh};
+
+use super::{short_name, write_drawing, write_output};
+use crate::args::FindArgs;
+use crate::{Failure, report, streams};
+
+/// Poses of a part on the sheet.
+const POSES: usize = 8;
+
+/// Refuses outputs that cannot be written, before anything is looked for.
+pub(super) fn check(args: &FindArgs, database: &Database) -> Result<(), Failure> {
+    let is = |path: &Path, extensions: &[&str]| extensions.contains(&super::extension(path).as_str());
+    if let Some(sheet) = args.sheet.as_deref().filter(|sheet| !is(sheet, &["png", "svg"])) {
+        return Err(super::unknown_extension(sheet, ".png or .svg"));
+    }
+    if let Some(page) = args.page.as_deref().filter(|page| !is(page, &["html"])) {
+        return Err(super::unknown_extension(page, ".html"));
+    }
+    let policy = policy(args, database);
+    streams::refuse_one_file(args.sheet.iter().chain(&args.page).map(|path| path.as_path()))?;
+    for output in args.sheet.iter().chain(&args.page) {
+        policy.check(output)?;
+    }
+    Ok(())
+}
+
+fn policy(args: &FindArgs, database: &Database) -> ReplacePolicy {
+    let clips = database.clips().iter().map(|clip| Path::new(&clip.row.file));
+    let queries = [
+        args.like.as_ref().map(|like| &like.file),
+        args.pose.as_ref().map(|pose| &pose.file),
+    ];
+    let queries = queries.into_iter().flatten().map(|file| file.as_path());
+    let inputs = [args.database.as_path()].into_iter().chain(queries).chain(clips);
+    ReplacePolicy::new(inputs).force(args.force.force)
+}
+
+/// Writes the pictures that are asked for: the query, and below it what was found, the best first.
+pub(super) fn write(args: &FindArgs, database: &Database, found: &[Found], query: &Scene) -> Result<(), Failure> {
+    let mut shown = vec![of_query(args, query)?];
+    let mut files: HashMap<&str, Scene> = HashMap::new();
+    for (number, found) in (1..).zip(found) {
+        let scene = of_clip(args, database, found, &mut files)?;
+        let ends = [found.first, found.last].map(Moment::Seconds);
+        let mirrored = if found.mirrored { " mirrored" } else { "" };
+        let name = short_name(Path::new(&found.file));
+        let name = match found.last > found.first {
+            true => format!("{number}: {:.2}..{:.2} s{mirrored}, {name}", found.first, found.last),
+            false => format!("{number}: {:.2} s{mirrored}, {name}", found.first),
+        };
+        shown.push((name, part(scene, Some(ends[0]), Some(ends[1]), Path::new(&found.file))?));
+    }
+    let clips: Vec<Clip<'_>> = shown.iter().map(|(name, scene)| Clip { name, scene }).collect();
+    if let Some(sheet) = &args.sheet {
+        let poses = if args.pose.is_some() { 1 } else { POSES };
+        let drawing = Drawing::sheet(&clips, &SheetOptions::new().poses(poses));
+        write_drawing(&drawing, sheet, &super::extension(sheet))?;
+    }
+    if let Some(path) = &args.page {
+        let pages: Vec<PageClip<'_>> = clips.iter().copied().map(PageClip::new).collect();
+        let page = Page::new(&pages);
+        write_output(&policy(args, database), path, page.html.as_bytes())?;
+        report::say(&format!("{}: {} motions", path.display(), pages.len()));
+    }
+    Ok(())
+}
+
+/// The part that is looked for, or the pose.
+fn of_query(args: &FindArgs, query: &Scene) -> Result<(String, Scene), Failure> {
+    let (file, first, last) = match (&args.like, &args.pose) {
+        (Some(like), _) => (&like.file, like.part.first, like.part.last),
+        (None, Some(pose)) => (&pose.file, Some(pose.at), Some(pose.at)),
+        (None, None) => return Err(Failure::Usage("name what to look for".to_owned())),
+    };
+    let name = format!("looked for: {}", short_name(file));
+    Ok((name, part(query.clone(), first, last, file)?))
+}
+
+/// The motion of a clip: that within the database, or of its file.
+fn of_clip<'a>(
+    args: &FindArgs,
+    database: &'a Database,
+    found: &'a Found,
+    files: &mut HashMap<&'a str, Scene>,
+) -> Result<Scene, Failure> {
+    let is_it = |clip: &&mocap::matching::IndexedClip| clip.row.file == found.file && clip.row.clip == found.clip;
+    if let Some(clip) = database.clips().iter().filter(is_it).find(|clip| clip.is_packed()) {
+        return Ok(clip.motion()?);
+    }
+    let path = Path::new(&found.file);
+    if !files.contains_key(found.file.as_str()) {
+        let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+        files.insert(&found.file, streams::import(&importer, path)?);
+    }
+    let mut scene = files[found.file.as_str()].clone();
+    let mut clips = scene.animations.into_iter().enumerate();
+    let clip = clips.find(|(index, clip)| clip.name == found.clip || index.to_string() == found.clip);
+    scene.animations = clip.map(|(_, clip)| clip).into_iter().collect();
+    Ok(scene)
+}
+
+/// A part of a motion, in metres with +Y up, without meshes.
+fn part(mut scene: Scene, first: Option<Moment>, last: Option<Moment>, file: &Path) -> Result<Scene, Failure> {
+    scene.meshes.clear();
+    scene.animations.truncate(1);
+    let conversion = Conversion::new().trim(first, last);
+    conversion.apply(&mut scene).map_err(|error| error.with_path(file))?;
+    Ok(scene)
+}

@@ -1,0 +1,79 @@
+"""Half a million frames to a graph: how long it takes, and how much memory.
+
+    large.py PROGRAM [FRAMES]
+
+Clips of fixtures/real are put on one skeleton. Of these, parts of 30 s are taken by chance, at 0.8 to 1.25 times their speed,
+with every channel of a rotation moved by up to 8 degrees and by a slow wave of up to 4: takes of other people, as it were. All
+of it follows from one seed. Prints the time and the memory of `mocap graph`, and how many transitions there are.
+"""
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+REAL = Path(__file__).parents[2] / "fixtures/real"
+SKELETON = "cmu_12_01_walk.bvh"
+CLIPS = [
+    SKELETON, "cmu_01_01.bvh", "rokoko_dance.bvh", "motionbuilder_vicon_walk.bvh", "cmu_salsa_poser_names.bvh", "z_up_dab.bvh",
+    "mocopi_jump_six_channels.bvh", "hip_knee_ankle_names.bvh", "kinect_openni.bvh", "cmu_mixed_rotation_orders.bvh",
+    "perception_neuron_moving_positions.bvh", "makehuman_zombie_walk.bvh",
+]  # fmt: skip
+RATE, SECONDS = 30, 30
+
+
+def read(path):
+    """The header of a BVH file, its rows 30 times a second, and which columns turn."""
+    head, rows = path.read_text().split("Frame Time:")
+    step, rows = rows.split("\n", 1)
+    values = np.array([line.split() for line in rows.splitlines() if line.strip()], float)
+    words = head.split()
+    names = [w for at, word in enumerate(words) if word == "CHANNELS" for w in words[at + 2 : at + 2 + int(words[at + 1])]]
+    turns = np.array([name.endswith("rotation") for name in names])
+    values[:, turns] = np.degrees(np.unwrap(np.radians(values[:, turns]), axis=0))
+    times = np.arange(0, (len(values) - 1) * float(step), 1 / RATE) / float(step)
+    return head[: head.index("Frames:")], resampled(values, times), turns
+
+
+def resampled(values, at):
+    return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], 1)
+
+
+def main():
+    program, frames = Path(sys.argv[1]).resolve(), int(sys.argv[2]) if len(sys.argv) > 2 else 500_000
+    random = np.random.default_rng(39)
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        sources = []
+        for name in CLIPS:
+            moved = folder / name
+            subprocess.run([program, "retarget", REAL / name, "--to-skeleton", REAL / SKELETON, "-o", moved, "-q"], check=True)
+            sources.append(read(moved))
+            moved.unlink()
+        made = 0
+        while made < frames:
+            head, values, turns = sources[random.integers(len(sources))]
+            speed = random.uniform(0.8, 1.25)
+            count = min(SECONDS * RATE, int((len(values) - 1) / speed), frames - made)
+            if count < 2 * RATE and count < frames - made:
+                continue
+            start = random.uniform(0, len(values) - 1 - speed * (count - 1))
+            rows = resampled(values, start + speed * np.arange(count))
+            waves = 4 * np.sin(np.arange(count)[:, None] / RATE * random.uniform(0.2, 1.5, turns.sum()) + random.uniform(0, 7, turns.sum()))
+            rows[:, turns] += random.uniform(-8, 8, turns.sum()) + waves
+            with open(folder / f"{made:07}.bvh", "w") as out:
+                out.write(f"{head}Frames: {count}\nFrame Time: {1 / RATE:.7f}\n")
+                np.savetxt(out, rows, fmt="%.4f")
+            made += count
+        begin = time.monotonic()
+        done = subprocess.run([program, "graph", folder, "-o", folder / "graph.json"], check=True, capture_output=True, text=True)
+        seconds, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+        print(done.stderr.strip().splitlines()[-1])
+        print(f"{made} frames: {seconds:.1f} s, {used.ru_maxrss / 1024:.0f} MB at most")
+
+
+main()
