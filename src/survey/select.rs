@@ -37,12 +37,12 @@ impl FromStr for SelectAmount {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let percent = |text: &str| text.parse().ok().filter(|percent| (0.0..=100.0).contains(percent));
+        let percent = |text: &str| text.parse().ok().filter(|percent| *percent > 0.0 && *percent <= 100.0);
         let parsed = match text.strip_suffix('%') {
             Some(number) => percent(number).map(|percent: f64| Self::Fraction(percent / 100.0)),
-            None => text.parse().ok().map(Self::Clips),
+            None => text.parse().ok().filter(|count| *count > 0).map(Self::Clips),
         };
-        parsed.ok_or_else(|| format!("\"{text}\" is no number of clips, or of per cent, as 100 or 3%"))
+        parsed.ok_or_else(|| format!("\"{text}\" is no number of clips, or of per cent, above 0, as 100 or 3%"))
     }
 }
 
@@ -65,10 +65,11 @@ impl<'de> Deserialize<'de> for SelectAmount {
             Text(String),
         }
 
-        match Stated::deserialize(deserializer)? {
-            Stated::Count(count) => Ok(Self::Clips(count)),
-            Stated::Text(text) => text.parse().map_err(serde::de::Error::custom),
-        }
+        let text = match Stated::deserialize(deserializer)? {
+            Stated::Count(count) => count.to_string(),
+            Stated::Text(text) => text,
+        };
+        text.parse().map_err(serde::de::Error::custom)
     }
 }
 

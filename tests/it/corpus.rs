@@ -207,6 +207,10 @@ fn twins_are_found_and_one_of_them_is_kept() {
     folder.succeeds("survey . --select 3 -o chosen.txt");
     let chosen = String::from_utf8(folder.read("chosen.txt")).unwrap();
     assert!(chosen.lines().count() <= 3 && !chosen.is_empty(), "{chosen}");
+    for nothing in ["0", "0%"] {
+        let said = folder.ends_with(2, &format!("survey . --select {nothing} -o none.txt"));
+        assert!(said.contains("above 0") && !folder.path("none.txt").exists(), "{said}");
+    }
 }
 
 /// The table of kinds in the documentation; `MOCAP_WRITE=1` writes it.

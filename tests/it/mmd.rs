@@ -371,7 +371,13 @@ fn any_humanoid_is_written_for_the_usual_bones() {
     Conversion::new().apply(&mut walk).unwrap();
     let (bytes, said) = written(&walk);
     assert_eq!(said.warnings.len(), 1, "{:?}", said.warnings);
-    assert!(said.warnings[0].help.as_deref().unwrap().contains("retarget FILE MODEL.pmx"));
+    assert!(
+        said.warnings[0]
+            .help
+            .as_deref()
+            .unwrap()
+            .contains("retarget FILE MODEL.pmx")
+    );
     assert!(
         said.notes
             .iter()
