@@ -221,12 +221,16 @@ impl Clean {
             },
             CleanPart::Floor => {
                 let depth = depth::still(work);
-                let done = floor::level(work, floor::LEAST_HEIGHT).unwrap_or_default();
+                let done =
+                    floor::level(work, floor::LEAST_HEIGHTS[usize::from(report.had_noise())]).unwrap_or_default();
                 floor::Levelled { depth, ..done }.to_string()
             }
             CleanPart::Contacts => {
                 let is_changed = report.had_noise();
                 let feet = contacts::lock(work, animation, is_changed, report.after.skate)?;
+                if report.has_changed(CleanPart::Floor) && !feet.is_empty() {
+                    floor::bring_to_zero(work);
+                }
                 let hands = match is_changed {
                     true => meetings.restore(work, report.before.hands),
                     false => String::new(),

@@ -54,6 +54,9 @@ pub struct FootLockOptions {
     pub floor: Option<f32>,
     /// The bones where the caller knows them.
     pub humanoid: Option<Humanoid>,
+    /// For each of the known points the height along the up axis to which it is brought in contact, in metres; empty
+    /// where they keep theirs.
+    pub(super) levels: Vec<f32>,
 }
 
 setters! {
@@ -76,6 +79,7 @@ impl Default for FootLockOptions {
             largest_change: None,
             floor: None,
             humanoid: None,
+            levels: Vec::new(),
         }
     }
 }
@@ -167,7 +171,8 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         .largest_change
         .map_or(f32::INFINITY, |metres| metres as f32 / figure.metres());
     let (blend, floor) = (legs.frames.frames_in(options.blend), floor / figure.metres());
-    let hold = |leg| Hold::new(scene, &figure, leg, &contacts);
+    let levels: Vec<f32> = options.levels.iter().map(|level| level / figure.metres()).collect();
+    let hold = |leg| Hold::new(scene, &figure, leg, &contacts, &levels);
     let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
     let report = legs.change(scene, &figure, floor, &mut feet, |feet, shifts| {
         hips::spare_knees(feet, shifts, figure.up_direction(), floor, blend, limit)

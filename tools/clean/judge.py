@@ -88,17 +88,32 @@ def peaks(places, truth, rate):
     return speeds[1][fastest].mean() / speeds[0][fastest].mean()
 
 
+def over_ground(places, feet, rate):
+    return np.linalg.norm(np.diff(places[:, feet][..., [0, 2]], axis=0), axis=-1) * rate
+
+
+def standing(truth, feet, rate):
+    """Where the truth stands on a point of its feet: in which frames after the first, and on which points."""
+    heights = truth[1:, feet, 1]
+    return (over_ground(truth, feet, rate) < 8) & (heights < np.percentile(heights, 5, axis=0) + 3)
+
+
+def off_level(places, truth, feet, rate):
+    """How far the balls of the feet are above or below their mean height where the truth stands on them, in cm."""
+    stands = standing(truth, feet, rate)
+    heights = [places[1:, feet[k], 1][stands[:, k]] for k in (2, 3)]
+    off = np.concatenate([abs(own - own.mean()) for own in heights if len(own)] or [[]])
+    return off.mean() if len(off) else np.nan
+
+
 def skate(places, truth, feet, rate):
     """The mean speed over the ground, in cm/s, of the slower of ankle and ball where the truth stands on them."""
-    speeds = [np.linalg.norm(np.diff(p[:, feet][..., [0, 2]], axis=0), axis=-1) * rate for p in (places, truth)]
-    heights = truth[1:, feet, 1]
-    level = np.percentile(heights, 5, axis=0)
-    stands = (speeds[1] < 8) & (heights < level + 3)
+    stands, speeds = standing(truth, feet, rate), over_ground(places, feet, rate)
     slide = []
     for side in (0, 1):
         both = [side, side + 2]
         at = stands[:, both].any(axis=1)
-        slide.append(np.where(stands[:, both], speeds[0][:, both], np.inf).min(axis=1)[at])
+        slide.append(np.where(stands[:, both], speeds[:, both], np.inf).min(axis=1)[at])
     slide = np.concatenate(slide)
     return slide.mean() if len(slide) else np.nan
 
@@ -152,6 +167,8 @@ def measures(motion, truth, source, wrong, shown):
         "hands": meet[0],
         "hands apart": meet[1],
         "own skate": skate(true, true, feet, truth.rate),
+        "level": off_level(places, true, feet, truth.rate),
+        "own level": off_level(true, true, feet, truth.rate),
         "root": np.linalg.norm((places - true)[:, 0], axis=-1).mean(),
         "joint": np.linalg.norm(places - true, axis=-1).mean(),
         "largest": np.linalg.norm(places - true, axis=-1).max(),
@@ -247,6 +264,10 @@ def table(results):
     for kind in ("noise", "floor", "all"):
         row(f"{kind}: skate cm/s", after(kind, "skate"), "0.5", lambda v: v <= 0.5)
     row("all: skate before cm/s", np.array([r["before"]["skate"] for r in by["all"]]), "", lambda v: v <= 0.5)
+    row("off level of the truth cm", np.array([r["after"]["own level"] for r in by["noise"]]), "", lambda v: v <= 1)
+    for kind in ("noise", "floor", "all"):
+        row(f"{kind}: feet in contact off level cm", after(kind, "level"), "1", lambda v: v <= 1)
+    row("all: off level before cm", np.array([r["before"]["level"] for r in by["all"]]), "", lambda v: v <= 1)
     for kind in ("floor", "all"):
         row(f"{kind}: slope degrees", after(kind, "tilt"), "0.3", lambda v: v <= 0.3)
         wide = np.array([r["spread"] >= WIDE for r in by[kind]], dtype=bool)

@@ -38,8 +38,9 @@ const OF_STANDING: f64 = 0.01;
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
 const STANDS: f64 = 0.8;
-/// A height, a slope in degrees and a drift below these are left, in metres and m/s.
-pub(super) const LEAST_HEIGHT: f64 = 0.06;
+/// A height, a slope in degrees and a drift below these are left, in metres and m/s: a height of a motion that is
+/// clean, and of one that had noise.
+pub(super) const LEAST_HEIGHTS: [f64; 2] = [0.06, 0.03];
 pub(super) const LEAST_SLOPE: f64 = 1.0;
 const LEAST_DRIFT: f64 = 0.03;
 /// A drift over the ground below this is left: people shuffle.
@@ -70,6 +71,9 @@ pub(super) struct Floor {
     centre: DVec3,
     /// What is added to the height in each frame.
     drift: Vec<f64>,
+    /// How high each kind of point (ankles, balls) stands, where the others are, and how much higher right than left.
+    levels: [f64; 2],
+    right_over_left: f64,
 }
 
 impl Floor {
@@ -79,8 +83,23 @@ impl Floor {
 
     /// How much higher slope and drift have a point than its level.
     fn above(&self, point: &Slow) -> f64 {
-        let from = point.at - self.centre;
-        self.rise[0] * from.x + self.rise[1] * from.y + self.drift[point.frame]
+        self.above_at(point.at, point.frame)
+    }
+
+    fn above_at(&self, at: DVec3, frame: usize) -> f64 {
+        let from = at - self.centre;
+        self.rise[0] * from.x + self.rise[1] * from.y + self.drift[frame]
+    }
+
+    /// The height on which each point of `feet` stands on a level floor, and how high it is above where it stands on
+    /// this one, frame by frame.
+    pub(super) fn stands<'a>(&'a self, feet: &'a Feet) -> impl Iterator<Item = (f64, Vec<f64>)> + 'a {
+        feet.points.iter().zip(&feet.sides).map(|((kind, track), side)| {
+            let level = self.levels[*kind] + self.right_over_left * side;
+            let above = track.iter().enumerate();
+            let above = above.map(|(frame, at)| at.z - level - self.above_at(*at, frame));
+            (level, above.collect())
+        })
     }
 
     /// Whether the feet are far enough apart to tell how steep it is, to a degree.
@@ -354,6 +373,7 @@ fn of(feet: &Feet) -> Option<Floor> {
     // The level plane with the most points near it.
     let heights = (0..=40).map(|step| near(&|_: &Slow| f64::from(step - 20) * 0.02));
     let level = heights.fold(1.0, f64::max);
+    (floor.levels, floor.right_over_left) = (levels, right_over_left);
     floor.explains = near(&|point: &Slow| floor.above(point)) / level;
     floor.height = feet.level();
     Some(floor)
@@ -393,11 +413,19 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
     }
     let height = find(work)?.height;
     if height.abs() > least_height || done.slope.is_some() || done.drift.is_some() {
-        let by = Mat4::from_translation(-up * height as f32 / work.metres);
-        work.carry(carrier, |_| by);
+        bring_to_zero(work);
         done.height = Some(height);
     }
     Some(done)
+}
+
+/// Brings the floor to height 0.
+pub(super) fn bring_to_zero(work: &mut Work<'_>) {
+    let height = Feet::new(work).level();
+    if let Some(carrier) = work.carrier() {
+        let by = Mat4::from_translation(-work.up * height as f32 / work.metres);
+        work.carry(carrier, |_| by);
+    }
 }
 
 /// How far the body drifted in each frame, in metres: along the axes of the ground, and up as `height` has it. `None`

@@ -41,6 +41,9 @@ const COMES: f64 = 0.1;
 /// An arm is brought by this much at most, in metres: noise is not more.
 const LARGEST: f32 = 0.1;
 
+/// A hand that is never nearer than this to where it would meet something does not meet it without noise, in metres.
+const NOISE: f64 = 0.1;
+
 /// Arms stay as they were smoothed where this brings hands farther from where they were, by so much in metres.
 const WORSE: f64 = 1e-3;
 
@@ -166,8 +169,12 @@ impl Meetings {
             }
         }
         for (meeting, (_, _, near)) in found.iter_mut().zip(&pairs) {
-            meeting.smooth(work, bank);
-            meeting.weights = meeting.weights(f64::from(*near), work);
+            let near = f64::from(*near);
+            let is_near = |apart: &DVec3| meeting.with.distance(*apart, work.metres) < near + NOISE;
+            if meeting.apart.iter().any(is_near) {
+                meeting.smooth(work, bank);
+                meeting.weights = meeting.weights(near, work);
+            }
         }
         found.retain(|meeting| meeting.weights.contains(&1.0));
         Self(found)

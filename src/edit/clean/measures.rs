@@ -5,11 +5,12 @@ use serde::Serialize;
 
 use super::work::Work;
 use super::{floor, time};
-use crate::edit::contacts::{ContactOptions, detect};
+use crate::edit::contacts::{ContactOptions, DetectedContacts, detect};
 use crate::edit::flips;
 use crate::edit::frames::Frames;
+use crate::math::median::median;
 use crate::pose::Pose;
-use crate::scene::NodeKind;
+use crate::scene::{HumanoidBone as Bone, NodeKind};
 
 /// The time over which the speed of a joint is taken, in seconds: noise alone has hardly a speed over it.
 const SPEED_OVER: f64 = 0.1;
@@ -35,6 +36,10 @@ pub struct CleanMeasures {
     /// The mean speed over the ground of feet in contact, in metres per second. `None` without feet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skate: Option<f64>,
+    /// How far feet in contact are above or below the level on which they stand, in metres: the mean of the balls, or
+    /// of the ankles of feet without them. `None` without feet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uneven: Option<f64>,
     /// The mean distance of hands from each other, or from the bone of the body on which they rest, while they meet: of
     /// their middles, in metres. `None` before the noise was looked at, and where they meet nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,6 +58,8 @@ impl CleanMeasures {
         let [jitter, peak_speed] = jitter_and_peak(work, frames);
         let is_humanoid = work.is_humanoid();
         let found = is_humanoid.then(|| floor::find(work)).flatten();
+        let contacts = || detect(work.scene, frames, work.figure, &ContactOptions::default());
+        let contacts = is_humanoid.then(contacts);
         let jumps = |column: usize| {
             let track: Vec<_> = frames.track(column).iter().map(|trs| trs.rotation).collect();
             flips::count(&track)
@@ -63,7 +70,8 @@ impl CleanMeasures {
             jumps: (0..frames.nodes().len()).map(jumps).sum(),
             jitter,
             peak_speed,
-            skate: is_humanoid.then(|| skate(work)).flatten(),
+            skate: contacts.as_ref().and_then(|contacts| skate(work, contacts)),
+            uneven: contacts.as_ref().and_then(uneven),
             hands: None,
             floor_height: found.as_ref().map(|floor| floor.height),
             floor_slope: found.filter(floor::Floor::tells).map(|floor| floor.slope()),
@@ -112,8 +120,7 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
 }
 
 /// The mean speed over the ground of the points of the feet in contact.
-fn skate(work: &Work<'_>) -> Option<f64> {
-    let found = detect(work.scene, &work.frames, work.figure, &ContactOptions::default());
+fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     let (mut slid, mut steps) = (0.0, 0);
     for point in &found.points {
         for frame in (1..found.frames).filter(|frame| point.at_rest[frame - 1] && point.at_rest[*frame]) {
@@ -123,4 +130,22 @@ fn skate(work: &Work<'_>) -> Option<f64> {
         }
     }
     (steps > 0).then(|| slid * work.frames.rate / steps as f64)
+}
+
+/// How far feet in contact are off the level on which they stand.
+fn uneven(found: &DetectedContacts) -> Option<f64> {
+    let heights = |of_balls: bool| -> Vec<f32> {
+        let is_ball = |bone: Bone| matches!(bone, Bone::LeftToes | Bone::RightToes);
+        let points = found.points.iter().filter(|point| is_ball(point.bone) == of_balls);
+        let heights = points.flat_map(|point| point.above_rest.iter().zip(&point.at_rest));
+        heights
+            .filter(|(_, at_rest)| **at_rest)
+            .map(|(height, _)| *height)
+            .collect()
+    };
+    let balls = heights(true);
+    let mut heights = if balls.is_empty() { heights(false) } else { balls };
+    let level = median(&mut heights)?;
+    let off = heights.iter().map(|height| f64::from((height - level).abs()));
+    Some(off.sum::<f64>() / heights.len() as f64)
 }

@@ -68,31 +68,35 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     nodes.map(level).collect()
 }
 
-/// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too.
-fn is_in_most(work: &Work<'_>) -> bool {
-    let (mut noisy, mut turning) = (0, 0);
-    for column in 0..work.frames.nodes().len() {
+/// The noise of the rotations of each column; `None` for one that does not turn.
+fn of_rotations(work: &Work<'_>) -> Vec<Option<Level>> {
+    let level = |column: usize| {
         let track = work.frames.track(column);
         let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
-        if let Some(curve) = curve::<Rotations>(&values) {
-            turning += 1;
-            noisy += usize::from(is_noise_of_angle(Level::new(&curve, work.frames.rate).noise(false)));
-        }
-    }
-    2 * noisy > turning
+        Some(Level::new(&curve::<Rotations>(&values)?, work.frames.rate))
+    };
+    (0..work.frames.nodes().len()).map(level).collect()
+}
+
+/// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too.
+fn is_in_most(levels: &[Option<Level>]) -> bool {
+    let turning = levels.iter().flatten();
+    let noisy = turning.clone().filter(|level| is_noise_of_angle(level.noise(false)));
+    2 * noisy.count() > turning.count()
 }
 
 /// Smooths every joint that has noise.
 pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> Smoothed {
+    let levels = of_rotations(work);
     let mut done = Smoothed {
-        in_most: is_in_most(work),
+        in_most: is_in_most(&levels),
         ..Smoothed::default()
     };
     let mut angles = Vec::new();
-    for column in 0..work.frames.nodes().len() {
+    for (column, level) in levels.into_iter().enumerate() {
         let node = work.frames.nodes()[column];
         let mut track = work.frames.track(column);
-        let turned = rotations(&mut track, work, node, bank, done.in_most);
+        let turned = level.and_then(|level| rotations(&mut track, work, node, bank, (&level, done.in_most)));
         let moved = positions(&mut track, work, bank, done.in_most);
         if let Some(angle) = turned {
             angles.push(angle.to_degrees());
@@ -112,12 +116,22 @@ pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> Smoothed {
 }
 
 /// Smooths the rotations of a track, and says how much noise they had, in radians.
-fn rotations(track: &mut [Trs], work: &Work<'_>, node: NodeId, bank: &Bank, in_most: bool) -> Option<f64> {
-    let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+fn rotations(
+    track: &mut [Trs],
+    work: &Work<'_>,
+    node: NodeId,
+    bank: &Bank,
+    (level, in_most): (&Level, bool),
+) -> Option<f64> {
     let reach = f64::from(work.reach(node));
-    let is_noise = |noise: f64| is_noise_of_angle(noise) && noise * reach >= LEAST_DISTANCE;
-    let (smoothed, noise) =
-        without_noise::<Rotations>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise)?;
+    let least = level.noise(in_most);
+    if !is_noise_of_angle(least) || least * reach < LEAST_DISTANCE {
+        return None;
+    }
+    let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+    let curve = curve::<Rotations>(&values)?;
+    let noise = least / level.of_white;
+    let smoothed = smooth::<Rotations>(&values, &work.missing, noise * noise, &bank.jerk(&curve, noise * noise));
     for (trs, rotation) in track.iter_mut().zip(smoothed) {
         trs.rotation = in_hemisphere_of(trs.rotation, rotation.as_quat());
     }

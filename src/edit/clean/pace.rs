@@ -18,6 +18,10 @@ const HIGHEST: f64 = 0.4;
 const AROUND: f64 = 0.06;
 /// ... and frames at least.
 const AROUND_FRAMES: f64 = 2.5;
+/// A filter whose likelihood is less than the best one's by this logarithm does not count.
+const HARDLY: f64 = -25.0;
+/// How much a likelihood counts: every frame is predicted from both sides, and would count twice.
+const TEMPER: f64 = 0.5;
 /// How much jerk the smoother allows, as a fraction of what predicts best. Less than that is better, for it sees both
 /// sides of a moment, and a prediction one: 0.5 was chosen on seed 1 of `tools/clean`. The others are for motions whose
 /// peaks the first would cut.
@@ -29,6 +33,7 @@ struct Member {
     gains: [f64; 3],
     /// The variance of its innovations.
     variance: f64,
+    /// The logarithm of the density of its jerk.
     jerk: f64,
 }
 
@@ -78,9 +83,12 @@ impl Bank {
         let mean = |frame: usize| {
             let (mut sum, mut weights) = (0.0, 0.0);
             for (member, likelihood) in self.members.iter().zip(&all) {
-                let weight = (likelihood[frame] - best[frame]).exp();
-                sum += weight * member.jerk.ln();
-                weights += weight;
+                let less = TEMPER * (likelihood[frame] - best[frame]);
+                if less > HARDLY {
+                    let weight = less.exp();
+                    sum += weight * member.jerk;
+                    weights += weight;
+                }
             }
             noise * self.strength * (sum / weights).exp()
         };
@@ -107,6 +115,7 @@ impl Member {
                 break;
             }
         }
+        let jerk = jerk.ln();
         Self { gains, variance, jerk }
     }
 

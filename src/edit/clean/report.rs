@@ -109,6 +109,8 @@ pub struct CleanReport {
 
 /// A motion that had much noise has less than this fraction of its jitter without it.
 const NOISY: f64 = 0.7;
+/// Feet that are held may have as much more jitter as this fraction of what came with the noise.
+const OF_NOISE: f64 = 0.02;
 
 impl CleanReport {
     pub(super) fn new(work: &Work<'_>) -> Self {
@@ -146,15 +148,20 @@ impl CleanReport {
         self.after.peak_speed = CleanMeasures::new(work).peak_speed;
     }
 
+    /// Whether a part changed the motion.
+    pub(super) fn has_changed(&self, which: CleanPart) -> bool {
+        let is_changed = |part: &CleanedPart| part.part == which && part.outcome == CleanOutcome::Changed;
+        self.parts.iter().any(is_changed)
+    }
+
     /// Whether much noise was taken out.
     pub(super) fn had_noise(&self) -> bool {
-        let is_noise = |part: &CleanedPart| part.part == CleanPart::Noise && part.outcome == CleanOutcome::Changed;
-        self.parts.iter().any(is_noise) && self.after.jitter < NOISY * self.before.jitter
+        self.has_changed(CleanPart::Noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
     /// Whether [`Self::take`] would say that a part made a measure worse.
     pub(super) fn is_worse(&self, part: CleanPart, work: &Work<'_>) -> bool {
-        self.after.worse(&CleanMeasures::new(work), part).is_some()
+        self.worse(&CleanMeasures::new(work), part).is_some()
     }
 
     /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
@@ -164,7 +171,7 @@ impl CleanReport {
             return true;
         }
         let after = CleanMeasures::new(work);
-        if let Some(worse) = self.after.worse(&after, part) {
+        if let Some(worse) = self.worse(&after, part) {
             self.add(part, CleanOutcome::TakenBack, format!("{about}, but {worse}"));
             return false;
         }
@@ -175,41 +182,48 @@ impl CleanReport {
     }
 }
 
-impl CleanMeasures {
+impl CleanReport {
     /// What a part made worse, in words.
-    fn worse(&self, after: &Self, part: CleanPart) -> Option<String> {
+    fn worse(&self, after: &CleanMeasures, part: CleanPart) -> Option<String> {
+        let (came, before) = (&self.before, &self.after);
         let more = |before: f64, after: f64, by: f64, least: f64| after > (1.0 + by) * before + least;
         let optional = |before: Option<f64>, after: Option<f64>, least: f64| {
             before
                 .zip(after)
                 .is_some_and(|(before, after)| more(before, after, 0.1, least))
         };
-        if part != CleanPart::Time && after.held_frames > self.held_frames {
+        if part != CleanPart::Time && after.held_frames > before.held_frames {
             return Some("frames would be held".to_owned());
         }
         // Noise hides jumps.
-        if part != CleanPart::Noise && after.jumps > self.jumps {
+        if part != CleanPart::Noise && after.jumps > before.jumps {
             return Some("rotations would jump".to_owned());
         }
         // A motion that was in slow motion has more of it at its own rate.
-        let before = self.jitter * (after.frame_rate / self.frame_rate).max(1.0).powi(3);
-        // A foot that comes to rest has more of it than one that was smoothed to a stop.
-        let by = if part == CleanPart::Contacts { 1.0 } else { 0.25 };
-        if more(before, after.jitter, by, 5.0) {
+        let jitter = before.jitter * (after.frame_rate / before.frame_rate).max(1.0).powi(3);
+        // A foot that comes to rest has more of it than one that was smoothed to a stop, which is little beside noise.
+        let (by, least) = match part {
+            CleanPart::Contacts => (1.0, (OF_NOISE * came.jitter).max(5.0)),
+            _ => (0.25, 5.0),
+        };
+        if more(jitter, after.jitter, by, least) {
             return Some(format!(
-                "the jitter would rise from {before:.0} to {:.0} m/s3",
+                "the jitter would rise from {jitter:.0} to {:.0} m/s3",
                 after.jitter
             ));
         }
-        if part == CleanPart::Noise && after.peak_speed < 0.9 * self.peak_speed {
-            let (before, after) = (self.peak_speed, after.peak_speed);
+        if part == CleanPart::Noise && after.peak_speed < 0.9 * before.peak_speed {
+            let (before, after) = (before.peak_speed, after.peak_speed);
             return Some(format!("the peak speed would fall from {before:.2} to {after:.2} m/s"));
         }
-        if part == CleanPart::Floor && optional(self.floor_slope, after.floor_slope, 0.3) {
+        if part == CleanPart::Floor && optional(before.floor_slope, after.floor_slope, 0.3) {
             return Some("the floor would be steeper".to_owned());
         }
-        if part == CleanPart::Contacts && optional(self.skate, after.skate, 0.01) {
+        if part == CleanPart::Contacts && optional(before.skate, after.skate, 0.01) {
             return Some("the feet would slide more".to_owned());
+        }
+        if part == CleanPart::Contacts && optional(before.uneven, after.uneven, 0.003) {
+            return Some("the feet would be farther off their level".to_owned());
         }
         None
     }
@@ -332,6 +346,7 @@ impl fmt::Display for CleanReport {
                 1.0,
             ),
             ("skate cm/s", before.skate, after.skate, 2, 100.0),
+            ("feet off level cm", before.uneven, after.uneven, 2, 100.0),
             ("hands that meet cm", before.hands, after.hands, 2, 100.0),
             ("floor height cm", before.floor_height, after.floor_height, 1, 100.0),
             ("floor slope degrees", before.floor_slope, after.floor_slope, 2, 1.0),

@@ -80,6 +80,7 @@ pub(super) fn spare_knees(
     blend: usize,
     limit: f32,
 ) -> Vec<Vec3> {
+    feet.iter_mut().for_each(|foot| foot.level(up, blend));
     let lifts: Vec<[Vec<f32>; 2]> = feet.iter().map(|foot| foot.lifts_onto(up, floor, blend)).collect();
     let mut lifted: Vec<Vec<f32>> = lifts.iter().map(|[wanted, _]| wanted.clone()).collect();
     let mut kept: Vec<Vec<f32>> = lifted.iter().map(|lifted| vec![1.0; lifted.len()]).collect();
@@ -109,7 +110,7 @@ pub(super) fn spare_knees(
             }
             let [wanted, least] = &lifts[side];
             for (frame, kept) in kept[side].iter_mut().enumerate() {
-                if wanted[frame] > 0.0 && largest[frame] > limit {
+                if wanted[frame] != 0.0 && largest[frame] > limit {
                     *kept *= factor(largest[frame]);
                 }
             }
@@ -173,7 +174,7 @@ fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], 
         let counts = held
             .iter()
             .zip(lifted)
-            .map(|(held, lift)| held.is_some() || *lift > 0.0);
+            .map(|(held, lift)| held.is_some() || *lift != 0.0);
         let counts: Vec<f32> = counts.map(|counts| f32::from(u8::from(counts))).collect();
         importance.push(shift::envelope(&counts, (blend / 2).max(1)));
     }

@@ -11,26 +11,99 @@ use crate::figure::{Figure, Side};
 use crate::pose::Pose;
 use crate::scene::Scene;
 
+/// Of a contact, the median of how far the foot is off its level counts, and what is this near to it, in metres.
+const NEAR: f32 = 0.02;
+/// A foot that is less than this off its level stays, and another comes as near, in metres.
+const LEAST: f32 = 0.01;
+/// A foot that is farther off its level, in metres, stands on something else, as a stair.
+const FARTHEST: f32 = 0.1;
+
 /// A held foot.
 pub(super) struct Hold {
     pub(super) leg: LegTrack,
+    /// For each point of contact the height to which it is brought, where it is.
+    levels: Vec<Option<f32>>,
+    /// How far the foot is lifted to its level, frame by frame.
+    levelled: Vec<f32>,
+    metres: f32,
     /// How the points of the sole are turned up.
     hinges: Vec<Hinge>,
 }
 
 impl Hold {
-    pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), contacts: &DetectedContacts) -> Self {
+    pub(super) fn new(
+        scene: &Scene,
+        figure: &Figure,
+        (side, leg): (Side, Leg),
+        contacts: &DetectedContacts,
+        levels: &[f32],
+    ) -> Self {
         let sole: Vec<SolePoint> = and_below(scene, leg.ankle)
             .skip(1)
             .map(|node| SolePoint::at(scene, node, 0.0))
             .collect();
-        let hinges = sole.iter().filter_map(|point| Hinge::new(leg.ankle, point));
+        let hinges = sole.iter().filter_map(|point| Hinge::new(leg.ankle, point)).collect();
+        let leg = LegTrack::new(scene, figure, (side, leg), contacts, sole, |_, _, height| {
+            height / figure.metres()
+        });
+        let level = |point: &ContactTrack| {
+            let mut bones = contacts.points.iter().map(|other| other.bone);
+            levels.get(bones.position(|bone| bone == point.bone.on(side))?).copied()
+        };
         Self {
-            hinges: hinges.collect(),
-            leg: LegTrack::new(scene, figure, (side, leg), contacts, sole, |_, _, height| {
-                height / figure.metres()
-            }),
+            levels: leg.points.iter().map(level).collect(),
+            levelled: vec![0.0; contacts.frames],
+            metres: figure.metres(),
+            hinges,
+            leg,
         }
+    }
+
+    /// Brings the foot to its level in each contact, as far as it is known: as one in a short contact, slowly in a long
+    /// one.
+    pub(super) fn level(&mut self, up: Vec3, blend: usize) {
+        if self.levels.iter().all(Option::is_none) {
+            return;
+        }
+        let frames = self.leg.shifts.len();
+        let mut known: Vec<Option<Vec3>> = vec![None; frames];
+        let mut start = 0;
+        while start < frames {
+            if !self.leg.rests(start) {
+                start += 1;
+                continue;
+            }
+            let end = (start..frames).find(|frame| !self.leg.rests(*frame)).unwrap_or(frames);
+            if let Some(off) = self.off_level(start..end, up) {
+                let off = shift::smooth(&shift::filled(off.into_iter()), blend);
+                for (known, off) in known[start..end].iter_mut().zip(off) {
+                    *known = Some(off);
+                }
+            }
+            start = end;
+        }
+        self.levelled = shift::complete(&known, blend)
+            .iter()
+            .map(|shift| shift.dot(up))
+            .collect();
+    }
+
+    /// How far the foot is to be lifted to its level in the frames of a contact that tell: by the ball, where it rests
+    /// at all. `None` where the foot stands on something else.
+    fn off_level(&self, frames: std::ops::Range<usize>, up: Vec3) -> Option<Vec<Option<Vec3>>> {
+        let off = |point: &ContactTrack, level: f32| -> Vec<Option<f32>> {
+            let off = |frame: usize| point.at_rest[frame].then(|| level - point.positions[frame].dot(up));
+            frames.clone().map(off).collect()
+        };
+        let points = self.leg.points.iter().zip(&self.levels);
+        let mut found = points.filter_map(|(point, level)| Some(off(point, (*level)?)));
+        let found = found.find(|off| off.iter().any(Option::is_some))?;
+        let median = crate::math::median::median(&mut found.iter().flatten().copied().collect::<Vec<f32>>())?;
+        let is_near = |off: &f32| (off - median).abs() * self.metres < NEAR;
+        let far = median.abs() * self.metres > FARTHEST;
+        let least = LEAST / self.metres;
+        let level = |off: f32| up * (off - off.clamp(-least, least));
+        (!far).then(|| found.into_iter().map(|off| off.filter(is_near).map(level)).collect())
     }
 
     /// Lets what would be below the floor turn up before it is there, within `radius` frames.
@@ -45,6 +118,7 @@ impl Hold {
     /// How far the foot as a whole is below where it rests, the least of its points, or the ankle below the floor.
     fn sunk(&self, frame: usize, up: Vec3, floor: f32) -> f32 {
         let points = self.leg.points.iter();
+        let floor = floor - self.levelled[frame];
         let depths = points.map(|point| floor + point.rest - point.positions[frame].dot(up));
         let least = depths.fold(f32::INFINITY, f32::min);
         let ankle = floor - self.leg.ankle[frame].dot(up);
@@ -55,14 +129,25 @@ impl Hold {
         }
     }
 
-    /// How far the foot is below where it rests, frame by frame, and how far its ankle is below the floor: made smooth.
+    /// How far the foot is lifted to where it rests, frame by frame, and that its ankle is not below the floor: made
+    /// smooth.
     pub(super) fn lifts_onto(&self, up: Vec3, floor: f32, blend: usize) -> [Vec<f32>; 2] {
         let depths: Vec<f32> = (0..self.leg.shifts.len())
             .map(|frame| self.sunk(frame, up, floor))
             .collect();
         let ankles = self.leg.ankle.iter();
-        let least: Vec<f32> = ankles.map(|ankle| (floor - ankle.dot(up)).max(0.0)).collect();
-        [depths, least].map(|depths| shift::envelope(&depths, blend))
+        let least: Vec<f32> = ankles
+            .zip(&self.levelled)
+            .map(|(ankle, levelled)| (floor - levelled - ankle.dot(up)).max(0.0))
+            .collect();
+        [depths, least].map(|depths| {
+            let lifted = shift::envelope(&depths, blend);
+            lifted
+                .iter()
+                .zip(&self.levelled)
+                .map(|(lift, levelled)| lift + levelled)
+                .collect()
+        })
     }
 
     /// Sets the shifts of the foot. `lifted` is how far it is lifted, and `carried` how the hips are shifted.
