@@ -36,8 +36,8 @@ mod warp_time;
 mod window;
 
 pub(crate) use self::clean::MotionErrors;
-pub(crate) use self::contacts::contacts_of;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
+pub(crate) use self::contacts::{LiveContacts, contacts_of};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::frames_report::FramesReport;
 pub use self::held::LimbReport;

@@ -2,8 +2,9 @@
 //!
 //! A packet of VMC is Open Sound Control over UDP: the rotation of each bone of a humanoid against its parent, without
 //! rotation in the T-pose, as Unity has it. No socket is opened here: [`VmcRecorder`] takes the bytes of packets and
-//! makes a scene of them, [`VmcMotion`] makes the packets of a scene at a time, [`VmcCleaner`] takes the noise out of
-//! packets as they come, and [`VmcBridge`] puts them on another body. `docs/live.md` has the axes.
+//! makes a scene of them, [`VmcPoses`] poses as they come, [`VmcMotion`] makes the packets of a scene at a time,
+//! [`VmcCleaner`] takes the noise out of packets as they come, and [`VmcBridge`] puts them on another body.
+//! `docs/live.md` has the axes.
 //!
 //! ```
 //! use mocap::live::{VmcMotion, VmcRecorder};
@@ -27,10 +28,12 @@
 mod bridge;
 mod clean;
 mod play;
+mod poses;
 mod record;
 mod vmc;
 
 pub use self::bridge::VmcBridge;
 pub use self::clean::VmcCleaner;
 pub use self::play::VmcMotion;
+pub use self::poses::VmcPoses;
 pub use self::record::{VmcCounts, VmcRecorder};

@@ -248,6 +248,11 @@ impl Retargeter {
         f64::from(self.root.height_scale * floor)
     }
 
+    /// The figure of the source.
+    pub(crate) fn source_figure(&self) -> &Figure {
+        &self.source.figure
+    }
+
     /// The contacts of an animation of `source`, left and right as the body has them.
     pub(crate) fn contacts(&self, source: &Scene, animation: &Animation) -> Result<DetectedContacts> {
         contacts_of(source, animation, &self.source.figure)

@@ -12,6 +12,7 @@ use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
 use crate::options::setters;
+use crate::pose::Pose;
 use crate::scene::{Animation, NodeId, Scene};
 
 /// When a foot or a hand is at rest.
@@ -222,15 +223,8 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
             _ => {}
         }
         for ((bone, node), track) in pair.into_iter().zip(tracks) {
-            let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
-            let speeds = velocities(&flat, 3, frames.rate);
-            let speeds = speeds
-                .chunks_exact(3)
-                .map(|speed| Vec3::from_slice(speed).length() * figure.metres());
             let above_rest: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
-            let samples = above_rest.iter().zip(speeds);
-            let samples = samples.map(|(height, speed)| (f64::from(*height), f64::from(speed)));
-            let at_rest = options.rule().at_rest(samples, frames.rate);
+            let at_rest = rests(&track, &above_rest, frames.rate, figure, options);
             levels.push(rest);
             found.points.push(ContactPoint {
                 bone,
@@ -250,4 +244,74 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
         point.height = rest - found.floor;
     }
     found
+}
+
+/// For each frame whether a point is at rest, by where it is and how high above where it rests.
+fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options: &ContactOptions) -> Vec<bool> {
+    let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
+    let speeds = velocities(&flat, 3, rate);
+    let speeds = speeds
+        .chunks_exact(3)
+        .map(|speed| Vec3::from_slice(speed).length() * figure.metres());
+    let samples = above_rest.iter().zip(speeds);
+    let samples = samples.map(|(height, speed)| (f64::from(*height), f64::from(speed)));
+    options.rule().at_rest(samples, rate)
+}
+
+/// The contacts of feet in the frames that came last of a motion that goes on.
+#[derive(Clone, Debug)]
+pub(crate) struct LiveContacts {
+    figure: Figure,
+    rate: f64,
+    /// The frames that are kept.
+    most: usize,
+    /// Ankles and balls, each the points that rest at one height, with their side and where they were.
+    pairs: Vec<Vec<(Side, NodeId, Vec<Vec3>)>>,
+}
+
+impl LiveContacts {
+    /// Of a figure whose poses come so many times a second; so many seconds of them show where its floor is.
+    pub(crate) fn new(scene: &Scene, figure: Figure, rate: f64, seconds: f64) -> Self {
+        let pairs = points_of_feet(scene, &figure.humanoid).into_iter().map(|pair| {
+            let points = pair.into_iter();
+            let points = points.filter_map(|(bone, node)| Some((bone.side()?, node, Vec::new())));
+            points.collect()
+        });
+        Self {
+            pairs: pairs.collect(),
+            figure,
+            rate,
+            most: (seconds * rate).ceil().max(2.0) as usize,
+        }
+    }
+
+    /// Adds a frame.
+    pub(crate) fn push(&mut self, pose: &Pose) {
+        for (_, node, track) in self.pairs.iter_mut().flatten() {
+            if track.len() == self.most {
+                track.remove(0);
+            }
+            track.push(pose.position(*node));
+        }
+    }
+
+    /// Which feet are at rest, so many frames before the last.
+    pub(crate) fn at(&self, before: usize) -> [bool; 2] {
+        let mut found = [false; 2];
+        let height = |point: &Vec3| point.dot(self.figure.up_direction()) * self.figure.metres();
+        for pair in &self.pairs {
+            let frames = pair.first().map_or(0, |(_, _, track)| track.len());
+            let heights: Vec<f32> = (0..frames)
+                .flat_map(|frame| pair.iter().map(move |(_, _, track)| height(&track[frame])))
+                .collect();
+            let rest = level(&heights, pair.len());
+            for (side, _, track) in pair {
+                let above: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
+                let at_rest = rests(track, &above, self.rate, &self.figure, &ContactOptions::default());
+                let frame = frames.checked_sub(before + 1);
+                found[*side as usize] |= frame.is_some_and(|frame| at_rest[frame]);
+            }
+        }
+        found
+    }
 }

@@ -1,10 +1,13 @@
-//! Branches of an arm's solution: the three hinges of a shoulder can point the arm in one direction by several sets of
+//! Branches of a limb's solution: the three hinges of a shoulder can point the arm in one direction by several sets of
 //! angles, and each frame begins at the angles of the frame before, even where these lead into a corner of the limits.
+//! So can those of a hip, where a leg is crossed or raised.
 //!
-//! Where an arm is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
+//! Where a limb is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
 //! beginnings are tried, forwards and backwards. Of these tracks the best is taken in each frame, with a cost for each
 //! change of joints, so that one becomes another where they agree: the shortest path by dynamic programming
 //! (R. Bellman, 1957).
+
+use glam::DVec3;
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
@@ -13,7 +16,7 @@ use super::terms::{Goals, Terms, rotation_vector};
 use super::twin::Twin;
 use crate::scene::{HumanoidBone as Bone, Side};
 
-/// An arm is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
+/// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
 const SUSPECT: f64 = 0.12;
 const WINDOW: f64 = 0.2;
 
@@ -27,26 +30,37 @@ const BETTER: f64 = 0.6;
 const FIRST_STEPS: usize = 60;
 const STEPS: usize = 8;
 
+/// The square of the weight of an ankle's place, of a metre against a radian: 3 cm are as much as 20 degrees.
+const PLACE: f64 = 130.0;
+
 /// What a change of joints from frame to frame costs at 30 frames a second, in squares of radians, against the error of
-/// an arm in a frame.
+/// a limb in a frame.
 const CHANGE: f64 = 1.0;
 const RATE: f64 = 30.0;
 
-/// An arm: what it follows, and the positions of its joints.
+/// An arm or a leg: what it follows, and the positions of its joints.
 #[derive(Clone, Debug)]
-struct Arm {
+struct Limb {
     turns: Vec<usize>,
+    /// The body of a leg's foot, whose places are followed too.
+    foot: Option<usize>,
     positions: Vec<usize>,
     solver: Solver,
 }
 
-/// The arms of a robot.
+/// The arms and legs of a robot.
 #[derive(Clone, Debug)]
 pub(super) struct Branches {
-    arms: Vec<Arm>,
+    limbs: Vec<Limb>,
 }
 
-/// The positions of an arm in every frame, and its cost there.
+/// The bones of an arm and of a leg.
+const LIMBS: [[Bone; 3]; 2] = [
+    [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
+    [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot],
+];
+
+/// The positions of a limb in every frame, and its cost there.
 struct Track {
     positions: Vec<Vec<f64>>,
     costs: Vec<f64>,
@@ -54,29 +68,16 @@ struct Track {
 
 impl Branches {
     pub(super) fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
-        let arms = Side::ALL.map(|side| {
-            let bones = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
-            let found = twin.bones.iter().enumerate();
-            let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
-            let turns: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
-            let joints = found.flat_map(|(_, bone)| &bone.joints);
-            let mut used = vec![false; kinematics.bodies.len() - 1];
-            for joint in joints {
-                used[kinematics.body_of(*joint).0 - 1] = true;
-            }
-            let positions = (0..used.len()).filter(|position| used[*position]).collect();
-            Arm {
-                turns,
-                positions,
-                solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
-            }
-        });
+        let bones = LIMBS
+            .iter()
+            .flat_map(|bones| Side::ALL.map(|side| bones.map(|bone| bone.on(side))));
+        let limbs = bones.map(|bones| Limb::new(kinematics, twin, bones));
         Self {
-            arms: arms.into_iter().filter(|arm| !arm.positions.is_empty()).collect(),
+            limbs: limbs.filter(|limb| !limb.positions.is_empty()).collect(),
         }
     }
 
-    /// Takes for each arm the best path that is found.
+    /// Takes for each limb the best path that is found.
     pub(super) fn choose(
         &mut self,
         kinematics: &Kinematics,
@@ -84,13 +85,30 @@ impl Branches {
         bounds: &Bounds,
         motion: &mut RobotMotion,
     ) {
-        for arm in &mut self.arms {
-            arm.choose(kinematics, goals, bounds, motion);
+        for limb in &mut self.limbs {
+            limb.choose(kinematics, goals, bounds, motion);
         }
     }
 }
 
-impl Arm {
+impl Limb {
+    fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3]) -> Self {
+        let found = twin.bones.iter().enumerate();
+        let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
+        let turns: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
+        let mut used = vec![false; kinematics.bodies.len() - 1];
+        for joint in found.clone().flat_map(|(_, bone)| &bone.joints) {
+            used[kinematics.body_of(*joint).0 - 1] = true;
+        }
+        let mut feet = found.filter(|(_, bone)| bone.bone.on(Side::Left) == Bone::LeftFoot);
+        Self {
+            turns,
+            foot: feet.next().map(|(_, bone)| kinematics.body_of(bone.link).0),
+            positions: (0..used.len()).filter(|position| used[*position]).collect(),
+            solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
+        }
+    }
+
     fn choose(&mut self, kinematics: &Kinematics, goals: &[Goals], bounds: &Bounds, motion: &mut RobotMotion) {
         let goals: Vec<Goals> = goals.iter().map(|goals| self.own(goals)).collect();
         let mut pose = kinematics.rest();
@@ -110,7 +128,7 @@ impl Arm {
             return;
         }
         let mut follow = Follow {
-            arm: self,
+            limb: self,
             kinematics,
             goals: &goals,
             bounds,
@@ -140,18 +158,19 @@ impl Arm {
         }
     }
 
-    /// The goals of this arm alone.
+    /// The goals of this limb alone.
     fn own(&self, goals: &Goals) -> Goals {
+        let reaches = goals.reaches.iter().filter(|reach| self.foot == Some(reach.body));
         Goals {
             turns: self.turns.iter().map(|turn| goals.turns[*turn].clone()).collect(),
-            reaches: Vec::new(),
+            reaches: reaches.cloned().collect(),
         }
     }
 }
 
-/// Follows an arm; the other joints of the robot keep the angles of a motion.
+/// Follows a limb; the other joints of the robot keep the angles of a motion.
 struct Follow<'a> {
-    arm: &'a mut Arm,
+    limb: &'a mut Limb,
     kinematics: &'a Kinematics,
     goals: &'a [Goals],
     bounds: &'a Bounds,
@@ -159,19 +178,19 @@ struct Follow<'a> {
 }
 
 impl Follow<'_> {
-    /// The arm in a frame, from a beginning; returns its cost.
+    /// The limb in a frame, from a beginning; returns its cost.
     fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
         let mut pose = self.kinematics.rest();
         pose.root = self.motion.root[frame];
         pose.positions.copy_from_slice(self.motion.dof_of(frame));
-        for (at, value) in self.arm.positions.iter().zip(positions.iter()) {
+        for (at, value) in self.limb.positions.iter().zip(positions.iter()) {
             pose.positions[*at] = *value;
         }
         let goals = &self.goals[frame];
-        self.arm
+        self.limb
             .solver
             .solve(self.kinematics, goals, self.bounds, &mut pose, steps);
-        for (at, value) in self.arm.positions.iter().zip(positions) {
+        for (at, value) in self.limb.positions.iter().zip(positions) {
             *value = pose.positions[*at];
         }
         cost(goals, &pose)
@@ -181,7 +200,7 @@ impl Follow<'_> {
     /// either side.
     fn begin(&mut self, frame: usize) -> Option<(f64, Vec<f64>)> {
         let ranges: Vec<[f64; 2]> = self
-            .arm
+            .limb
             .positions
             .iter()
             .map(|at| [self.bounds.lower[*at], self.bounds.upper[*at]].map(|limit| limit.clamp(-3.2, 3.2)))
@@ -219,18 +238,22 @@ impl Follow<'_> {
     }
 }
 
-/// How far a pose is from goals that are turns, in squares of radians by their weights.
+/// How far a pose is from goals, in squares of radians by their weights.
 fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
-    let costs = goals.turns.iter().map(|turn| {
+    let turns = goals.turns.iter().map(|turn| {
         let rotation = pose.bodies[turn.body].rotation;
         let apart = rotation_vector(turn.target * rotation.inverse());
         let along = (rotation * turn.weight_axes).inverse() * apart;
         (turn.weights * along * along).element_sum()
     });
-    costs.sum()
+    let places = goals.reaches.iter().map(|reach| {
+        let apart = reach.target - pose.bodies[reach.body].point(reach.point);
+        (reach.weight.min(DVec3::splat(PLACE)) * apart * apart).element_sum()
+    });
+    turns.sum::<f64>() + places.sum::<f64>()
 }
 
-/// The worst frames of an arm, where it is far off for a while.
+/// The worst frames of a limb, where it is far off for a while.
 fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
     let half = (0.5 * WINDOW * fps).ceil().min(costs.len() as f64) as usize;
     let mean = |frame: usize| {

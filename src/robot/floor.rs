@@ -38,11 +38,8 @@ const REACH: f64 = 3.0;
 /// How far the robot is brought down in each frame: as far as the lower foot that stands is above the floor, between
 /// such frames smoothly from one to the next. `heights` are those of both soles.
 pub(super) fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64> {
-    let standing = heights.iter().zip(contacts).map(|(heights, stands)| {
-        let heights = heights.iter().zip(stands).filter(|(_, stands)| **stands);
-        let lower = heights.map(|(height, _)| *height).reduce(f64::min)?;
-        (lower <= HIGHEST).then_some(lower.max(0.0))
-    });
+    let standing = heights.iter().zip(contacts);
+    let standing = standing.map(|(heights, stands)| standing_height(heights, *stands));
     let known: Vec<(usize, f64)> = standing
         .enumerate()
         .filter_map(|(frame, height)| Some((frame, height?)))
@@ -58,6 +55,13 @@ pub(super) fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> V
     }
     drops.resize(heights.len(), last.1);
     smooth(&drops, BELL * fps)
+}
+
+/// How far the lower foot that stands is above the floor; `None` where none stands, or on something else.
+pub(super) fn standing_height(heights: &[f64; 2], stands: [bool; 2]) -> Option<f64> {
+    let heights = heights.iter().zip(stands).filter(|(_, stands)| *stands);
+    let lower = heights.map(|(height, _)| *height).reduce(f64::min)?;
+    (lower <= HIGHEST).then_some(lower.max(0.0))
 }
 
 /// The mean of values under Gauss's bell of this deviation, in frames.

@@ -10,6 +10,9 @@ use super::twin::{Twin, TwinBone};
 use crate::scene::robot::Placement;
 use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId};
 
+/// How long a lift above the floor takes to come and to go, in seconds.
+pub(super) const LIFT: f64 = 0.15;
+
 /// A motion on a robot.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
@@ -37,6 +40,26 @@ impl Measured<'_> {
             })
         });
         frames.collect()
+    }
+
+    /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor.
+    pub(super) fn raised(&self) -> Vec<f64> {
+        let below = self
+            .sole_heights()
+            .into_iter()
+            .map(|[left, right]| (-left.min(right)).max(0.0));
+        let below: Vec<f64> = below.collect();
+        let half = (0.5 * LIFT * self.motion.fps).ceil().min(1e6) as usize;
+        let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(below.len());
+        // The largest of a window, then the mean of those: at least what is needed, and without a jump.
+        let largest: Vec<f64> = (0..below.len())
+            .map(|frame| below[window(frame)].iter().copied().fold(0.0, f64::max))
+            .collect();
+        let mean = |frame: usize| {
+            let near = &largest[window(frame)];
+            near.iter().sum::<f64>() / near.len().max(1) as f64
+        };
+        (0..below.len()).map(mean).collect()
     }
 
     /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames

@@ -8,6 +8,7 @@ pub use self::stream::RobotStream;
 use super::branches::Branches;
 use super::collision::Collisions;
 use super::feasibility::feasibility;
+use super::fingers::Fingers;
 use super::floor::{Floor, drops};
 use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
@@ -100,25 +101,23 @@ const STEPS: usize = 8;
 /// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
 const WHOLE_RATE: f64 = 1e-4;
 
-/// How long a lift above the floor takes to come and to go, in seconds.
-const LIFT: f64 = 0.15;
-
 /// Puts the motions of one source on a robot.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug)]
 pub struct RobotRetargeter {
-    robot: Robot,
-    twin: Twin,
-    options: RobotOptions,
-    source_bones: Humanoid,
-    retargeter: Retargeter,
-    kinematics: Kinematics,
-    collisions: Collisions,
+    pub(super) robot: Robot,
+    pub(super) twin: Twin,
+    pub(super) options: RobotOptions,
+    pub(super) source_bones: Humanoid,
+    pub(super) retargeter: Retargeter,
+    pub(super) kinematics: Kinematics,
+    pub(super) collisions: Collisions,
     solver: Solver,
-    following: Following,
+    pub(super) following: Following,
     branches: Branches,
-    windows: Windows,
+    pub(super) fingers: Fingers,
+    pub(super) windows: Windows,
     /// Where the source faces in each frame, for a robot whose base stays.
     headings: Vec<DQuat>,
 }
@@ -139,6 +138,7 @@ impl RobotRetargeter {
         let terms = Terms::new(&kinematics, &following.goals);
         Ok(Self {
             branches: Branches::new(&kinematics, &twin),
+            fingers: Fingers::new(robot, &kinematics, &twin, source, &bones),
             windows: Windows::new(terms.clone()),
             solver: Solver::new(terms),
             collisions: Collisions::new(robot, &kinematics),
@@ -178,6 +178,7 @@ impl RobotRetargeter {
             let limits = self.limits();
             self.branches.choose(&self.kinematics, &goals, &limits, &mut motion);
         }
+        self.fingers.apply(&self.kinematics, source, animation, &mut motion);
         let turns = SourceTurns::new(source, animation, &self.source_bones);
         let steps = Steps::new(&self.kinematics, &self.twin, &goals, turns, motion.fps);
         if self.options.passes < 2 {
@@ -207,8 +208,12 @@ impl RobotRetargeter {
         match self.following.stand {
             // What is left of its goals: micrometres.
             Some(stand) => motion.root.fill(stand),
-            None if self.options.floor != Floor::Keep => self.lift(&mut motion),
-            None => {}
+            None => {
+                let raised = self.raised(&motion);
+                for (root, raised) in motion.root.iter_mut().zip(raised) {
+                    root.translation.z += raised;
+                }
+            }
         }
         let measured = self.measured(&motion);
         let as_twin = measured.as_twin();
@@ -267,47 +272,53 @@ impl RobotRetargeter {
         let frames = animation.frame_count();
         let binding = Binding::new(&self.twin.scene, held);
         let mut twin = Pose::rest(&self.twin.scene);
-        let mut pose = self.kinematics.rest();
-        let limits = self.limits();
         let drops = self.drops(held, animation.ticks_per_second, &contacts);
         let mut motion = RobotMotion {
             name: animation.name.clone(),
             fps: rate(animation.ticks_per_second),
             root: Vec::with_capacity(frames),
-            dof_pos: Vec::with_capacity(frames * pose.positions.len()),
+            dof_pos: Vec::with_capacity(frames * (self.kinematics.bodies.len() - 1)),
             dof_names: self.robot.dof_names(),
             contacts,
         };
-        let mut stands = [Stand::default(), Stand::default()];
+        let mut followed = Followed::new(&self.kinematics);
         self.headings.clear();
-        let returned = returned(animation.ticks_per_second);
         for (frame, drop) in drops.into_iter().enumerate() {
             twin.sample(&binding, held, frame as f64);
-            self.following.aim(&twin, drop);
+            let contacts = motion.contacts[frame];
+            self.next(&mut followed, &twin, drop, contacts, animation.ticks_per_second);
             self.headings.push(self.following.heading);
-            for (side, stand) in stands.iter_mut().enumerate() {
-                let is_held = self.options.lock_feet && frame > 0 && motion.contacts[frame][side];
-                self.following
-                    .hold(side, stand, is_held && motion.contacts[frame - 1][side], returned);
-            }
-            let bounds = match frame {
-                0 => {
-                    self.begin(&mut pose);
-                    limits.clone()
-                }
-                _ => self.reachable(&limits, &pose, animation.ticks_per_second),
-            };
-            let steps = if frame == 0 { FIRST_STEPS } else { STEPS };
-            self.solver
-                .solve(&self.kinematics, &self.following.goals, &bounds, &mut pose, steps);
-            for (side, stand) in stands.iter_mut().enumerate() {
-                self.following.keep(side, stand, &pose);
-            }
             goals.push(self.following.goals.clone());
+            let pose = &followed.pose;
             motion.root.push(continued(pose.root, motion.root.last()));
             motion.dof_pos.extend(&pose.positions);
         }
         motion
+    }
+
+    /// Follows the twin into its next frame, brought down by `drop`.
+    pub(super) fn next(&mut self, followed: &mut Followed, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
+        self.following.aim(twin, drop);
+        let returned = returned(fps);
+        for (side, stand) in followed.stands.iter_mut().enumerate() {
+            let stood = followed.contacts.is_some_and(|before| before[side]);
+            let is_held = self.options.lock_feet && contacts[side] && stood;
+            self.following.hold(side, stand, is_held, returned);
+        }
+        let limits = self.limits();
+        let (bounds, steps) = match followed.contacts {
+            None => {
+                self.begin(&mut followed.pose);
+                (limits, FIRST_STEPS)
+            }
+            Some(_) => (self.reachable(&limits, &followed.pose, fps), STEPS),
+        };
+        let (goals, pose) = (&self.following.goals, &mut followed.pose);
+        self.solver.solve(&self.kinematics, goals, &bounds, pose, steps);
+        for (side, stand) in followed.stands.iter_mut().enumerate() {
+            self.following.keep(side, stand, &followed.pose);
+        }
+        followed.contacts = Some(contacts);
     }
 
     /// How far the robot is brought down in each frame, so that its floor is where the options have it.
@@ -344,7 +355,7 @@ impl RobotRetargeter {
         self.kinematics.update(pose);
     }
 
-    fn limits(&self) -> Bounds {
+    pub(super) fn limits(&self) -> Bounds {
         let bodies = &self.kinematics.bodies[1..];
         Bounds {
             lower: bodies.iter().map(|body| body.limits.lower).collect(),
@@ -377,20 +388,11 @@ impl RobotRetargeter {
         }
     }
 
-    /// Raises the robot smoothly wherever a sole would be below the floor.
-    fn lift(&self, motion: &mut RobotMotion) {
-        let heights = self.measured(motion).sole_heights();
-        let below = heights.into_iter().map(|[left, right]| (-left.min(right)).max(0.0));
-        let below: Vec<f64> = below.collect();
-        let half = (0.5 * LIFT * motion.fps).ceil().min(1e6) as usize;
-        let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(below.len());
-        // The largest of a window, then the mean of those: at least what is needed, and without a jump.
-        let largest: Vec<f64> = (0..below.len())
-            .map(|frame| below[window(frame)].iter().copied().fold(0.0, f64::max))
-            .collect();
-        for (frame, root) in motion.root.iter_mut().enumerate() {
-            let near = &largest[window(frame)];
-            root.translation.z += near.iter().sum::<f64>() / near.len().max(1) as f64;
+    /// How far the robot is raised in each frame, smoothly, wherever a sole would be below the floor.
+    pub(super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Keep => vec![0.0; motion.frames()],
+            _ => self.measured(motion).raised(),
         }
     }
 
@@ -409,6 +411,25 @@ impl RobotRetargeter {
     }
 }
 
+/// The robot and its feet in the frame that was followed last.
+#[derive(Clone, Debug)]
+pub(super) struct Followed {
+    pub(super) pose: RobotPose,
+    stands: [Stand; 2],
+    /// Which feet stood; `None` before the first frame.
+    contacts: Option<[bool; 2]>,
+}
+
+impl Followed {
+    pub(super) fn new(kinematics: &Kinematics) -> Self {
+        Self {
+            pose: kinematics.rest(),
+            stands: Default::default(),
+            contacts: None,
+        }
+    }
+}
+
 /// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
 fn rate(fps: f64) -> f64 {
     let whole = fps.round();
@@ -419,7 +440,7 @@ fn rate(fps: f64) -> f64 {
 }
 
 /// The same rotation on the shorter arc from the frame before.
-fn continued(root: Placement, before: Option<&Placement>) -> Placement {
+pub(super) fn continued(root: Placement, before: Option<&Placement>) -> Placement {
     let turned_away = before.is_some_and(|before| before.rotation.dot(root.rotation) < 0.0);
     Placement {
         rotation: if turned_away { -root.rotation } else { root.rotation },

@@ -8,7 +8,7 @@ use glam::Quat;
 use crate::figure::Humanoid;
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::HumanoidBone as Bone;
-use crate::scene::{Animation, Scene, Side};
+use crate::scene::{Animation, NodeId, Scene, Side};
 
 /// The trunk, and the arms and legs of both sides.
 pub(super) const LIMBS: usize = 5;
@@ -40,43 +40,57 @@ const BONES: [Bone; 20] = [
 /// The rotations of the joints in each frame.
 #[derive(Clone, Debug)]
 pub(super) struct SourceTurns {
-    /// Of which limb the joint is, and its rotation to its parent; that of the hips to the world.
-    tracks: Vec<(usize, Vec<Quat>)>,
+    /// Each bone, its joint, and the rotation of that to its parent in each frame; that of the hips to the world.
+    tracks: Vec<(Bone, NodeId, Vec<Quat>)>,
 }
 
 impl SourceTurns {
-    pub(super) fn new(source: &Scene, animation: &Animation, bones: &Humanoid) -> Self {
-        let joints: Vec<_> = BONES
+    /// Those of no frame yet.
+    pub(super) fn empty(bones: &Humanoid) -> Self {
+        let joints = BONES
             .into_iter()
-            .filter_map(|bone| Some((bone, bones.joint(bone)?)))
-            .collect();
-        let frames = animation.frame_count();
-        let mut tracks: Vec<(usize, Vec<Quat>)> = joints
-            .iter()
-            .map(|(bone, _)| (limb(*bone), Vec::with_capacity(frames)))
-            .collect();
+            .filter_map(|bone| Some((bone, bones.joint(bone)?, Vec::new())));
+        Self {
+            tracks: joints.collect(),
+        }
+    }
+
+    pub(super) fn new(source: &Scene, animation: &Animation, bones: &Humanoid) -> Self {
+        let mut turns = Self::empty(bones);
         let binding = Binding::new(source, animation);
         let mut pose = Pose::rest(source);
-        for frame in 0..frames {
+        for frame in 0..animation.frame_count() {
             pose.sample(&binding, animation, frame as f64);
-            for ((bone, joint), (_, track)) in joints.iter().zip(&mut tracks) {
-                let matrices = match bone {
-                    Bone::Hips => &pose.node_to_world,
-                    _ => &pose.node_to_parent,
-                };
-                track.push(Trs::from_matrix(matrices[joint.index()]).rotation);
-            }
+            turns.push(&pose);
         }
-        Self { tracks }
+        turns
+    }
+
+    /// Adds a frame.
+    pub(super) fn push(&mut self, pose: &Pose) {
+        for (bone, joint, track) in &mut self.tracks {
+            let matrices = match bone {
+                Bone::Hips => &pose.node_to_world,
+                _ => &pose.node_to_parent,
+            };
+            track.push(Trs::from_matrix(matrices[joint.index()]).rotation);
+        }
+    }
+
+    /// Forgets the first frames.
+    pub(super) fn forget(&mut self, frames: usize) {
+        self.tracks
+            .iter_mut()
+            .for_each(|(_, _, track)| drop(track.drain(..frames)));
     }
 
     /// How far the joint of each limb turns that turns farthest from one frame to another, in radians. Those of the
     /// other side count too, since some devices name the sides as a mirror shows them.
     pub(super) fn between(&self, from: usize, to: usize) -> [f64; LIMBS] {
         let mut found = [0.0; LIMBS];
-        for (limb, track) in &self.tracks {
+        for (bone, _, track) in &self.tracks {
             let by = f64::from(track[from].angle_between(track[to]));
-            let both: &[usize] = match limb {
+            let both: &[usize] = match limb(*bone) {
                 0 => &[0],
                 1 | 2 => &[1, 2],
                 _ => &[3, 4],

@@ -4,8 +4,9 @@
 //! Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to frame.
 //! Only frames that are at most two apart have terms in common, and those by joint, so that the normal equations are a
 //! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass; steps that are
-//! longer than [`Steps`] allows are taken back, and held back by a term in the next round. Windows overlap: the frames
-//! before a window stay, those at its end are solved again in the next.
+//! longer than [`Steps`] allows are taken back, and held back by a term in the next round. A round solves the frames
+//! again that still moved in the round before, with those near them. Windows overlap: the frames before a window stay,
+//! those at its end are solved again in the next.
 
 use std::ops::Range;
 
@@ -19,6 +20,7 @@ use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms, rotation_vector};
+use crate::scene::robot::Placement;
 
 /// Frames of a window, and how many of them the next window solves again.
 const FRAMES: usize = 192;
@@ -27,8 +29,14 @@ const OVERLAP: usize = 32;
 /// Rounds of Gauss-Newton at most: three are enough where nothing reaches its limits.
 const ROUNDS: usize = 10;
 
-/// A round whose largest step is below this is the last, in radians or metres.
+/// The same of a window in which one frame is new.
+const LIVE_ROUNDS: usize = 3;
+
+/// A frame that moved by less than this in a round is solved, in radians or metres.
 const SMALL: f64 = 1e-3;
+
+/// How far from a frame that moved frames are solved again, in seconds: some times the reach of what makes it smooth.
+const NEAR: f64 = 0.2;
 
 /// The largest step of a frame in a round.
 const LARGEST: f64 = 0.5;
@@ -93,24 +101,71 @@ impl Windows {
         let mut begin = 0;
         while begin < frames {
             let end = (begin + FRAMES).min(frames);
-            self.window(kinematics, bound, motion, begin..end);
+            self.window(kinematics, bound, motion, begin..end, ROUNDS);
             begin = if end == frames { frames } else { end - OVERLAP };
         }
     }
 
-    fn window(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion, range: Range<usize>) {
-        for _ in 0..ROUNDS {
-            let size = self.terms.size();
-            self.band.reset(size * range.len(), 2 * size);
-            self.add_poses(kinematics, bound, motion, range.clone());
-            self.add_root(motion, range.clone());
-            self.add_joints(bound, motion, range.clone());
-            self.fix(bound, motion, range.clone());
-            self.band.solve();
-            if self.apply(kinematics, bound, motion, range.clone()) < SMALL {
+    /// Makes the last frames of a motion smooth, those from `begin`, in which a frame has come; `first` is what the
+    /// first pass made of the same frames.
+    pub(super) fn slide(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        first: &RobotMotion,
+        motion: &mut RobotMotion,
+        begin: usize,
+    ) {
+        self.want(bound, first);
+        let range = begin..motion.frames();
+        self.window(kinematics, bound, motion, range, LIVE_ROUNDS);
+    }
+
+    /// Solves the frames of a window, which begins where `range` does and ends where the motion is still free.
+    fn window(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        motion: &mut RobotMotion,
+        range: Range<usize>,
+        rounds: usize,
+    ) {
+        let mut parts = vec![range.clone()];
+        for _ in 0..rounds {
+            let before = Copied::of(motion, range.clone());
+            for part in parts {
+                self.solve(kinematics, bound, motion, part, range.end);
+            }
+            self.keep(kinematics, bound, motion, range.clone());
+            parts = near(&before.moved(motion, range.clone()), range.start, NEAR * motion.fps);
+            if parts.is_empty() {
                 break;
             }
         }
+    }
+
+    /// A step of Gauss-Newton of the frames of a part of a window that ends at `end`; the others stay.
+    fn solve(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        motion: &mut RobotMotion,
+        part: Range<usize>,
+        end: usize,
+    ) {
+        let size = self.terms.size();
+        self.band.reset(size * part.len(), 2 * size);
+        self.add_poses(kinematics, bound, motion, part.clone());
+        // Of the frames after the part two have terms in common with it.
+        let rows = Rows {
+            part: part.clone(),
+            terms: part.start.max(1)..(part.end + 2).min(end),
+        };
+        self.add_root(motion, &rows);
+        self.add_joints(bound, motion, &rows);
+        self.fix(bound, motion, part.clone());
+        self.band.solve();
+        self.apply(bound, motion, part);
     }
 
     /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bells.
@@ -175,11 +230,11 @@ impl Windows {
         }
     }
 
-    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames; frames before
-    /// the window stay.
-    fn add(&mut self, begin: usize, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
+    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames; frames that are
+    /// not in the part stay.
+    fn add(&mut self, part: &Range<usize>, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
         let size = self.terms.size();
-        let here = |frame: usize| Some((frame.checked_sub(begin)?) * size + unknown);
+        let here = |frame: usize| part.contains(&frame).then(|| (frame - part.start) * size + unknown);
         for (offset, &(frame, factor)) in factors.iter().enumerate() {
             let Some(row) = here(frame) else { continue };
             self.band.right[row] -= weight * factor * error;
@@ -191,13 +246,13 @@ impl Windows {
         }
     }
 
-    fn add_root(&mut self, motion: &RobotMotion, range: Range<usize>) {
+    fn add_root(&mut self, motion: &RobotMotion, rows: &Rows) {
         let fps = motion.fps;
         let velocity = VELOCITY * fps * fps;
         let [along, about] = BASE_ACCELERATION.map(|weight| weight * fps.powi(4));
         let size = self.terms.size();
         let step = |frame: usize| root_step(motion, frame);
-        for frame in range.start.max(1)..range.end {
+        for frame in rows.terms.clone() {
             let (translation, turn) = step(frame);
             let before = (frame > 1).then(|| step(frame - 1));
             for axis in 0..3 {
@@ -207,19 +262,19 @@ impl Windows {
                 ];
                 for (unknown, velocity, acceleration, now) in rates {
                     let pair = [(frame - 1, -1.0), (frame, 1.0)];
-                    self.add(range.start, unknown, &pair, velocity, now);
+                    self.add(&rows.part, unknown, &pair, velocity, now);
                     if let Some((translation, turn)) = before {
                         let was = if unknown < 3 { translation[axis] } else { turn[axis] };
                         let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
                         let wanted = self.wanted[frame * size + unknown];
-                        self.add(range.start, unknown, &three, acceleration, now - was - wanted);
+                        self.add(&rows.part, unknown, &three, acceleration, now - was - wanted);
                     }
                 }
             }
         }
     }
 
-    fn add_joints(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+    fn add_joints(&mut self, bound: &Bound<'_>, motion: &RobotMotion, rows: &Rows) {
         let fps = motion.fps;
         let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
         let count = motion.dof_names.len();
@@ -227,19 +282,19 @@ impl Windows {
             let position = self.terms.positions[index];
             let at = |frame: usize| motion.dof_pos[frame * count + position];
             let unknown = ROOT + index;
-            for frame in range.start.max(1)..range.end {
+            for frame in rows.terms.clone() {
                 let step = at(frame) - at(frame - 1);
                 let pair = [(frame - 1, -1.0), (frame, 1.0)];
-                self.add(range.start, unknown, &pair, velocity, step);
+                self.add(&rows.part, unknown, &pair, velocity, step);
                 let most = bound.steps.most(frame, position);
                 if step.abs() >= most * (1.0 - 1e-9) {
-                    self.add(range.start, unknown, &pair, TOO_LONG, step - most.copysign(step));
+                    self.add(&rows.part, unknown, &pair, TOO_LONG, step - most.copysign(step));
                 }
                 if frame > 1 {
                     let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
                     let change = step - (at(frame - 1) - at(frame - 2));
                     let wanted = self.wanted[frame * self.terms.size() + unknown];
-                    self.add(range.start, unknown, &three, acceleration, change - wanted);
+                    self.add(&rows.part, unknown, &three, acceleration, change - wanted);
                 }
             }
         }
@@ -260,20 +315,12 @@ impl Windows {
         }
     }
 
-    /// Moves the frames by the solution; returns the largest step.
-    fn apply(
-        &mut self,
-        kinematics: &Kinematics,
-        bound: &Bound<'_>,
-        motion: &mut RobotMotion,
-        range: Range<usize>,
-    ) -> f64 {
+    /// Moves the frames by the solution.
+    fn apply(&mut self, bound: &Bound<'_>, motion: &mut RobotMotion, part: Range<usize>) {
         let (size, count) = (self.terms.size(), motion.dof_names.len());
-        let mut greatest = 0.0_f64;
-        for (index, frame) in range.clone().enumerate() {
+        for (index, frame) in part.enumerate() {
             let step = &self.band.right[index * size..(index + 1) * size];
             let largest = step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));
-            greatest = greatest.max(largest);
             let scale = (LARGEST / largest).min(1.0);
             motion.root[frame] = moved(&motion.root[frame], std::array::from_fn(|index| scale * step[index]));
             for (offset, &position) in self.terms.positions.iter().enumerate() {
@@ -282,6 +329,11 @@ impl Windows {
                 *at = (*at + scale * step[ROOT + offset]).max(lower).min(upper);
             }
         }
+    }
+
+    /// Takes back what is too long of the steps of a window.
+    fn keep(&self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion, range: Range<usize>) {
+        let count = motion.dof_names.len();
         let mut values = Vec::with_capacity(range.len());
         for &position in &self.terms.positions {
             values.clear();
@@ -302,8 +354,57 @@ impl Windows {
                 motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
             }
         }
-        greatest
     }
+}
+
+/// The frames that a step solves, and those whose changes it has terms of.
+struct Rows {
+    part: Range<usize>,
+    terms: Range<usize>,
+}
+
+/// Frames as they were.
+struct Copied {
+    root: Vec<Placement>,
+    dof_pos: Vec<f64>,
+}
+
+impl Copied {
+    fn of(motion: &RobotMotion, range: Range<usize>) -> Self {
+        let count = motion.dof_names.len();
+        Self {
+            root: motion.root[range.clone()].to_vec(),
+            dof_pos: motion.dof_pos[range.start * count..range.end * count].to_vec(),
+        }
+    }
+
+    /// How far each frame has moved, in radians or metres: the largest change.
+    fn moved(&self, motion: &RobotMotion, range: Range<usize>) -> Vec<f64> {
+        let count = motion.dof_names.len();
+        let moved = |(index, frame): (usize, usize)| {
+            let (was, is) = (&self.root[index], &motion.root[frame]);
+            let far = (is.translation - was.translation).abs().max_element();
+            let turned = rotation_vector(is.rotation * was.rotation.inverse()).length();
+            let was = &self.dof_pos[index * count..(index + 1) * count];
+            let joints = was.iter().zip(motion.dof_of(frame)).map(|(was, is)| (is - was).abs());
+            joints.fold(far.max(turned), f64::max)
+        };
+        range.enumerate().map(moved).collect()
+    }
+}
+
+/// The frames that are at most so many from one that has moved, counted from the first.
+fn near(moved: &[f64], first: usize, reach: f64) -> Vec<Range<usize>> {
+    let reach = reach.ceil().max(2.0) as usize;
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for (index, _) in moved.iter().enumerate().filter(|(_, moved)| **moved >= SMALL) {
+        let (begin, end) = (index.saturating_sub(reach), (index + reach + 1).min(moved.len()));
+        match parts.last_mut() {
+            Some(last) if first + begin <= last.end => last.end = first + end,
+            _ => parts.push(first + begin..first + end),
+        }
+    }
+    parts
 }
 
 /// Smooths columns of the rows of frames by Gauss's bell of a deviation in frames. The first row is no step, and stays
@@ -331,4 +432,18 @@ fn root_step(motion: &RobotMotion, frame: usize) -> (DVec3, DVec3) {
     let (from, to) = (&motion.root[frame - 1], &motion.root[frame]);
     let turn = rotation_vector(to.rotation * from.rotation.inverse());
     (to.translation - from.translation, turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_near_those_that_moved_are_solved_again() {
+        let mut moved = vec![0.0; 40];
+        (moved[3], moved[20], moved[24]) = (1.0, SMALL, 1.0);
+        moved[30] = 0.5 * SMALL;
+        assert_eq!(near(&moved, 100, 4.0), [100..108, 116..129]);
+        assert!(near(&[0.0; 9], 0, 4.0).is_empty());
+    }
 }

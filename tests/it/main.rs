@@ -105,6 +105,7 @@ mod robot_dynamics;
 mod robot_elbows;
 mod robot_kinds;
 mod robot_passes;
+mod robot_stream;
 mod robot_verdict;
 mod robots;
 mod roll;

@@ -2,6 +2,7 @@
 slide, limits, and where the limbs point. One line a clip; exit code 1 where a bound is not kept."""
 
 import argparse
+import io
 import json
 import os
 import pathlib
@@ -227,6 +228,41 @@ def source_joints(mocap, motion, folder):
     return places
 
 
+# A stream is seen 0.6 s at a time: soles that stand may slide so much more than in the source, in metres a second.
+LIVE_SLIDE = 0.02
+
+
+def live(judge, mocap, motion, folder, failures):
+    """A motion that is played on the robot as it comes: limits, floor, slide and limbs, of the rows that `mocap play` prints."""
+    done, _ = run(mocap, "robot", motion, "--robot", judge.urdf, "-o", folder / "a.npz", "--json")
+    assert done.returncode == 0, done.stderr
+    report, written = json.loads(done.stdout), np.load(folder / "a.npz")
+    done, seconds = run(mocap, "play", motion, "--robot", judge.urdf)
+    assert done.returncode == 0, done.stderr
+    rows = np.loadtxt(io.StringIO(done.stdout), delimiter=",")
+    # A rest pose before the motion is played, and left out of the whole.
+    rows = rows[len(rows) - len(written["dof_pos"]) :]
+    places, rotations = judge.poses(np.concatenate([rows[:, :3], rows[:, [6, 3, 4, 5]], rows[:, 7:]], axis=1))
+    fps = float(written["fps"])
+    share, deepest, skate = judge.feet(places, rotations, written["contacts"], fps)
+    beyond = judge.limits({"dof_names": written["dof_names"], "dof_pos": rows[:, 7:]})
+    mean = float(np.mean(list(judge.limbs(rotations, source_joints(mocap, motion, folder)).values())))
+    apart = float(np.abs(rows[:, 7:] - written["dof_pos"]).mean())
+    what, source = f"{judge.key} {motion.name} as it comes", report["source_skate"]
+    for is_wrong, why in [
+        (beyond > 0, f"{beyond} positions beyond a limit"),
+        (share > 0.01, f"soles below the floor in {100 * share:.1f} % of frames"),
+        (skate > source + LIVE_SLIDE, f"feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}"),
+        (mean > 5, f"limbs are {mean:.1f} degrees off"),
+    ]:
+        if is_wrong:
+            failures.append(f"{what}: {why}")
+    print(
+        f"{what}: limbs {mean:.2f} deg, joints {apart:.3f} rad from the whole motion, below {100 * share:.1f} % (deepest {1000 * deepest:.1f} mm), "
+        f"slide {100 * skate:.2f} of {100 * source:.2f} cm/s, limits {beyond}, {1000 * seconds / len(rows):.2f} ms a frame"
+    )
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--all", action="store_true", help="every motion of the folders")
@@ -245,6 +281,10 @@ def main():
                 line = check(judge, mocap, motion, pathlib.Path(folder), failures)
             if line:
                 print(f"{key} {motion.name:36} {line}", flush=True)
+        walk = next((motion for motion in motions if motion.name == SAMPLE[0]), None)
+        if walk:
+            with tempfile.TemporaryDirectory() as folder:
+                live(judge, mocap, walk, pathlib.Path(folder), failures)
     for failure in failures:
         print("FAIL", failure)
     sys.exit(bool(failures))

@@ -1,9 +1,9 @@
 """Measures motions on robots in MuJoCo, beyond the bounds of `check.py`: jumps that nothing in the source explains, the
 acceleration of joints, velocities beyond the limits, and what `check.py` has too. One row a clip, and the worst at the end.
 
-    MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [-- OPTION...]
+    MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [--table] [-- OPTION...]
 
-Options after `--` go to `mocap robot`. `--against` names the JSON of another program; the ratio of accelerations and the
+`--table` prints the rows as a table of Markdown, with how long a robot stands that track.py plays the motion on. Options after `--` go to `mocap robot`. `--against` names the JSON of another program; the ratio of accelerations and the
 difference of angles are then printed too. A position beyond a limit is a failure, and so is a motion that is
 called good beyond a bound of GOOD."""
 
@@ -19,6 +19,7 @@ import mujoco
 import numpy as np
 
 from check import ROBOTS, ROOT, Judge, run, source_joints
+from track import track, world
 
 # A joint that moves farther than this in WINDOW seconds jumps, where no joint of that limb of the source, or of the trunk,
 # turns by half of it in the same time.
@@ -90,7 +91,7 @@ def velocity_limits(urdf):
     return limits
 
 
-def measured(judge, mocap, motion, folder, options):
+def measured(judge, mocap, motion, folder, options, simulated=None):
     done, seconds = run(mocap, "robot", motion, "--robot", judge.urdf, "-o", folder / "a.npz", "--json", *options)
     if done.returncode:
         return None
@@ -110,8 +111,12 @@ def measured(judge, mocap, motion, folder, options):
     names = [str(name) for name in written["dof_names"]]
     fast = sum(int((speed[:, i] > limits[name] * (1 + 1e-6)).sum()) for i, name in enumerate(names) if name in limits)
     acceleration = np.abs(np.diff(positions, 2, axis=0)) * fps**2
+    stands = None
+    if simulated is not None:
+        stands, *_ = track(simulated, written["dof_names"], np.concatenate([root, positions], axis=1), fps)
     row = {
         "robot": judge.key,
+        "stands": stands,
         "clip": motion.name,
         "frames": len(positions),
         "fps": fps,
@@ -135,6 +140,24 @@ def measured(judge, mocap, motion, folder, options):
     return row
 
 
+HEADING = [
+    "clip", "robot", "seconds", "limbs, degrees", "jumps, %", "beyond limits", "acceleration, rad/s2", "slide, cm/s more",
+    "below the floor, %", "collide, %", "stands, s", "verdict",
+]  # fmt: skip
+
+
+def cells(row):
+    """A row of the table."""
+    more = row["more_skate"]
+    collide = row["collide"] if row["collide"] is not None else row["own_collide"]
+    return [
+        f"`{row['clip'].rsplit('.', 1)[0]}`", row["robot"].upper(), f"{(row['frames'] - 1) / row['fps']:.1f}",
+        "-" if row["degrees"] is None else f"{row['degrees']:.1f}", f"{100 * row['jumps']:.1f}",
+        row["beyond_position"] + row["beyond_velocity"], f"{row['acceleration_99']:.0f}", "-" if more is None else f"{100 * more:.1f}",
+        f"{100 * row['below']:.1f}", f"{100 * collide:.1f}", "-" if row["stands"] is None else f"{row['stands']:.1f}", row["verdict"],
+    ]  # fmt: skip
+
+
 def line(row, before):
     skate, source = row["skate"], row["source_skate"]
     more = f"{100 * (skate - source):+6.2f}" if skate is not None and source is not None else "     -"
@@ -155,6 +178,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--json", type=pathlib.Path, help="write the rows to this file")
     parser.add_argument("--against", type=pathlib.Path, help="rows of another program")
+    parser.add_argument("--table", action="store_true", help="print the rows as a table of Markdown")
     parser.add_argument("--only", default="", help="clips whose names have this in them")
     parser.add_argument("options", nargs="*", help="options of mocap robot")
     args = parser.parse_args()
@@ -166,14 +190,19 @@ def main():
     if args.against:
         before = {(row["robot"], row["clip"]): row for row in json.loads(args.against.read_text())}
     rows = []
+    if args.table:
+        print("|", " | ".join(HEADING), "|")
+        print("|---" * len(HEADING) + "|")
     for key in ROBOTS:
         judge = Judge(mocap, key)
+        simulated = world(judge.urdf, judge.mjcf) if args.table else None
         for motion in motions:
             with tempfile.TemporaryDirectory() as folder:
-                row = measured(judge, mocap, motion, pathlib.Path(folder), args.options)
+                row = measured(judge, mocap, motion, pathlib.Path(folder), args.options, simulated)
             if row:
                 rows.append(row)
-                print(line(row, before.get((key, motion.name))), flush=True)
+                text = "| " + " | ".join(map(str, cells(row))) + " |" if args.table else line(row, before.get((key, motion.name)))
+                print(text, flush=True)
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
     total(rows, before)

@@ -115,7 +115,7 @@ fn main() -> ExitCode {
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::Mcp(args) => commands::mcp::run(args),
         Command::Record(args) => commands::live::record(args),
-        Command::Play(args) => commands::live::play(args),
+        Command::Play(args) => commands::play_robot::play(args),
         Command::Bridge(args) => commands::live::bridge(args),
         Command::View(args) => commands::view::run(args),
         Command::Sheet(args) => commands::sheet::run(args, &given),

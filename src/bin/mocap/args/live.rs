@@ -28,13 +28,17 @@ pub(crate) struct RecordArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlayArgs {
-    /// The motion file, of a humanoid; - is standard input. With --clean also vmc:PORT or vmc:ADDRESS:PORT, a stream
-    /// that is sent on as it comes
+    /// The motion file, of a humanoid; - is standard input. With --clean or --robot also vmc:PORT or vmc:ADDRESS:PORT,
+    /// a stream that is sent on as it comes
     pub(crate) file: PathBuf,
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
-    #[arg(long, value_name = "HOST:PORT")]
-    pub(crate) vmc: Peer,
-    /// Begin again at the end, until Ctrl-C
+    #[arg(long, value_name = "HOST:PORT", required_unless_present = "robot")]
+    pub(crate) vmc: Option<Peer>,
+    /// Put it on this robot, a .urdf file or an .xml file of MuJoCo, 0.6 seconds later, and print a row for each frame
+    /// as mocap robot --to unitree-csv does: position and rotation (x y z w) of the base, joints
+    #[arg(long, value_name = "FILE", conflicts_with = "vmc")]
+    pub(crate) robot: Option<PathBuf>,
+    /// With --vmc: begin again at the end, until Ctrl-C
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
     /// Poses per second [default: those of the file]

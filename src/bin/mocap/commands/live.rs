@@ -103,28 +103,51 @@ fn clean(scene: &mut Scene) -> Result<(), Error> {
     Ok(())
 }
 
-pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
-    if let Some(source) = args.file.to_str().filter(|file| file.starts_with("vmc:")) {
-        return send_on(args, source);
-    }
-    if args.delay.is_some() {
+/// The stream to play, where it is no file.
+pub(super) fn source_of(args: &PlayArgs) -> Result<Option<Listen>, Failure> {
+    let source = args.file.to_str().filter(|file| file.starts_with("vmc:"));
+    if source.is_none() && args.delay.is_some() {
         let message = "--delay is for a stream, as vmc:39539: a file is cleaned before it is sent";
         return Err(Failure::Usage(message.to_owned()));
     }
+    let parsed = source.map(|source| {
+        let parsed = source.parse::<Listen>();
+        parsed.map_err(|why| Failure::Usage(format!("{source}: {why}")))
+    });
+    parsed.transpose()
+}
+
+/// Plays to a program that speaks the VMC protocol.
+pub(super) fn play(args: &PlayArgs) -> Result<(), Failure> {
+    match (source_of(args)?, args.vmc) {
+        (None, Some(peer)) => send_file(args, peer.0),
+        (Some(source), Some(peer)) => send_on(args, source, peer.0),
+        (_, None) => Err(Failure::Usage(
+            "name --vmc or --robot: where the motion goes".to_owned(),
+        )),
+    }
+}
+
+/// The scene of the file to play, in metres, cleaned where that is asked for.
+pub(super) fn scene_of(args: &PlayArgs, conversion: &Conversion) -> Result<Scene, Failure> {
     let mut scene = super::import_motion(&args.read, &args.file)?;
     let with_path = |error: Error| error.with_path(&args.file);
     if scene.animations.is_empty() {
         let diagnostic = Diagnostic::new(Code::NoMotion, "the file has no motion to play");
         return Err(with_path(diagnostic.into()).into());
     }
-    for guess in Conversion::new().apply(&mut scene).map_err(with_path)? {
+    for guess in conversion.apply(&mut scene).map_err(with_path)? {
         report::say(&guess.to_string());
     }
     if args.clean {
         clean(&mut scene).map_err(with_path)?;
     }
-    let motion = VmcMotion::new(&scene).map_err(with_path)?;
-    let socket = sender(args.vmc.0)?;
+    Ok(scene)
+}
+
+fn send_file(args: &PlayArgs, peer: SocketAddr) -> Result<(), Failure> {
+    let motion = VmcMotion::new(&scene_of(args, &Conversion::new())?).map_err(|error| error.with_path(&args.file))?;
+    let socket = sender(peer)?;
     let is_over = over_at_a_signal()?;
     let rate = args.rate.unwrap_or_else(|| motion.frames_per_second());
     // The last frame is a frame too.
@@ -132,53 +155,65 @@ pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
     report::say(&format!(
         "{}: {frames} frames at {rate} a second to {}",
         args.file.display(),
-        args.vmc.0
+        peer
     ));
     let (begin, mut sent) = (Instant::now(), 0_u64);
     while !is_over.load(Ordering::Relaxed) && (args.repeat || sent < frames) {
         let clock = sent as f64 / rate;
         wait_until(begin + Duration::from_secs_f64(clock), &is_over);
-        send(
-            &socket,
-            args.vmc.0,
-            &motion.packets_at((sent % frames) as f64 / rate, clock),
-        )?;
+        send(&socket, peer, &motion.packets_at((sent % frames) as f64 / rate, clock))?;
         sent += 1;
     }
     report::say(&format!("{sent} frames were sent"));
     Ok(())
 }
 
+/// How many seconds later a stream that is cleaned is sent on.
+pub(super) fn delay(args: &PlayArgs) -> f64 {
+    args.delay.unwrap_or(USUAL_DELAY)
+}
+
+/// A socket that hears an address.
+pub(super) fn listener(source: Listen) -> Result<UdpSocket, Failure> {
+    let input = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
+    input.set_read_timeout(Some(PATIENCE))?;
+    Ok(input)
+}
+
+/// The next packet, if one comes before it is looked whether to end.
+pub(super) fn received(input: &UdpSocket) -> Option<Vec<u8>> {
+    let mut packet = vec![0; LONGEST];
+    let (length, _) = input.recv_from(&mut packet).ok()?;
+    packet.truncate(length);
+    Some(packet)
+}
+
 /// Sends a stream on without its noise, a delay later, until Ctrl-C.
-fn send_on(args: &PlayArgs, source: &str) -> Result<(), Failure> {
-    let source: Listen = source
-        .parse()
-        .map_err(|why| Failure::Usage(format!("{source}: {why}")))?;
+fn send_on(args: &PlayArgs, source: Listen, peer: SocketAddr) -> Result<(), Failure> {
     if !args.clean || args.repeat || args.rate.is_some() {
         let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let delay = args.delay.unwrap_or(USUAL_DELAY);
+    let delay = delay(args);
     let mut cleaner = VmcCleaner::new(delay)?;
-    let input = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
-    input.set_read_timeout(Some(PATIENCE))?;
-    let output = sender(args.vmc.0)?;
+    let input = listener(source)?;
+    let output = sender(peer)?;
     let is_over = over_at_a_signal()?;
     report::say(&format!(
         "from {} to {}, {delay} s later; Ctrl-C ends it",
         input.local_addr()?,
-        args.vmc.0
+        peer
     ));
-    let (mut packet, mut sent, begin) = (vec![0; LONGEST], 0_u64, Instant::now());
+    let (mut sent, begin) = (0_u64, Instant::now());
     while !is_over.load(Ordering::Relaxed) {
-        if let Ok((length, _)) = input.recv_from(&mut packet) {
-            let given = cleaner.hear(&packet[..length], begin.elapsed().as_secs_f64());
-            send(&output, args.vmc.0, &given)?;
+        if let Some(packet) = received(&input) {
+            let given = cleaner.hear(&packet, begin.elapsed().as_secs_f64());
+            send(&output, peer, &given)?;
             sent += given.len() as u64;
         }
     }
     let left = cleaner.finish();
-    send(&output, args.vmc.0, &left)?;
+    send(&output, peer, &left)?;
     report::say(&format!("{} packets were sent", sent + left.len() as u64));
     Ok(())
 }
@@ -191,8 +226,7 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     let mut bridge = bridge_onto(args, is_json)?;
     let delay = args.clean.then(|| args.delay.unwrap_or(USUAL_DELAY));
     let mut cleaner = delay.map(VmcCleaner::new).transpose()?;
-    let input = UdpSocket::bind(args.source.0).map_err(|error| of_socket(args.source.0, &error))?;
-    input.set_read_timeout(Some(PATIENCE))?;
+    let input = listener(args.source)?;
     let output = sender(peer.0)?;
     let is_over = over_at_a_signal()?;
     report::say(&format!(
@@ -277,7 +311,7 @@ fn send(socket: &UdpSocket, to: SocketAddr, packets: &[Vec<u8>]) -> Result<(), E
     Ok(())
 }
 
-fn wait_until(moment: Instant, is_over: &AtomicBool) {
+pub(super) fn wait_until(moment: Instant, is_over: &AtomicBool) {
     while let Some(rest) = moment.checked_duration_since(Instant::now()) {
         if is_over.load(Ordering::Relaxed) {
             return;
@@ -287,7 +321,7 @@ fn wait_until(moment: Instant, is_over: &AtomicBool) {
 }
 
 /// A flag that Ctrl-C and a request to end set.
-fn over_at_a_signal() -> Result<Arc<AtomicBool>, Failure> {
+pub(super) fn over_at_a_signal() -> Result<Arc<AtomicBool>, Failure> {
     let is_over = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&is_over))?;

@@ -1,0 +1,131 @@
+//! `mocap play`, with `--robot`: a motion on a robot as it comes, a row of numbers for each frame.
+
+use std::io::{Write, stdout};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mocap::convert::FirstFrame;
+use mocap::live::{VmcCleaner, VmcPoses};
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::{Binding, Conversion, Importer, Pose, Scene};
+
+use super::live::{self, listener, over_at_a_signal, received, scene_of, wait_until};
+use crate::args::{Listen, PlayArgs};
+use crate::{Failure, report};
+
+/// Packets that wait for those before them: some seconds of a fast sender.
+const WAITING: usize = 4096;
+
+pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
+    let Some(robot) = &args.robot else {
+        return live::play(args);
+    };
+    match live::source_of(args)? {
+        None => file(args, robot),
+        Some(source) => stream(args, robot, source),
+    }
+}
+
+/// Plays a file in its own time.
+fn file(args: &PlayArgs, robot: &Path) -> Result<(), Failure> {
+    if args.repeat {
+        let message = "--loop is for --vmc: a robot would jump from the end to the beginning";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let robot = Importer::new().import_robot(robot)?;
+    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose);
+    let scene = scene_of(args, &conversion)?;
+    let animation = &scene.animations[0];
+    let rate = args.rate.unwrap_or(animation.ticks_per_second);
+    let mut stream = begin(&scene, &robot, rate).map_err(|error| error.with_path(&args.file))?;
+    let frames = (animation.duration / animation.ticks_per_second * rate + 1e-6).floor() as u64 + 1;
+    let (binding, mut pose) = (Binding::new(&scene, animation), Pose::rest(&scene));
+    let is_over = over_at_a_signal()?;
+    let (start, mut came) = (Instant::now(), 0_u64);
+    while came < frames && !is_over.load(Ordering::Relaxed) {
+        wait_until(start + Duration::from_secs_f64(came as f64 / rate), &is_over);
+        let tick = (came as f64 / rate * animation.ticks_per_second).min(animation.duration);
+        pose.sample(&binding, animation, tick);
+        write(&robot, stream.push(&pose).as_ref())?;
+        came += 1;
+    }
+    write(&robot, Some(&stream.finish()))?;
+    report::say(&format!("{came} frames"));
+    Ok(())
+}
+
+/// Puts what comes by the VMC protocol on a robot, until Ctrl-C.
+fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> {
+    if args.repeat || args.rate.is_some() {
+        let message = "a stream goes on the robot as it comes, without --loop and --rate";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let robot = Importer::new().import_robot(robot)?;
+    let mut cleaner = args.clean.then(|| VmcCleaner::new(live::delay(args))).transpose()?;
+    let input = listener(source)?;
+    let is_over = over_at_a_signal()?;
+    report::say(&format!("listening on {}; Ctrl-C ends it", input.local_addr()?));
+    let (mut poses, mut on_robot): (_, Option<SmoothRobotStream>) = (VmcPoses::new(), None);
+    let (start, mut frames) = (Instant::now(), 0_usize);
+    let mut hear = |packets: Vec<Vec<u8>>, seconds: f64| -> Result<(), Failure> {
+        for packet in packets {
+            for pose in poses.hear(&packet, seconds) {
+                if on_robot.is_none() {
+                    let Some(scene) = poses.scene() else { continue };
+                    on_robot = Some(begin(scene, &robot, scene.animations[0].ticks_per_second)?);
+                }
+                frames += 1;
+                let given = on_robot.as_mut().and_then(|stream| stream.push(&pose));
+                write(&robot, given.as_ref())?;
+            }
+        }
+        Ok(())
+    };
+    // A thread of its own listens, so that no packet is lost while a frame is solved.
+    let (sender, receiver) = sync_channel(WAITING);
+    let listener = thread::spawn(move || {
+        while !is_over.load(Ordering::Relaxed) {
+            if let Some(packet) = received(&input) {
+                let _ = sender.try_send((packet, start.elapsed().as_secs_f64()));
+            }
+        }
+    });
+    for (packet, seconds) in receiver {
+        match &mut cleaner {
+            Some(cleaner) => hear(cleaner.hear(&packet, seconds), seconds)?,
+            None => hear(vec![packet], seconds)?,
+        }
+    }
+    let _ = listener.join();
+    if let Some(cleaner) = &mut cleaner {
+        hear(cleaner.finish(), start.elapsed().as_secs_f64())?;
+    }
+    if let Some(stream) = on_robot {
+        write(&robot, Some(&stream.finish()))?;
+    }
+    report::say(&format!("{frames} frames"));
+    Ok(())
+}
+
+/// Begins a stream, and says what its rows are.
+fn begin(scene: &Scene, robot: &Robot, rate: f64) -> mocap::Result<SmoothRobotStream> {
+    let stream = RobotRetargeter::new(scene, robot, &RobotOptions::default())?.stream(scene, rate)?;
+    report::say(&format!(
+        "rows: x, y, z, rotation as x, y, z, w, {}; {rate:.2} a second, {:.2} s later",
+        stream.dof_names().join(", "),
+        stream.delay()
+    ));
+    Ok(stream)
+}
+
+fn write(robot: &Robot, motion: Option<&RobotMotion>) -> Result<(), Failure> {
+    let Some(motion) = motion else { return Ok(()) };
+    let mut out = stdout().lock();
+    let rows = motion.to_csv(robot);
+    out.write_all(rows.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(Failure::Output)
+}
