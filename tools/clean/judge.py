@@ -40,6 +40,8 @@ HELD = {
     "noise: joint error / spoiled": 0.6,
     "clean: largest change mm": 1.0,
     "time: frames too many or few": 0.2,
+    "noise: skate cm/s": 3.5,
+    "all: feet in contact off level cm": 0.8,
     "rate: true rates changed": 0.0,
 }
 # Feet that stand so far apart, in cm, tell of a slope: 1 cm of height, as much as a foot differs from step to step, is then
