@@ -12,6 +12,8 @@ import { Sample } from "../interop/sample.js";
 import { browserChecks } from "./browser_checks.js";
 import { tryHosts } from "./bundlers/run.js";
 import { clipChecks } from "./clip_checks.js";
+import { controllerChecks } from "./controller_checks.js";
+import { demoChecks } from "./demo_checks.js";
 import { MocapError, load } from "./package/index.js";
 import { MocapLoader } from "./package/three.js";
 import { pageChecks } from "./page_checks.js";
@@ -422,6 +424,9 @@ check("hostile", "where memory ends there is an error, and then a fresh module",
 
 smallChecks(check, { all, sample, made, written, assertSame, partsOf });
 clipChecks(check, { mocap, made, kept, real, filesOf, written, assertSame, random: randomFrom(sample.seed), load });
+controllerChecks(check, { mocap, made, kept, real, filesOf, written, random: randomFrom(sample.seed), load });
+
+demoChecks(check);
 
 check("memory", "a scene that is freed, disposed of or forgotten gives its memory back", async () => {
   const bytes = readFileSync(real("cmu_01_01.bvh"));

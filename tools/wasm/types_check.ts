@@ -28,6 +28,11 @@ try {
   const angles: Float64Array = positions.subarray(0, joints.length);
   const small: Uint8Array = (await loadBvh())("HIERARCHY", { skeletonMesh: false });
   angles.set(small);
+  using figure = character.controller([motion], { mirror: true });
+  figure.steer(0, 1.2);
+  figure.follow([0, 1, 0, 2, 0, 3, 0, 1, 0, 1, 0, 1]);
+  const place: Float32Array = character.controller(new Uint8Array()).root;
+  console.log(place[0], figure.nodeToWorld.length === 16 * figure.nodeCount, figure.frames);
   moved.write("vrma").warnings.map((warning) => warning.code);
 } catch (error) {
   if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);

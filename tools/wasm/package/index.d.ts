@@ -275,6 +275,11 @@ export class Scene {
   edit(steps: EditStep[], options?: EditOptions): Scene;
   /** This motion on a character that `Mocap.readCharacter` has read. */
   retarget(character: Scene, options?: RetargetOptions): Scene;
+  /**
+   * A figure of this character that is led by motion matching: by the motions of scenes, on any skeletons, or of a database
+   * that `mocap index --pack` wrote. With `mirror`, motions of scenes are there with left and right exchanged too.
+   */
+  controller(moves: Scene[] | Bytes, options?: { mirror?: boolean }): Controller;
   /** In metres with +Y up. Of a retargeted glTF or VRM character: its file with the clip added; a `.gltf` stays one. */
   toGlb(options?: GlbOptions): Uint8Array;
   /** The motion of a humanoid as a VRM animation. */
@@ -364,6 +369,37 @@ export interface RobotMotion {
   rootRotations: Float64Array;
   /** The joints, in radians or metres. */
   positions: Float64Array;
+}
+
+/**
+ * A figure that goes where it is asked to, by jumps between the frames of its motions (docs/search.md). It begins at the
+ * origin and looks along +Z. Nothing is allocated for a frame. `free()` or `using` frees it at once, the garbage collector
+ * some time.
+ *
+ *     const figure = hero.controller([walk, run], { mirror: true });
+ *     figure.steer(stick.x, stick.z);                      // 60 times a second
+ *     draw(figure.nodeToWorld);
+ */
+export class Controller {
+  private constructor();
+  readonly nodeCount: number;
+  /** The frames of all motions, 60 in a second. */
+  readonly frames: number;
+  /** x and z of where it stands, in metres, then x and z of where it looks; a view. */
+  readonly root: Float32Array;
+  /** Matrices of all nodes of the character, in metres with +Y up, 16 numbers each, column by column; views. */
+  readonly nodeToWorld: Float32Array;
+  readonly nodeToParent: Float32Array;
+  /**
+   * Goes on by a frame, a sixtieth of a second, with a velocity over the ground in metres per second, looking along another
+   * vector, or where it goes if that is zero. Velocity and direction change smoothly. Seen from behind a figure that looks
+   * along +Z, right is along -X.
+   */
+  steer(x: number, z: number, lookX?: number, lookZ?: number): void;
+  /** Goes on by a frame: 12 numbers, x and z of where it is to be in 20, 40 and 60 frames, then x and z of where it looks. */
+  follow(trajectory: ArrayLike<number>): void;
+  free(): void;
+  [Symbol.dispose](): void;
 }
 
 /** The module, ready to read. */

@@ -91,6 +91,10 @@ class Instance {
   freeClip(clip) {
     if (!this.ended) this.exports.mocap_clip_free(clip);
   }
+
+  freeController(controller) {
+    if (!this.ended) this.exports.mocap_controller_free(controller);
+  }
 }
 
 /** Frees the scenes that nobody holds. */
@@ -98,6 +102,9 @@ const forgotten = new FinalizationRegistry(({ instance, scene }) => instance.fre
 
 /** Frees the packed clips that nobody holds. */
 const forgottenClips = new FinalizationRegistry(({ instance, clip }) => instance.freeClip(clip));
+
+/** Frees the figures that nobody holds. */
+const forgottenControllers = new FinalizationRegistry(({ instance, controller }) => instance.freeController(controller));
 
 /** Keys of one track: views into the module's memory. */
 class Keys {
@@ -211,6 +218,15 @@ export class Scene {
   retarget(character, options = {}) {
     this.#checkOther(character, "a motion is retargeted onto what readCharacter returns", "the motion and the character");
     return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
+  }
+
+  controller(moves, { mirror = false } = {}) {
+    this.#check();
+    const request = { call: "controller", character: this.#number, mirror };
+    if (!Array.isArray(moves)) return new Controller(this.#instance, this.#instance.call(request, [bytesOf(moves)]).answer);
+    for (const motion of moves) this.#checkOther(motion, "a motion of a figure is a scene", "the motion and the character");
+    const motions = moves.map((motion) => motion.#number);
+    return new Controller(this.#instance, this.#instance.call({ ...request, motions }).answer);
   }
 
   #derived(request) {
@@ -341,6 +357,93 @@ export class PackedClip {
     this.#freed = true;
     forgottenClips.unregister(this);
     this.#instance.freeClip(this.#number);
+  }
+
+  [dispose]() {
+    this.free();
+  }
+}
+
+/** Numbers of a trajectory, and of the root of a figure. */
+const [TRAJECTORY_FLOATS, ROOT_FLOATS] = [12, 4];
+
+/** A figure of motion matching in the module's memory. */
+export class Controller {
+  #instance;
+  #number;
+  #at;
+  /** Views of the module's memory, which are kept: nothing is allocated for a frame. */
+  #views;
+  #freed = false;
+
+  constructor(instance, { controller, nodeCount, frames, ...at }) {
+    this.#instance = instance;
+    this.#number = controller;
+    this.#at = at;
+    this.nodeCount = nodeCount;
+    this.frames = frames;
+    this.#see();
+    forgottenControllers.register(this, { instance, controller }, this);
+  }
+
+  #see() {
+    const of = (address, length) => this.#instance.floats(address, length);
+    const { root, trajectory, toWorld, toParent } = this.#at;
+    this.#views = {
+      root: of(root, ROOT_FLOATS),
+      trajectory: of(trajectory, TRAJECTORY_FLOATS),
+      nodeToWorld: of(toWorld, 16 * this.nodeCount),
+      nodeToParent: of(toParent, 16 * this.nodeCount),
+    };
+  }
+
+  /** The views; others where memory has grown. */
+  get #memory() {
+    if (this.#freed) throw new MocapError({ code: "freed", message: "the figure was freed", help: "make it again" });
+    if (this.#instance.ended) this.#instance.run(() => {});
+    if (this.#views.root.length === 0) this.#see();
+    return this.#views;
+  }
+
+  get root() {
+    return this.#memory.root;
+  }
+
+  get nodeToWorld() {
+    return this.#memory.nodeToWorld;
+  }
+
+  get nodeToParent() {
+    return this.#memory.nodeToParent;
+  }
+
+  steer(x, z, lookX = 0, lookZ = 0) {
+    this.#memory;
+    try {
+      this.#instance.exports.mocap_controller_steer(this.#number, x, z, lookX, lookZ);
+    } catch (error) {
+      throw this.#instance.end(error);
+    }
+  }
+
+  follow(trajectory) {
+    const room = this.#memory.trajectory;
+    if (trajectory.length !== TRAJECTORY_FLOATS) {
+      throw new RangeError(`a trajectory has ${TRAJECTORY_FLOATS} numbers, not ${trajectory.length}`);
+    }
+    room.set(trajectory);
+    try {
+      this.#instance.exports.mocap_controller_follow(this.#number);
+    } catch (error) {
+      throw this.#instance.end(error);
+    }
+  }
+
+  free() {
+    if (this.#freed) return;
+    this.#freed = true;
+    forgottenControllers.unregister(this);
+    this.#instance.freeController(this.#number);
   }
 
   [dispose]() {

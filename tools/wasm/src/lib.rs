@@ -13,6 +13,7 @@
 
 mod answer;
 mod clips;
+mod controllers;
 mod failure;
 mod keys;
 mod options;
@@ -24,6 +25,8 @@ mod ufbx_libc;
 mod writing;
 
 use std::sync::{Mutex, Once};
+
+use mocap::glam::Vec2;
 
 use crate::state::{State, with_state};
 
@@ -110,6 +113,27 @@ pub extern "C" fn mocap_clip_sample(clip: u32, tick: f64) -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_clip_free(clip: u32) {
     with_state(|state| state.clips.free(clip));
+}
+
+/// Goes on by a frame with a figure, where the answer that made it says: with a velocity along x and z, in metres per
+/// second, looking along another vector, or where it goes if that is zero. 0 where there is no such figure. Nothing is
+/// allocated.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_controller_steer(figure: u32, x: f32, z: f32, look_x: f32, look_z: f32) -> u32 {
+    let (velocity, look) = (Vec2::new(x, z), Vec2::new(look_x, look_z));
+    with_state(|state| u32::from(state.controllers.steer(figure, velocity, look))).unwrap_or(0)
+}
+
+/// The same towards the trajectory that was written where the answer says.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_controller_follow(figure: u32) -> u32 {
+    with_state(|state| u32::from(state.controllers.follow(figure))).unwrap_or(0)
+}
+
+/// Frees a figure. A number that is no figure is passed over.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_controller_free(figure: u32) {
+    with_state(|state| state.controllers.free(figure));
 }
 
 /// After the module has ended: the address of what the panic said.

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::answer::SceneAt;
-use crate::clips::Clips;
 use crate::failure::{Failure, Finding};
 use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, options_of};
 use crate::scenes::{Entry, Scenes};
+use crate::state::State;
 use crate::writing::{in_metres, write};
 
 /// One call. `files` are the names of the inputs, the motion first.
@@ -76,6 +76,15 @@ enum Request {
     RobotMotion { scene: u32 },
     /// A packed clip, to be sampled.
     OpenClip { files: Vec<String> },
+    /// A figure of a character, by motion matching: of the motions of a database, which is the file, or of scenes.
+    Controller {
+        character: u32,
+        #[serde(default)]
+        motions: Vec<u32>,
+        /// Whether motions are there with left and right exchanged too.
+        #[serde(default)]
+        mirror: bool,
+    },
     /// A scene as a file: by the extension of a written format, or as csv, json or png.
     Write {
         scene: u32,
@@ -88,12 +97,8 @@ enum Request {
 /// The JSON and the bytes of an answer.
 pub(crate) type Answer = (Vec<u8>, Vec<u8>);
 
-pub(crate) fn answer(
-    scenes: &mut Scenes,
-    clips: &mut Clips,
-    request: &[u8],
-    files: &[Vec<u8>],
-) -> Result<Answer, Failure> {
+pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+    let scenes = &mut state.scenes;
     let request = serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))?;
     match request {
         Request::Read { files: names, options } => {
@@ -132,7 +137,19 @@ pub(crate) fn answer(
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
         Request::OpenClip { files: names } => {
             let (file, _) = memory_files(&names, files)?;
-            Ok((json(&clips.open(file.bytes)?)?, Vec::new()))
+            Ok((json(&state.clips.open(file.bytes)?)?, Vec::new()))
+        }
+        Request::Controller {
+            character,
+            motions,
+            mirror,
+        } => {
+            let (character, _) = in_metres(scenes.get(character)?)?;
+            let motions = motions.iter().map(|motion| Ok(&scenes.get(*motion)?.scene));
+            let motions = motions.collect::<Result<Vec<_>, Failure>>()?;
+            let database = files.first().map(Vec::as_slice);
+            let figure = state.controllers.add(&character, database, &motions, mirror)?;
+            Ok((json(&figure)?, Vec::new()))
         }
         Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
     }

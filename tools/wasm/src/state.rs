@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use crate::clips::Clips;
+use crate::controllers::Controllers;
 use crate::failure::Failure;
 use crate::request;
 use crate::scenes::Scenes;
@@ -17,6 +18,7 @@ thread_local! {
 pub(crate) struct State {
     pub(crate) scenes: Scenes,
     pub(crate) clips: Clips,
+    pub(crate) controllers: Controllers,
     inputs: Vec<Vec<u8>>,
     json: Vec<u8>,
     bytes: Vec<u8>,
@@ -47,7 +49,7 @@ impl State {
             true => Err(Failure::argument("there is no request")),
             false => {
                 let request = inputs.remove(0);
-                request::answer(&mut self.scenes, &mut self.clips, &request, &inputs)
+                request::answer(self, &request, &inputs)
             }
         };
         let done = result.is_ok();

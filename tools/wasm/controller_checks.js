@@ -1,0 +1,87 @@
+// Figures that are led by motion matching: where they go, memory, and damage.
+
+import assert from "node:assert/strict";
+
+/** Metres along +Z in three seconds at 1.2 metres a second. */
+function walked(figure) {
+  const begin = figure.root[1];
+  for (let frame = 0; frame < 180; frame += 1) figure.steer(0, 1.2);
+  return figure.root[1] - begin;
+}
+
+export function controllerChecks(check, { mocap, made, kept, real, filesOf, written, random, load }) {
+  const read = (name) => kept(mocap.read(filesOf(real(name))));
+  const packed = () => written(".mdb", "index", "--quiet", "--pack", "--mirror", real("cmu_12_01_walk.bvh"), "-o");
+
+  check("controller", "a figure goes where the stick points, by scenes and by a database", () => {
+    const hero = read("biovision_example1.bvh");
+    const gone = [];
+    for (const figure of [hero.controller([read("cmu_12_01_walk.bvh")], { mirror: true }), hero.controller(packed())]) {
+      assert.equal(figure.nodeCount, hero.nodes.length);
+      gone.push(walked(figure));
+      assert.ok(gone.at(-1) > 2.5 && gone.at(-1) < 4.5, `${gone}`);
+      assert.ok(Math.abs(Math.hypot(figure.root[2], figure.root[3]) - 1) < 1e-4);
+      // The hips are above the root, and matrices to the world are those to the parents, chained.
+      const hips = figure.nodeToWorld.subarray(12, 15);
+      assert.ok(Math.hypot(hips[0] - figure.root[0], hips[2] - figure.root[1]) < 0.3 && hips[1] > 0.4, `${hips}`);
+      assert.ok(figure.nodeToParent.every(Number.isFinite));
+      // To the left of +Z is +X.
+      for (let frame = 0; frame < 240; frame += 1) figure.steer(1, 0);
+      assert.ok(figure.root[0] > 0.5, `${figure.root}`);
+      const [x, z] = figure.root;
+      figure.follow([x, z, x, z, x, z, 0, 1, 0, 1, 0, 1]);
+      figure.free();
+    }
+    assert.ok(Math.abs(gone[0] - gone[1]) < 0.05, `${gone}`);
+  });
+
+  check("controller", "a frame allocates nothing, and a figure stays while memory grows", async () => {
+    const fresh = await load();
+    const hero = fresh.read(filesOf(real("biovision_example1.bvh")));
+    const figure = hero.controller([fresh.read(filesOf(real("cmu_12_01_walk.bvh")))]);
+    const many = (count) => {
+      for (let index = 0; index < count; index += 1) figure.steer(Math.sin(index / 200), Math.cos(index / 200));
+    };
+    // The compiler of JavaScript makes machine code of it first, which takes memory.
+    many(30_000);
+    const memory = fresh.memory;
+    globalThis.gc();
+    const before = process.memoryUsage().heapUsed;
+    many(30_000);
+    const taken = process.memoryUsage().heapUsed - before;
+    assert.ok(taken < 300_000, `${taken} bytes of JavaScript`);
+    assert.equal(fresh.memory, memory);
+    const scenes = [];
+    while (fresh.memory === memory) scenes.push(fresh.read(filesOf(real("rokoko_dance.bvh"))));
+    const root = [...figure.root];
+    figure.steer(0, 1);
+    assert.ok(Math.hypot(figure.root[0] - root[0], figure.root[1] - root[1]) < 0.2);
+    figure.free();
+    assert.throws(() => figure.steer(0, 1), { code: "freed" });
+    assert.throws(() => figure.root, { code: "freed" });
+  });
+
+  check("controller", "wrong motions and damaged databases give an error, never the end of the module", () => {
+    const hero = read("biovision_example1.bvh");
+    assert.throws(() => hero.controller([]), { code: "invalid-value" });
+    assert.throws(() => hero.controller([{}]), TypeError);
+    assert.throws(() => hero.controller([read("leap_hand_end_site_lowercase.bvh")]), /two feet/);
+    assert.throws(() => read("leap_hand_end_site_lowercase.bvh").controller(packed()), { code: "not-humanoid" });
+    const byReference = written(".mdb", "index", "--quiet", real("cmu_12_01_walk.bvh"), "-o");
+    assert.throws(() => hero.controller(byReference), /--pack/);
+    const whole = packed();
+    for (let round = 0; round < 40; round += 1) {
+      assert.throws(() => hero.controller(whole.slice(0, random(whole.length))));
+      const bytes = whole.slice();
+      bytes[random(bytes.length)] ^= 1 + random(255);
+      assert.throws(() => hero.controller(bytes));
+    }
+    const figure = hero.controller(whole);
+    assert.throws(() => figure.follow([0, 1]), RangeError);
+    for (const number of [NaN, Infinity, 1e30]) {
+      figure.steer(number, number, number, number);
+      figure.follow(new Array(12).fill(number));
+    }
+    made(() => figure.free());
+  });
+}
