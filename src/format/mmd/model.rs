@@ -145,7 +145,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Model, Failure> {
     }
     check_parents(&model.bones, limits)?;
     for _ in 0..reader.cursor.count("morphs", MORPH_BYTES)? {
-        let morph = reader.morph()?;
+        let morph = reader.morph(limits)?;
         model.morphs.push(morph);
     }
     if model.bones.len() + model.morphs.len() > limits.max_nodes {
@@ -323,12 +323,7 @@ impl<'a> Reader<'a> {
     }
 
     fn bone(&mut self, index: usize, count: usize, limits: &Limits) -> Result<Bone, Failure> {
-        let name = self.text()?;
-        self.pass_text()?;
-        if name.len() > limits.max_name_bytes {
-            let most = format!("at most {} bytes in a name", limits.max_name_bytes);
-            return Err(limit_exceeded(most, name.len().to_string()).into());
-        }
+        let name = self.name(limits)?;
         let position = self.cursor.position()?;
         if !position.to_array().into_iter().all(is_plausible) {
             return Err(
@@ -401,9 +396,19 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    fn morph(&mut self) -> Result<String, Failure> {
+    /// A name, with the English one behind it.
+    fn name(&mut self, limits: &Limits) -> Result<String, Failure> {
         let name = self.text()?;
         self.pass_text()?;
+        if name.len() > limits.max_name_bytes {
+            let most = format!("at most {} bytes in a name", limits.max_name_bytes);
+            return Err(limit_exceeded(most, name.len().to_string()).into());
+        }
+        Ok(name)
+    }
+
+    fn morph(&mut self, limits: &Limits) -> Result<String, Failure> {
+        let name = self.name(limits)?;
         self.cursor.byte()?;
         let kind = self.cursor.byte()?;
         let bytes = match kind {

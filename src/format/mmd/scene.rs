@@ -87,8 +87,9 @@ pub(super) fn of_motion(
     };
     let frames = u64::from(last) + 1;
     let moving = moving(model, &tracks);
-    let moved = moving.iter().filter(|moves| **moves).count() + motion.morphs.len();
-    let values = frames.saturating_mul(1 + moved as u64);
+    // Every bone is posed at every frame, whether it moves or not.
+    let posed = model.bones.len() + motion.morphs.len();
+    let values = frames.saturating_mul(posed as u64);
     let most = options.limits.expanded_values(bytes);
     if values > most {
         return Err(too_long(frames, values, most));
@@ -255,7 +256,9 @@ fn state_bones(nodes: &mut [Node]) {
 /// The node of a morph; its weight is X of its translation. Returns its index.
 fn add_face(scene: &mut Scene, morph: &str) -> usize {
     let own = names::face(morph);
-    let is_taken = scene.nodes.iter().any(|node| node.face.as_ref() == Some(&own));
+    // Names of an author's own may repeat.
+    let is_preset = matches!(own, Face::Preset(_));
+    let is_taken = is_preset && scene.nodes.iter().any(|node| node.face.as_ref() == Some(&own));
     scene.nodes.push(Node {
         name: morph.to_owned(),
         kind: NodeKind::Group,
@@ -323,6 +326,9 @@ fn moving(model: &Model, tracks: &[Option<&[BoneKey]>]) -> Vec<bool> {
     moving
 }
 
+/// A step of IK takes as long as so many values: the links are posed anew, from the root on.
+const STEP: u64 = 4;
+
 /// The pose of each bone at each frame; of one that does not move, at the first.
 fn rows(
     motion: &Motion,
@@ -334,7 +340,7 @@ fn rows(
 ) -> Result<Vec<Vec<Local>>, Failure> {
     let mut posed = Posed::new(model);
     let mut rows: Vec<Vec<Local>> = vec![Vec::new(); model.bones.len()];
-    let (mut budget, mut next) = (budget, vec![0; tracks.len()]);
+    let (mut budget, mut next) = (budget / STEP, vec![0; tracks.len()]);
     let ik_names: Vec<Option<Vec<u8>>> = model.bones.iter().map(|bone| names::encode(&bone.name)).collect();
     let mut is_on = vec![true; model.bones.len()];
     let mut states = motion.states.iter().peekable();
