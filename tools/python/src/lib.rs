@@ -17,6 +17,7 @@ mod retarget;
 mod robot;
 mod run;
 mod scene;
+mod search;
 mod survey;
 
 use std::path::PathBuf;
@@ -55,6 +56,8 @@ mod _mocap {
     use super::run::run;
     #[pymodule_export]
     use super::scene::{Node, Scene, scene_of};
+    #[pymodule_export]
+    use super::search::{Database, index, read_database};
     #[pymodule_export]
     use super::survey::{Survey, examine, extensions, survey};
     #[pymodule_export]

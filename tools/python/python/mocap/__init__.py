@@ -36,11 +36,13 @@ from ._picture import Picture
 from ._retarget import Retargeted, add_motions, retarget
 from ._robot import Robot, RobotMotion
 from ._scene import Motion, Scene
+from ._search import Database, index
 from ._survey import Survey, examine, survey
 
 __all__ = [
     "ArrowTable",
     "Contacts",
+    "Database",
     "FileError",
     "FileIsFolderError",
     "FilePermissionError",
@@ -67,6 +69,7 @@ __all__ = [
     "examine",
     "from_arrays",
     "ik",
+    "index",
     "read",
     "read_bytes",
     "retarget",

@@ -10,6 +10,7 @@ from ._options import ReadOptions, WriteOptions
 
 __all__ = [
     "ArrowTable",
+    "Database",
     "Node",
     "PackedClip",
     "Picture",
@@ -26,6 +27,7 @@ __all__ = [
     "edit_all",
     "examine",
     "extensions",
+    "index",
     "metres_in",
     "pack",
     "page",
@@ -33,6 +35,7 @@ __all__ = [
     "prepare",
     "read",
     "read_bytes",
+    "read_database",
     "retarget",
     "run",
     "scene_of",
@@ -147,6 +150,26 @@ class Survey:
     def arrow(self) -> ArrowTable: ...
     def write(self, path: str | os.PathLike[str], overwrite: bool) -> None: ...
 
+@final
+class Database:
+    def __len__(self) -> int: ...
+    def clips_json(self) -> str: ...
+    def features(self) -> NDArray[np.float32]: ...
+    def contacts(self) -> NDArray[np.uint8]: ...
+    def find(
+        self,
+        scene: Scene,
+        animation: int,
+        part: tuple[float | None, float | None],
+        is_pose: bool,
+        count: int,
+        mirror: bool,
+        condition: str | None,
+    ) -> str: ...
+    def write(self, path: str | os.PathLike[str], overwrite: bool) -> None: ...
+
+def index(paths: list[str | os.PathLike[str]], mirror: bool, pack: bool, read: ReadOptions) -> Database: ...
+def read_database(path: str | os.PathLike[str]) -> Database: ...
 def survey(paths: list[str], records: list[str], options: str, read: ReadOptions) -> Survey: ...
 def examine(files: list[tuple[str, bytes]], options: str, read: ReadOptions) -> list[str]: ...
 def extensions() -> list[str]: ...

@@ -1,0 +1,126 @@
+"""What every frame of many motions does, and what of it is like another motion."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _mocap
+from ._options import ReadOptions
+from ._scene import Scene
+
+_FEATURES = 27
+
+
+class Database:
+    """Clips with the features of their frames, 60 a second, over all skeletons. ``docs/search.md`` has the features.
+
+    >>> database = mocap.index(["walk.bvh", "dance.bvh"])                            # doctest: +SKIP
+    >>> database.find(mocap.read("walk.bvh"), 1.0, 2.5)[0]["file"]                   # doctest: +SKIP
+    'walk.bvh'
+    """
+
+    def __init__(self, native: _mocap.Database) -> None:
+        self._native = native
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Database:
+        """Reads an ``.mdb`` file, which ``mocap index`` or :meth:`write` wrote.
+
+        Raises:
+            MocapError: Where the file is cut, damaged, or of another version.
+        """
+        return cls(_mocap.read_database(path))
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __repr__(self) -> str:
+        return f"<mocap.Database of {len(self)} clips>"
+
+    @property
+    def clips(self) -> list[dict[str, Any]]:
+        """Of each clip its ``row`` in a survey, whether it is ``mirrored`` and ``packed``, when it begins in its file, and its
+        frames: so many (``frames``) from ``first`` on."""
+        clips: list[dict[str, Any]] = json.loads(self._native.clips_json())
+        return clips
+
+    @property
+    def features(self) -> npt.NDArray[np.float32]:
+        """The features of all frames: frames x 27."""
+        return self._native.features().reshape(-1, _FEATURES)
+
+    @property
+    def contacts(self) -> npt.NDArray[np.uint8]:
+        """What of the feet is at rest in each frame: 1 and 2 the left and the right ankle, 4 and 8 the balls, added up."""
+        return self._native.contacts()
+
+    def find(
+        self,
+        scene: Scene,
+        first: float | None = None,
+        last: float | None = None,
+        *,
+        pose: bool = False,
+        animation: int = 0,
+        count: int = 10,
+        mirror: bool = True,
+        where: str | None = None,
+    ) -> list[dict[str, Any]]:
+        """The parts of clips that are most like a part of a motion, the best first: ``file``, ``clip``, ``first`` and ``last``
+        in seconds, ``distance``, ``mirrored``, ``pace``.
+
+        Args:
+            scene: The motion, on any skeleton.
+            first: The first second of the part; its begin where it is left out.
+            last: The last second.
+            pose: Whether the pose at ``first`` is looked for, and not a part.
+            animation: The number of the animation, from 0.
+            count: How many are found at most.
+            mirror: Whether what is like the mirror image is found too.
+            where: Look at the clips for which this holds, as ``"walking > 0.5"``.
+
+        Raises:
+            MocapError: Where the motion is none of a humanoid, or the part is not in it, and for an invalid ``where``.
+            ValueError: For ``pose`` without ``first``.
+        """
+        if pose and first is None:
+            raise ValueError("first is the second of the pose")
+        text = self._native.find(scene._native, animation, (first, last), pose, count, mirror, where)
+        found: list[dict[str, Any]] = json.loads(text)
+        return found
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes the file, ``.mdb``.
+
+        Raises:
+            MocapError: Where it would replace somebody's source, or one of the files that were indexed.
+        """
+        self._native.write(path, overwrite)
+
+
+def index(
+    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    *,
+    mirror: bool = False,
+    pack: bool = False,
+    read_options: ReadOptions = ReadOptions(),
+) -> Database:
+    """Makes a database of files, as ``mocap index`` does of many on all cores.
+
+    Args:
+        paths: The files.
+        mirror: Whether each motion is there with left and right exchanged too.
+        pack: Whether the motions themselves are within, as packed clips.
+        read_options: How to read.
+
+    Raises:
+        MocapError: Where a file cannot be read, or has no motion of a humanoid with two feet.
+    """
+    files = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    return Database(_mocap.index(files, mirror, pack, read_options))
