@@ -185,7 +185,7 @@ impl Compared<'_> {
                     let is_bound = !self.is_packed || ends[a];
                     match &rigid {
                         Some(rigid) if rigid.has_rotation[pair] => {
-                            errors.add_rotation(self.skin_error_since(then, now))
+                            errors.add_rotation(self.skin_error_since(then, now));
                         }
                         None if self.rotations && is_bound => {
                             let off = if ends[a] { off } else { DVec3::ZERO };
