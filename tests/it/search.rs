@@ -4,7 +4,7 @@
 use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
-use mocap::glam::{Vec2, Vec3};
+use mocap::glam::{Mat4, Vec2, Vec3};
 use mocap::matching::{
     Controller, Database, FeatureTree, FindOptions, Found, Gamepad, IndexedClip, Moves, Query, Trajectory,
 };
@@ -454,7 +454,7 @@ fn a_figure_does_what_a_gamepad_asks_for() {
         let far = Trajectory::new([Vec3::splat(velocity.x); 3], [Vec3::splat(velocity.y); 3]);
         figure.update(&far);
     }
-    assert!(figure.pose().node_to_world.iter().all(|matrix| matrix.is_finite()));
+    assert!(figure.pose().node_to_world.iter().all(Mat4::is_finite));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Pictures of what `mocap find` has found: a sheet, and a page with the player.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mocap::convert::Moment;
 use mocap::files::ReplacePolicy;
@@ -26,7 +26,7 @@ pub(super) fn check(args: &FindArgs, database: &Database) -> Result<(), Failure>
         return Err(super::unknown_extension(page, ".html"));
     }
     let policy = policy(args, database);
-    streams::refuse_one_file(args.sheet.iter().chain(&args.page).map(|path| path.as_path()))?;
+    streams::refuse_one_file(args.sheet.iter().chain(&args.page).map(PathBuf::as_path))?;
     for output in args.sheet.iter().chain(&args.page) {
         policy.check(output)?;
     }
@@ -39,7 +39,7 @@ fn policy(args: &FindArgs, database: &Database) -> ReplacePolicy {
         args.like.as_ref().map(|like| &like.file),
         args.pose.as_ref().map(|pose| &pose.file),
     ];
-    let queries = queries.into_iter().flatten().map(|file| file.as_path());
+    let queries = queries.into_iter().flatten().map(PathBuf::as_path);
     let inputs = [args.database.as_path()].into_iter().chain(queries).chain(clips);
     ReplacePolicy::new(inputs).force(args.force.force)
 }

@@ -40,7 +40,7 @@ pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
     Some(archive(&entries))
 }
 
-fn change(data: &mut Vec<u8>, random: &mut Rng) -> Option<()> {
+fn change(data: &mut [u8], random: &mut Rng) -> Option<()> {
     // Numbers stand behind the header of an array, at whole steps of their size.
     let numbers = data.len().saturating_sub(NUMPY_HEADER);
     let mut put = |at: usize, value: &[u8]| {
