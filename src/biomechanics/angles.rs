@@ -55,6 +55,9 @@ pub struct JointAngles {
     pub values: Vec<f64>,
 }
 
+/// The columns with the position of the pelvis in metres; all others are angles.
+pub(super) const POSITION: [&str; 3] = ["pelvis_tx", "pelvis_ty", "pelvis_tz"];
+
 /// How the rotation of a joint is taken apart.
 #[derive(Clone, Copy)]
 pub(super) enum Rotations {
@@ -241,7 +244,7 @@ fn pelvis(segments: &Segments) -> Vec<Column> {
     let rotations = segments.to_world(Segment::Pelvis).unwrap_or_default();
     let names = ["pelvis_tilt", "pelvis_list", "pelvis_rotation"];
     let mut columns = taken_apart(rotations.iter().copied(), Rotations::PLAIN, names.map(str::to_owned));
-    for (axis, name) in ["pelvis_tx", "pelvis_ty", "pelvis_tz"].into_iter().enumerate() {
+    for (axis, name) in POSITION.into_iter().enumerate() {
         let values = segments.pelvis.iter().map(|position| position[axis]);
         columns.push((name.to_owned(), values.collect()));
     }

@@ -1,4 +1,5 @@
-//! Ground reaction forces from the channels of force plates, as the C3D user guide describes their types.
+//! Ground reaction forces from the channels of force plates, as the C3D user guide describes their types. It does not
+//! describe types 5 to 7: their channels and matrices are as Visual3D's documentation has them (`FP_TYPE`).
 
 use glam::{DMat3, DVec3, Vec3};
 
@@ -12,7 +13,7 @@ use crate::scene::{AnalogChannel, ForcePlate, Recorded, Scene};
 /// anywhere.
 const LEAST_FORCE: f64 = 10.0;
 
-/// The names of a plate's columns, `*` is its number: those that OpenSim's reader of C3D files gives them.
+/// The names of a plate's columns, `*` is its number: those that OpenSim's script for C3D files, `osimC3D.m`, writes.
 const COLUMNS: [(&str, &str); 9] = [
     ("ground_force_*_vx", "N"),
     ("ground_force_*_vy", "N"),
@@ -49,7 +50,7 @@ impl TimeSeries {
         if plates.is_empty() {
             return Err(
                 Diagnostic::new(Code::NoMotion, "no force plate of the file is of a type that is known")
-                    .expected_found("type 1, 2, 3 or 4", series.notes.join("; "))
+                    .expected_found("type 1 to 7", series.notes.join("; "))
                     .into(),
             );
         }
@@ -96,19 +97,20 @@ type ForceAndMoment = (DVec3, DVec3);
 
 /// Computes the wrench of each sample. The error says why a plate is left out.
 fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, String> {
-    let of_values: fn(&ForcePlate, &[f64]) -> ForceAndMoment = match plate.plate_type {
-        1 => force_and_centre,
-        2 => force_and_moment,
-        3 => eight_sensors,
-        4 => calibrated,
+    let (needed, of_values): (usize, fn(&ForcePlate, &[f64]) -> ForceAndMoment) = match plate.plate_type {
+        1 => (6, force_and_centre),
+        2 | 4 => (6, force_and_moment),
+        3 | 7 => (8, eight_sensors),
+        5 => (8, force_and_moment),
+        6 => (12, twelve_sensors),
         other => return Err(format!("type {other}")),
     };
-    let needed = if plate.plate_type == 3 { 8 } else { 6 };
     if plate.channels.len() < needed {
         return Err(format!("{} channels of {needed}", plate.channels.len()));
     }
-    if plate.plate_type == 4 && plate.calibration.len() != 36 {
-        return Err("no calibration matrix of 6 x 6 numbers".to_owned());
+    let calibration = ForcePlate::calibration_size(plate.plate_type);
+    if let Some([rows, columns]) = calibration.filter(|[rows, columns]| plate.calibration.len() != rows * columns) {
+        return Err(format!("no calibration matrix of {rows} x {columns} numbers"));
     }
     let middle = plate.corners.iter().map(|corner| corner.as_dvec3()).sum::<DVec3>() / 4.0;
     let to_lab = axes(plate).ok_or("its corners are no rectangle")?;
@@ -138,7 +140,10 @@ fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, Stri
         for (channel, own) in values.iter_mut().enumerate() {
             *own = value(channel, sample) - base[channel];
         }
-        let (force, moment) = of_values(plate, &values);
+        let (force, moment) = match calibration {
+            Some([_, columns]) => of_values(plate, &calibrated(plate, columns, &values)),
+            None => of_values(plate, &values),
+        };
         let world = to_lab * force;
         if force.z.abs() < LEAST_FORCE {
             return Wrench {
@@ -173,13 +178,13 @@ fn force_and_centre(_: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     (force, centre.cross(force) + DVec3::new(0.0, 0.0, values[5]))
 }
 
-/// Type 2: forces, and moments about the origin of the sensors.
+/// Types 2, 4 and 5: forces, and moments about the origin of the sensors.
 fn force_and_moment(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let force = DVec3::from_slice(values);
     (force, DVec3::from_slice(&values[3..]) + force.cross(below(plate)))
 }
 
-/// Type 3: two sensors of x and y on each side, and four of z, in the quadrants.
+/// Types 3 and 7: two sensors of x and y on each side, and four of z, in the quadrants.
 fn eight_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let &[x12, x34, y14, y23, z1, z2, z3, z4, ..] = values else {
         return (DVec3::ZERO, DVec3::ZERO);
@@ -194,17 +199,24 @@ fn eight_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     (force, moment + force.cross(DVec3::new(0.0, 0.0, below(plate).z)))
 }
 
-/// Type 4: type 2 of the values times a matrix.
-fn calibrated(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
+/// Type 6: x, y and z at each of the corners.
+fn twelve_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
+    let &[x1, y1, z1, x2, y2, z2, x3, y3, z3, x4, y4, z4, ..] = values else {
+        return (DVec3::ZERO, DVec3::ZERO);
+    };
+    eight_sensors(plate, &[x1 + x2, x3 + x4, y1 + y4, y2 + y3, z1, z2, z3, z4])
+}
+
+/// The values times the matrix.
+fn calibrated(plate: &ForcePlate, columns: usize, values: &[f64]) -> Vec<f64> {
     let row = |row: &[f64]| row.iter().zip(values).map(|(factor, value)| factor * value).sum();
-    let values: Vec<f64> = plate.calibration.chunks(6).map(row).collect();
-    force_and_moment(plate, &values)
+    plate.calibration.chunks(columns).map(row).collect()
 }
 
 /// From the sensors to the middle of the surface. Sensors are below it and the plate's z points down, so that a height
 /// above 0 has the wrong sign, as some programs write it.
 fn below(plate: &ForcePlate) -> DVec3 {
-    match plate.origin.z > 0.0 && plate.plate_type != 3 {
+    match plate.origin.z > 0.0 && !matches!(plate.plate_type, 3 | 6 | 7) {
         true => -plate.origin,
         false => DVec3::new(plate.origin.x, plate.origin.y, -plate.origin.z.abs()),
     }

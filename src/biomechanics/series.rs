@@ -2,11 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::JointAngles;
+use super::angles::POSITION;
 use crate::error::{Code, Diagnostic, Result};
-use crate::files::ANALOG_MARK;
+use crate::files::{ANALOG_MARK, ANGLES_MARK};
 use crate::scene::{Recorded, Scene};
 
-/// Columns with their units, sample by sample.
+/// Columns with their units, sample by sample. [`JointAngles`] become one as well.
 ///
 /// ```
 /// use mocap::biomechanics::TimeSeries;
@@ -65,6 +67,21 @@ impl TimeSeries {
     pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
         let column = self.columns.iter().position(|own| own == name)?;
         Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
+    }
+}
+
+impl From<JointAngles> for TimeSeries {
+    fn from(angles: JointAngles) -> Self {
+        let is_length = |name: &str| POSITION.contains(&name);
+        let unit = |name: &String| if is_length(name) { "m" } else { "deg" }.to_owned();
+        Self {
+            title: ANGLES_MARK,
+            frame_rate: angles.frame_rate,
+            units: angles.columns.iter().map(unit).collect(),
+            columns: angles.columns,
+            values: angles.values,
+            notes: Vec::new(),
+        }
     }
 }
 

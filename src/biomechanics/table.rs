@@ -39,7 +39,8 @@ impl TimeSeries {
     /// A motion or storage file of OpenSim, `.mot` or `.sto`: a header, the names of the columns, and a row for each
     /// sample, separated by tabs.
     pub fn to_mot(&self) -> String {
-        self.rows().of_opensim(self.title, "no")
+        let in_degrees = if self.is_measured() { "no" } else { "yes" };
+        self.rows().of_opensim(self.title, in_degrees)
     }
 
     /// Comma-separated values: `time` in seconds, then the columns.
@@ -52,8 +53,12 @@ impl TimeSeries {
             frame_rate: self.frame_rate,
             columns: &self.columns,
             values: &self.values,
-            is_measured: true,
+            is_measured: self.is_measured(),
         }
+    }
+
+    fn is_measured(&self) -> bool {
+        self.title != ANGLES_MARK
     }
 }
 

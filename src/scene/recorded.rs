@@ -68,19 +68,34 @@ pub struct AnalogChannel {
 #[non_exhaustive]
 pub struct ForcePlate {
     /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of
-    /// Kistler; 4, as 2 with a calibration matrix. Others are kept and not computed.
+    /// Kistler; 4, as 2 with a calibration matrix; 5, eight sensors of which a matrix makes force and moment; 6, three
+    /// forces at each of four corners, and 7, as 3, both with a matrix. Others are kept and not computed.
     pub plate_type: u32,
     /// The corners in metres, in the quadrants +x +y, -x +y, -x -y and +x -y of the plate's own axes.
     pub corners: [Vec3; 4],
-    /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of type 3 half the
-    /// distances of the sensors along x and y, and the height of the sensors.
+    /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of types 3, 6 and 7
+    /// half the distances of the sensors along x and y, and the height of the sensors.
     pub origin: DVec3,
     /// The indices of its channels in [`Recorded::channels`].
     pub channels: Vec<usize>,
     /// What the values of each channel are multiplied by to be in newtons, metres and newton metres.
     pub scales: Vec<f64>,
-    /// Of type 4: six numbers of force and moment from six values, row by row.
+    /// Of types 4 to 7: what the values are multiplied by, row by row; 6 x 6 numbers, 6 x 8, 12 x 12 or 8 x 8. Of types
+    /// 4 and 5 force and moment follow, of the others the values of the sensors.
     pub calibration: Vec<f64>,
     /// The first and the last frame, from 0, in which nobody is on the plate, and whose mean is taken out.
     pub zero: Option<[usize; 2]>,
+}
+
+impl ForcePlate {
+    /// Rows and columns of the calibration matrix of a type that has one.
+    pub(crate) const fn calibration_size(plate_type: u32) -> Option<[usize; 2]> {
+        match plate_type {
+            4 => Some([6, 6]),
+            5 => Some([6, 8]),
+            6 => Some([12, 12]),
+            7 => Some([8, 8]),
+            _ => None,
+        }
+    }
 }

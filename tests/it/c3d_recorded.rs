@@ -28,16 +28,33 @@ const PLATES: [[[f64; 3]; 3]; 3] = [
     ],
 ];
 
-#[test]
-fn plates_give_the_forces_that_another_reader_finds() {
-    const SAMPLE: usize = 40;
-    let scene = mocap::import("fixtures/made/plates.c3d").unwrap();
-    let forces = TimeSeries::ground_forces(&scene).unwrap();
+/// What `tools/markers/plates.py` put into plates of type 5, 6 and 7 at that sample.
+const PLANTED: [[[f64; 3]; 3]; 3] = [
+    [
+        [-57.85903, -33.69977, 779.14866],
+        [173.59768, 144.18379, 0.0],
+        [0.0, 0.0, -1122.45369],
+    ],
+    [
+        [-45.31588, -49.29313, 779.14866],
+        [876.49570, 136.64115, 0.0],
+        [0.0, 0.0, -1122.45369],
+    ],
+    [
+        [-28.72479, -60.48329, 779.14866],
+        [1581.49330, 130.29180, 0.0],
+        [0.0, 0.0, -1122.45369],
+    ],
+];
+
+const SAMPLE: usize = 40;
+
+fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3]) {
     assert_eq!(
         (forces.frame_rate, forces.frames(), forces.columns.len()),
         (400.0, 80, 27)
     );
-    for (plate, expected) in PLATES.iter().enumerate() {
+    for (plate, expected) in plates.iter().enumerate() {
         let kinds = [
             ("ground_force_*_v", 1.0),
             ("ground_force_*_p", 1e-3),
@@ -55,6 +72,29 @@ fn plates_give_the_forces_that_another_reader_finds() {
             }
         }
     }
+}
+
+#[test]
+fn plates_with_matrices_give_the_forces_that_were_put_in() {
+    let scene = mocap::import("fixtures/made/plates_5_6_7.c3d").unwrap();
+    assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED);
+    // Without its matrix such a plate says nothing.
+    let mut bytes = std::fs::read("fixtures/made/plates_5_6_7.c3d").unwrap();
+    let name = bytes.windows(10).position(|window| window == b"CAL_MATRIX").unwrap();
+    bytes[name] = b'X';
+    let without = Importer::new().read(&bytes, "plates.c3d").unwrap();
+    let error = TimeSeries::ground_forces(&without).unwrap_err().to_string();
+    assert!(
+        error.contains("plate 2 was left out: no calibration matrix of 12 x 12 numbers"),
+        "{error}"
+    );
+}
+
+#[test]
+fn plates_give_the_forces_that_another_reader_finds() {
+    let scene = mocap::import("fixtures/made/plates.c3d").unwrap();
+    let forces = TimeSeries::ground_forces(&scene).unwrap();
+    assert_forces(&forces, &PLATES);
     let analog = TimeSeries::analog(&scene).unwrap();
     let found = analog.column("EMG").unwrap().nth(SAMPLE).unwrap();
     assert!((found / -2.542_101_590_941_384e-5 - 1.0).abs() < 1e-5, "{found}");

@@ -196,6 +196,37 @@ check("same", "arrays stand on the body that is given, and positions are solved,
   assert.throws(() => bvh(points, { joints: "no-such" }), { code: "invalid-value" });
 });
 
+check("same", "angles, forces, gait and reports are those of the program", () => {
+  /** The columns of a table as the program writes it as text. */
+  const assertTable = (table, text) => {
+    const [names, ...rows] = text.toString().trimEnd().split("\n").map((line) => line.split(","));
+    assert.deepEqual(["time", ...table.columns], names);
+    assert.equal(table.frameCount, rows.length);
+    assert.equal(table.units.length, table.columns.length);
+    rows.forEach((row, frame) => row.forEach((cell, column) => {
+      const own = column === 0 ? frame / table.frameRate : table.values[frame * table.columns.length + column - 1];
+      assert.ok(Math.abs(own - cell) < 2e-3 * Math.max(1, Math.abs(cell)), `${names[column]} ${frame}: ${own} is ${cell} in the program`);
+    }));
+  };
+  const plates = kept(mocap.read(readFileSync(join(fixtures, "made/plates.c3d")), "plates.c3d"));
+  assertTable(plates.groundForces(), program("forces", join(fixtures, "made/plates.c3d"), "-o", "-", "--quiet"));
+  assertTable(plates.analog(), program("analog", join(fixtures, "made/plates.c3d"), "-o", "-", "--quiet"));
+  assert.deepEqual(plates.recorded.events.map(({ label, context }) => [label, context]), [["Foot Strike", "Left"], ["Foot Off", "Right"], ["Foot Strike", "Right"]]);
+  assert.equal(plates.solved, null);
+  assert.throws(() => plates.gait(), MocapError);
+
+  const walk = kept(mocap.read(readFileSync(real("cmu_12_01_walk.bvh")), "walk.bvh"));
+  assertTable(walk.jointAngles(), program("angles", real("cmu_12_01_walk.bvh"), "-o", "-", "--quiet"));
+  const { file, ...gait } = JSON.parse(program("gait", real("cmu_12_01_walk.bvh"), "--json"));
+  assertNear(walk.gait(), gait, 1e-4);
+  assert.equal(walk.recorded, null);
+
+  const bytes = readFileSync(join(fixtures, "markers/cmu_01_01.c3d"));
+  const take = kept(mocap.read(bytes, "cmu_01_01.c3d", { markers: "auto", static: { name: "standing.c3d", bytes } }));
+  const args = ["info", "--json", join(fixtures, "markers/cmu_01_01.c3d"), "--markers", "auto", "--static", join(fixtures, "markers/cmu_01_01.c3d")];
+  assertNear(take.solved, JSON.parse(program(...args)).solved, 1e-3);
+});
+
 check("same", "diagnostics and assumptions are those of `mocap check`", () => {
   const paths = sample.some(all, 4);
   const { stdout } = spawnSync(process.env.MOCAP, ["check", "--json", ...paths], { encoding: "utf8", maxBuffer: 1 << 28 });

@@ -17,6 +17,10 @@ try {
   walk(new Uint8Array());
   const motion = mocap.read([{ name: "01.asf", bytes: "" }, { name: "01_01.amc", bytes: new ArrayBuffer(0) }]);
   mocap.read("", "take.npy", { body: { name: "SMPL.pkl", bytes: "" }, joints: "smpl22", lengths: "moving" });
+  const solved = mocap.read("", "take.c3d", { markers: "auto", static: { name: "standing.c3d", bytes: "" } });
+  const [first]: Float64Array = solved.jointAngles().values;
+  console.log(first, solved.groundForces().columns, solved.analog().units, solved.gait().cadence);
+  console.log(solved.solved?.swaps.length, solved.recorded?.events.map(({ time, label }) => `${time} ${label}`));
   motion.edit(["mirror", { step: "smooth", "cut-off": 8 }, "concat"], { others: [motion] }).reports?.at(0);
   const character = mocap.readCharacter(new Uint8Array(), "hero.vrm");
   const moved = motion.retarget(character, { scale: 1.1, feet: "free", limbAngles: true });

@@ -197,6 +197,14 @@ impl Parameters {
         }
     }
 
+    /// The sizes of an array, the fastest index first.
+    pub(super) fn sizes(&self, group: &str, name: &str) -> &[usize] {
+        match self.get(group, name) {
+            Some(Values::Numbers(_, sizes)) => sizes,
+            _ => &[],
+        }
+    }
+
     /// The names of the points.
     pub(super) fn labels(&self) -> Vec<&str> {
         self.all_texts("POINT", "LABELS")

@@ -21,9 +21,6 @@ const HEADER_LABELS: usize = 396;
 const HAS_LABELS: u16 = 12_345;
 const HEADER_EVENTS: usize = 18;
 
-/// Numbers of a calibration matrix.
-const CALIBRATION: usize = 36;
-
 /// What the file has beside points, of its complete frames; `None` where that is nothing.
 pub(super) fn read(
     bytes: &[u8],
@@ -255,10 +252,9 @@ fn plates(
                 .map(|(index, channel)| si(plate_type, index, &channels[*channel].unit, metres))
                 .collect(),
             channels: own,
-            calibration: match array("CAL_MATRIX", 2, plate, CALIBRATION) {
-                Some(matrix) if plate_type == 4 => calibration(matrix, metres),
-                _ => Vec::new(),
-            },
+            calibration: array("CAL_MATRIX", 2, plate, 1)
+                .and_then(|matrix| calibration(matrix, parameters.sizes(GROUP, "CAL_MATRIX"), plate_type, metres))
+                .unwrap_or_default(),
             zero: zero(parameters.all_numbers(GROUP, "ZERO").as_slice()),
         })
     };
@@ -276,13 +272,22 @@ fn plates(
     found
 }
 
-/// The matrix by rows, with moments in newton metres: the file has its columns one after the other.
-fn calibration(matrix: &[f64], metres: f64) -> Vec<f64> {
+/// The matrix by rows, with moments in newton metres: the file has its columns one after the other. An array that has
+/// room for plates of several types has larger matrices than this plate needs.
+fn calibration(matrix: &[f64], sizes: &[usize], plate_type: u32, metres: f64) -> Option<Vec<f64>> {
+    let [rows, columns] = ForcePlate::calibration_size(plate_type)?;
+    let &[stride, width, ..] = sizes else { return None };
+    if stride < rows || width < columns {
+        return None;
+    }
+    let is_moment = |row: usize| matches!(plate_type, 4 | 5) && row >= 3;
     let number = |index: usize| {
-        let (row, column) = (index / 6, index % 6);
-        matrix[6 * column + row] * if row < 3 { 1.0 } else { metres }
+        let (row, column) = (index / columns, index % columns);
+        matrix
+            .get(stride * column + row)
+            .map(|number| number * if is_moment(row) { metres } else { 1.0 })
     };
-    (0..CALIBRATION).map(number).collect()
+    (0..rows * columns).map(number).collect()
 }
 
 /// The first and the last frame of the baseline, counted from 0. C3D counts from 1: a range from 0 means that the file

@@ -14,15 +14,15 @@ mod controller;
 mod convert;
 mod edit;
 mod handle;
+mod open;
 mod retarget;
 mod run;
+mod table;
 
 use std::ffi::{CStr, c_char};
 use std::path::Path;
 use std::ptr;
 use std::slice;
-
-use mocap::Importer;
 
 use crate::border::{Failure, guard};
 use crate::handle::Animation;
@@ -42,11 +42,16 @@ pub use crate::convert::{
 };
 pub use crate::edit::{mocap_edit, mocap_edit_report_count, mocap_edit_report_text};
 pub use crate::handle::Scene;
+pub use crate::open::{mocap_open_file, mocap_open_file_as, mocap_open_memory};
 pub use crate::retarget::{
     Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
     mocap_unmapped_text,
 };
 pub use crate::run::{mocap_run, mocap_text_free};
+pub use crate::table::{
+    Table, mocap_report, mocap_table_column_count, mocap_table_free, mocap_table_name, mocap_table_new,
+    mocap_table_rate, mocap_table_row_count, mocap_table_unit, mocap_table_values,
+};
 
 /// The version of this interface. It grows when a program that was compiled against an older header may break;
 /// compare it with `mocap_interface_version`.
@@ -80,64 +85,6 @@ pub extern "C" fn mocap_version() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_error_text() -> *const c_char {
     border::last_failure()
-}
-
-/// Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
-///
-/// The formats, told apart by their contents, else by the extension:
-///
-/// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
-/// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
-/// - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
-/// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
-///   metres, +Y up.
-/// - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
-/// - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
-///   in units of 0.08 m, +Y up.
-/// - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
-/// - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
-///   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
-/// - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
-/// - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
-/// - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
-///
-/// 3ds Max `.bip` is refused, with advice on what to export instead.
-///
-/// The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
-/// root position is near zero on all axes while the OFFSET is not.
-///
-/// Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
-///
-/// # Safety
-/// `path` is a text that ends with a zero byte.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
-    guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over a text with a zero byte at its end.
-        let path = unsafe { text(path, "path") }?;
-        let path = path_from(path)?;
-        Ok(Scene::new(Importer::new().import(path)?).into_raw())
-    })
-}
-
-/// Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
-/// file in errors. Otherwise as `mocap_open_file`.
-///
-/// # Safety
-/// `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mocap_open_memory(bytes: *const u8, size: usize, name: *const c_char) -> *mut Scene {
-    guard(ptr::null_mut(), || {
-        if bytes.is_null() {
-            return Err(Failure::argument("bytes is NULL"));
-        }
-        // SAFETY: the caller hands over `size` bytes at `bytes`, which is not NULL.
-        let bytes = unsafe { slice::from_raw_parts(bytes, size) };
-        // SAFETY: the caller hands over a text with a zero byte at its end.
-        let name = unsafe { text(name, "name") }?;
-        let name = path_from(name)?;
-        Ok(Scene::new(Importer::new().read(bytes, name)?).into_raw())
-    })
 }
 
 /// Frees a scene and every text that came from it. NULL is allowed.

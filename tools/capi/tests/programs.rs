@@ -237,3 +237,21 @@ fn a_c_program_leads_a_figure() {
     let files = [hero, walk, file.to_str().unwrap()];
     assert_eq!(run(&program, &prefix, &files), "the figure goes where it is asked to\n");
 }
+
+#[test]
+fn a_c_program_has_tables_and_reports() {
+    let prefix = installed("laboratory");
+    let program = prefix.join("laboratory");
+    compile(C, "tests/laboratory.c", &program, &flags(&prefix, &[]));
+    // A few frames: valgrind is slow.
+    let markers = prefix.join("markers.trc");
+    let mut scene = mocap::import("../../fixtures/markers/cmu_01_01.c3d").unwrap();
+    mocap::Conversion::new().frame_rate(5.0).apply(&mut scene).unwrap();
+    mocap::Exporter::new().export(&scene, &markers).unwrap();
+    let files = [
+        "../../fixtures/made/plates.c3d",
+        markers.to_str().unwrap(),
+        "../../fixtures/real/cmu_12_01_walk.bvh",
+    ];
+    assert_eq!(run(&program, &prefix, &files), "the laboratory has what it asked for\n");
+}

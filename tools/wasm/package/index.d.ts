@@ -51,6 +51,8 @@ export interface ReadOptions {
   lengths?: "median" | "moving";
   /** Solves a skeleton from markers: `"auto"` by the labels of known sets, or the name of one of the files, a JSON. */
   markers?: "auto" | (string & {});
+  /** Markers of somebody who stands, some of which the motion may not have. */
+  static?: File;
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
   skeletonMesh?: "skinned" | "segmented" | "none";
   /** Read the meshes of a glTF file. */
@@ -252,6 +254,37 @@ export interface Written {
   report?: Record<string, unknown>;
 }
 
+/** Columns over time. Row `i` is at `i / frameRate` seconds. */
+export interface Table {
+  frameRate: number;
+  frameCount: number;
+  /** The names of the columns. */
+  columns: string[];
+  /** The unit of each column, such as `"deg"`, `"m"` or `"N"`; of analog channels that of the file, which may be empty. */
+  units: string[];
+  /** Row after row, with a value for each column; a copy. */
+  values: Float64Array;
+  /** What was decided or left out. */
+  notes: string[];
+}
+
+/** What a C3D file has beside markers; lengths in metres, +Y up, times in seconds from the first frame. */
+export interface Recorded {
+  events: { time: number; label: string; context: string; subject: string }[];
+  analog_rate: number;
+  samples_per_frame: number;
+  channels: { name: string; unit: string }[];
+  plates: Record<string, unknown>[];
+}
+
+/** How well a skeleton that was solved from markers explains them; lengths in metres. */
+export interface Solved {
+  markers: Record<string, unknown>[];
+  rms_of_seconds: number[];
+  joints: Record<string, unknown>[];
+  swaps: Record<string, unknown>[];
+}
+
 /** A scene in the module's memory. It never changes. `free()` or `using` frees it at once, the garbage collector some time. */
 export class Scene {
   private constructor();
@@ -301,6 +334,18 @@ export class Scene {
   robotMotion(): RobotMotion;
   /** The clip for the player of `mocap view`, as the drop page shows it. */
   toPlayer(name: string): PlayerClip;
+  /** The joint angles of a humanoid in degrees, as biomechanics states them, and the position of its pelvis; docs/biomechanics.md. */
+  jointAngles(): Table;
+  /** Of each force plate of a C3D file: the force of the ground, the centre of pressure, the free moment; docs/markers.md. */
+  groundForces(): Table;
+  /** The analog channels of a C3D file. */
+  analog(): Table;
+  /** Heel strikes, toe offs, strides and their means, as `mocap gait --json` prints them. */
+  gait(): Record<string, unknown>;
+  /** Events, channels and force plates of a C3D file; null where it has none. */
+  readonly recorded: Recorded | null;
+  /** How a skeleton was solved from markers; null for others. */
+  readonly solved: Solved | null;
   /** As `mocap dump --raw --json`. */
   toJson(): string;
   /**

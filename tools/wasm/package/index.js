@@ -234,6 +234,42 @@ export class Scene {
     return new Scene(this.#instance, this.#instance.call(request).answer);
   }
 
+  #table(columns) {
+    this.#check();
+    const { answer, bytes } = this.#instance.call({ call: "table", scene: this.#number, columns });
+    const values = new Float64Array(bytes.buffer);
+    return { ...answer, frameCount: values.length / answer.columns.length, values };
+  }
+
+  #report(report) {
+    this.#check();
+    return this.#instance.call({ call: "report", scene: this.#number, report }).answer;
+  }
+
+  jointAngles() {
+    return this.#table("angles");
+  }
+
+  groundForces() {
+    return this.#table("forces");
+  }
+
+  analog() {
+    return this.#table("analog");
+  }
+
+  gait() {
+    return this.#report("gait");
+  }
+
+  get recorded() {
+    return this.#report("recorded");
+  }
+
+  get solved() {
+    return this.#report("solved");
+  }
+
   #write(format, options) {
     this.#check();
     const { answer, bytes } = this.#instance.call({ call: "write", scene: this.#number, format, options });
@@ -515,11 +551,13 @@ export class Mocap {
     // The file that refers to the others comes first.
     const first = files.findIndex((file) => !BESIDE.test(file.name));
     if (first > 0) files.unshift(...files.splice(first, 1));
-    if (options.body) {
+    for (const key of ["body", "static"]) {
+      const own = options[key];
+      if (!own) continue;
       // Its name may be that of another file, and its folder tells them apart.
-      const name = files.some((file) => file.name === options.body.name) ? `body/${options.body.name}` : options.body.name;
-      files.push({ name, bytes: options.body.bytes });
-      options.body = name;
+      const name = files.some((file) => file.name === own.name) ? `${key}/${own.name}` : own.name;
+      files.push({ name, bytes: own.bytes });
+      options[key] = name;
     }
     const request = { call, files: files.map((file) => file.name), options };
     return this.#alive.call(request, files.map((file) => bytesOf(file.bytes)));

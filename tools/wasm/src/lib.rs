@@ -16,6 +16,7 @@ mod clips;
 mod controllers;
 mod failure;
 mod keys;
+mod laboratory;
 mod options;
 mod request;
 mod scenes;

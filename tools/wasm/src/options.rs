@@ -42,6 +42,9 @@ pub(crate) struct ReadOptions {
     joints: Option<String>,
     lengths: Option<Lengths>,
     markers: Option<String>,
+    /// The name of one of the files.
+    #[serde(rename = "static")]
+    static_trial: Option<String>,
     pub(crate) skeleton_mesh: Option<MeshKind>,
     pub(crate) gltf_meshes: bool,
 }
@@ -94,6 +97,9 @@ impl ReadOptions {
         }
         if let Some(markers) = &self.markers {
             importer = importer.markers(markers);
+        }
+        if let Some(trial) = &self.static_trial {
+            importer = importer.static_trial(trial);
         }
         if let Some(collapse) = self.collapse_keys {
             importer = importer.collapse_keys(collapse);

@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use crate::answer::SceneAt;
 use crate::failure::{Failure, Finding};
+use crate::laboratory::{self, Columns};
 use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, options_of};
 use crate::scenes::{Entry, Scenes};
 use crate::state::State;
@@ -69,6 +70,10 @@ enum Request {
         #[serde(default)]
         options: Value,
     },
+    /// Joint angles, ground reaction forces or analog channels.
+    Table { scene: u32, columns: Columns },
+    /// The gait of a walk, what a laboratory recorded, or how a skeleton was solved from markers.
+    Report { scene: u32, report: laboratory::Report },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
     /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the base,
@@ -133,6 +138,8 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             character,
             options,
         } => retarget(scenes, scene, character, &options_of("retarget", options)?),
+        Request::Table { scene, columns } => laboratory::table(&scenes.get(scene)?.scene, columns),
+        Request::Report { scene, report } => laboratory::report(&scenes.get(scene)?.scene, report),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
         Request::OpenClip { files: names } => {

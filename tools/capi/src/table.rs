@@ -1,0 +1,177 @@
+//! What a laboratory asks of a motion: columns over time, and reports.
+
+use std::ffi::{CStr, CString, c_char};
+use std::ptr;
+
+use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+
+use crate::border::{Failure, c_text, guard};
+use crate::handle::Scene;
+use crate::{opened, text};
+
+/// Columns over time. Only pointers to it leave the library.
+pub struct Table {
+    series: TimeSeries,
+    names: Vec<CString>,
+    units: Vec<CString>,
+}
+
+/// Makes a table of a scene, by the name of what is asked for:
+///
+/// - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
+///   signs of `docs/biomechanics.md`;
+/// - "forces": of each force plate of a C3D file the force of the ground in newtons, the centre of pressure in metres
+///   and the free moment in newton metres, +Y up;
+/// - "analog": the analog channels of a C3D file, in its units.
+///
+/// Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does
+/// not need the scene any longer.
+///
+/// # Safety
+/// `scene` is an open scene, and `what` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_new(scene: *const Scene, what: *const c_char) -> *mut Table {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?.scene();
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let what = unsafe { text(what, "what") }?;
+        let series = match what.to_bytes() {
+            b"angles" => JointAngles::of(scene)?.into(),
+            b"forces" => TimeSeries::ground_forces(scene)?,
+            b"analog" => TimeSeries::analog(scene)?,
+            _ => return Err(unknown(what, "angles, forces or analog")),
+        };
+        let texts = |texts: &[String]| texts.iter().map(|text| c_text(text)).collect();
+        Ok(Box::into_raw(Box::new(Table {
+            names: texts(&series.columns),
+            units: texts(&series.units),
+            series,
+        })))
+    })
+}
+
+/// Frees a table, its texts and its values. NULL is allowed.
+///
+/// # Safety
+/// `table` comes from `mocap_table_new`, was not freed before, and is used by no other thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_free(table: *mut Table) {
+    guard((), || {
+        if !table.is_null() {
+            // SAFETY: the pointer comes from `Box::into_raw`, and the caller gives it up.
+            drop(unsafe { Box::from_raw(table) });
+        }
+        Ok(())
+    });
+}
+
+/// How many columns a table has; 0 for NULL. Time is none of them: row `i` is at `i` divided by `mocap_table_rate`.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_column_count(table: *const Table) -> usize {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(0, || Ok(unsafe { made(table) }?.names.len()))
+}
+
+/// How many rows a table has; 0 for NULL.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_row_count(table: *const Table) -> usize {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(0, || Ok(unsafe { made(table) }?.series.frames()))
+}
+
+/// Rows a second; 0 for NULL.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_rate(table: *const Table) -> f64 {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(0.0, || Ok(unsafe { made(table) }?.series.frame_rate))
+}
+
+/// The name of a column, from 0, such as "knee_angle_r" or "ground_force_1_vy"; NULL beyond the last. The text lives as
+/// long as the table.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_name(table: *const Table, column: usize) -> *const c_char {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(ptr::null(), || at(&unsafe { made(table) }?.names, column))
+}
+
+/// The unit of a column, such as "deg", "m" or "N"; of analog channels as the file states it, and empty where it does
+/// not. NULL beyond the last. The text lives as long as the table.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_unit(table: *const Table, column: usize) -> *const c_char {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(ptr::null(), || at(&unsafe { made(table) }?.units, column))
+}
+
+/// The values of a table, row after row, with one for each column; NULL for NULL. They live as long as the table.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    guard(ptr::null(), || Ok(unsafe { made(table) }?.series.values.as_ptr()))
+}
+
+/// A report on a scene as JSON, by its name:
+///
+/// - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
+///   with their lengths and deviations, and `swaps`; `null` for other scenes;
+/// - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
+/// - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
+///
+/// `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
+///
+/// # Safety
+/// `scene` is an open scene, and `what` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_report(scene: *const Scene, what: *const c_char) -> *mut c_char {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?.scene();
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let what = unsafe { text(what, "what") }?;
+        let report = match what.to_bytes() {
+            b"solved" => serde_json::to_string(&scene.metadata.solved.as_deref()),
+            b"recorded" => serde_json::to_string(&scene.metadata.recorded.as_deref()),
+            b"gait" => serde_json::to_string(&Gait::of(scene)?),
+            _ => return Err(unknown(what, "solved, recorded or gait")),
+        };
+        let report = report.map_err(|error| Failure::argument(&error.to_string()))?;
+        Ok(c_text(&report).into_raw())
+    })
+}
+
+fn unknown(what: &CStr, known: &str) -> Failure {
+    Failure::argument(&format!("what must be {known}, got \"{}\"", what.to_string_lossy()))
+}
+
+fn at(texts: &[CString], column: usize) -> Result<*const c_char, Failure> {
+    let text = texts.get(column);
+    let text = text.ok_or_else(|| Failure::absent("column", column as u64, texts.len() as u64))?;
+    Ok(text.as_ptr())
+}
+
+/// The table behind a handle.
+///
+/// # Safety
+/// `table` is NULL or comes from `mocap_table_new`.
+unsafe fn made<'a>(table: *const Table) -> Result<&'a Table, Failure> {
+    // SAFETY: the caller hands over NULL or a table that lives.
+    unsafe { table.as_ref() }.ok_or_else(|| Failure::argument("the table is NULL"))
+}

@@ -1,0 +1,60 @@
+//! What a laboratory asks of a motion: columns over time, and reports.
+
+use mocap::Scene;
+use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::request::{Answer, json};
+
+/// Columns over time.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Columns {
+    Angles,
+    Forces,
+    Analog,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Report {
+    Gait,
+    Recorded,
+    Solved,
+}
+
+/// Their names as JSON, and the values, row after row, as doubles.
+pub(crate) fn table(scene: &Scene, columns: Columns) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Named {
+        frame_rate: f64,
+        columns: Vec<String>,
+        units: Vec<String>,
+        notes: Vec<String>,
+    }
+    let series = match columns {
+        Columns::Angles => JointAngles::of(scene)?.into(),
+        Columns::Forces => TimeSeries::ground_forces(scene)?,
+        Columns::Analog => TimeSeries::analog(scene)?,
+    };
+    let bytes = series.values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let named = Named {
+        frame_rate: series.frame_rate,
+        columns: series.columns,
+        units: series.units,
+        notes: series.notes,
+    };
+    Ok((json(&named)?, bytes))
+}
+
+/// As the program prints it with `--json`; `null` where a scene was not solved, or its file recorded nothing.
+pub(crate) fn report(scene: &Scene, report: Report) -> Result<Answer, Failure> {
+    let text = match report {
+        Report::Gait => json(&Gait::of(scene)?),
+        Report::Recorded => json(&scene.metadata.recorded.as_deref()),
+        Report::Solved => json(&scene.metadata.solved.as_deref()),
+    }?;
+    Ok((text, Vec::new()))
+}
