@@ -17,6 +17,7 @@ mod guess;
 mod landmarks;
 mod model;
 mod report;
+mod strays;
 mod take;
 mod track;
 
@@ -181,7 +182,11 @@ struct Chosen {
 /// Frames over the whole take in which all joints are known that are known in any.
 fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
     let all: Vec<usize> = (0..take.frames).step_by((take.frames / 1000).max(1)).collect();
-    let filled = take.filled(&all, standing);
+    // A reflection must not make the body.
+    let mut clean = take.filled(&all, None);
+    strays::leave_out(&mut clean);
+    let indices: Vec<usize> = (0..all.len()).collect();
+    let filled = clean.filled(&indices, standing);
     let found: Vec<Option<Centres>> = (0..all.len()).map(|frame| centres(&filled, frame)).collect();
     let most = found.iter().flatten().map(Vec::len).max().unwrap_or(0);
     let whole: Vec<usize> = (0..all.len())
@@ -199,7 +204,7 @@ fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
         .collect();
     let frames: Vec<usize> = sample.iter().map(|at| all[*at]).collect();
     Ok(Chosen {
-        take: take.filled(&frames, standing),
+        take: clean.filled(&sample, standing),
         centres: sample.iter().filter_map(|at| found[*at].clone()).collect(),
         frames,
     })
