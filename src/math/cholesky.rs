@@ -1,11 +1,26 @@
 //! Symmetric positive definite systems, of which the lower triangle is given row by row.
 
+/// Products that are added side by side, so that no addition waits for the one before.
+const LANES: usize = 4;
+
+/// The sum of the products of two rows of one length.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = std::iter::zip(a.remainder(), b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in std::iter::zip(a, b) {
+        for lane in 0..LANES {
+            lanes[lane] += a[lane] * b[lane];
+        }
+    }
+    rest + lanes.iter().sum::<f64>()
+}
+
 /// Replaces the lower triangle by its factor L, with L times its transpose the matrix.
 pub(crate) fn factor(matrix: &mut [f64], size: usize) {
     for row in 0..size {
         for column in 0..=row {
             let (above, here) = matrix.split_at_mut(row * size);
-            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
             if column < row {
                 let other = &above[column * size..column * size + column];
                 let sum = here[column] - dot(&here[..column], other);
@@ -27,7 +42,6 @@ pub(crate) fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usi
         let (above, here) = matrix.split_at_mut(row * size);
         for column in first[row]..=row {
             let from = first[row].max(first[column]);
-            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
             if column < row {
                 let other = &above[column * size..(column + 1) * size];
                 let sum = here[column] - dot(&here[from..column], &other[from..column]);
@@ -40,7 +54,7 @@ pub(crate) fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usi
     }
     for row in 0..size {
         let own = &matrix[row * size..(row + 1) * size];
-        let known: f64 = (first[row]..row).map(|column| own[column] * right[column]).sum();
+        let known = dot(&own[first[row]..row], &right[first[row]..row]);
         right[row] = (right[row] - known) / own[row];
     }
     for row in (0..size).rev() {
@@ -55,8 +69,13 @@ pub(crate) fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usi
 
 /// Solves L y = right, and leaves y in `right`.
 pub(crate) fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
-    for row in 0..size {
-        let known: f64 = (0..row).map(|column| matrix[row * size + column] * right[column]).sum();
+    forward_from(matrix, right, size, 0);
+}
+
+/// As [`forward`], of a right side that is 0 before `first`, as y then is.
+pub(crate) fn forward_from(matrix: &[f64], right: &mut [f64], size: usize, first: usize) {
+    for row in first..size {
+        let known = dot(&matrix[row * size + first..row * size + row], &right[first..row]);
         right[row] = (right[row] - known) / matrix[row * size + row];
     }
 }

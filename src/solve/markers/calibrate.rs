@@ -79,7 +79,7 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<C
     let first = model.clone();
     let unknowns = Unknowns::of(model);
     let mut fit = Fit::default();
-    let mut known = vec![None; model.joints.len()];
+    let mut factor = None;
     for _ in 0..STEPS {
         let mut matrix = vec![0.0; unknowns.count * unknowns.count];
         let mut right = vec![0.0; unknowns.count];
@@ -97,7 +97,7 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<C
         });
         cholesky::solve(&mut matrix, &mut right, unknowns.count);
         let Some(largest) = fit::largest(&right) else { break };
-        known = certainties(model, &unknowns, &matrix);
+        factor = Some(matrix);
         change(model, &unknowns, &right);
         // How far markers slide is told by the take, once the body is near.
         model.slides = (squares / f64::max(3.0 * seen, 1.0))
@@ -110,7 +110,10 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<C
     for frame in frames {
         fit.fit(model, &mut frame.pose, &frame.seen);
     }
-    known
+    match factor {
+        Some(factor) => certainties(model, &unknowns, &factor),
+        None => vec![None; model.joints.len()],
+    }
 }
 
 /// The deviations of joints, of which `factor` is Cholesky's factor of the inverse covariance of the body.
@@ -184,20 +187,22 @@ fn eliminated(
     }
     cholesky::factor(&mut own, poses);
     cholesky::forward(&own, &mut own_right, poses);
-    let mut touched = Vec::new();
+    // Each unknown of the body with the first of the pose with which it has to do.
+    let mut touched: Vec<(usize, usize)> = Vec::new();
     for body in 0..bodies {
         let row = &mut mixed[body * poses..(body + 1) * poses];
-        if row.iter().any(|value| *value != 0.0) {
-            cholesky::forward(&own, row, poses);
-            touched.push(body);
+        if let Some(first) = row.iter().position(|value| *value != 0.0) {
+            cholesky::forward_from(&own, row, poses, first);
+            touched.push((body, first));
         }
     }
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    for (index, &body) in touched.iter().enumerate() {
+    for (index, &(body, first)) in touched.iter().enumerate() {
         let row = &mixed[body * poses..(body + 1) * poses];
-        right[body] -= dot(row, &own_right);
-        for &other in &touched[..=index] {
-            matrix[body * bodies + other] -= dot(row, &mixed[other * poses..(other + 1) * poses]);
+        right[body] -= cholesky::dot(&row[first..], &own_right[first..]);
+        for &(other, own) in &touched[..=index] {
+            let from = first.max(own);
+            let other_row = &mixed[other * poses + from..(other + 1) * poses];
+            matrix[body * bodies + other] -= cholesky::dot(&row[from..], other_row);
         }
     }
 }
