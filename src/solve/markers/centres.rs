@@ -132,7 +132,12 @@ fn axis(normal: DVec3, other: DVec3) -> DVec3 {
 }
 
 fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centres) {
-    let (Some(left), Some(right)) = (at("LSHO"), at("RSHO")) else {
+    // Without a marker on the acromion one before the shoulder and one behind it say where it is.
+    let shoulder = |side: Side| {
+        let own = |name: &str| at(&sided(side, name));
+        own("SHO").or_else(|| Some(own("SHF")?.midpoint(own("SHB")?)))
+    };
+    let (Some(left), Some(right)) = (shoulder(Side::Left), shoulder(Side::Right)) else {
         return;
     };
     let spine = pelvis.front - pelvis.forward * pelvis.depth * 0.6;
@@ -149,7 +154,11 @@ fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centr
     found.push((Bone::Spine, spine));
     found.push((Bone::Chest, chest));
     found.push((Bone::Neck, neck));
-    let head: Vec<DVec3> = ["LFHD", "RFHD", "LBHD", "RBHD"].into_iter().filter_map(at).collect();
+    let around = |names: &[&str]| names.iter().filter_map(|name| at(name)).collect::<Vec<DVec3>>();
+    let mut head = around(&["LFHD", "RFHD", "LBHD", "RBHD"]);
+    if head.is_empty() {
+        head = around(&["HEAD", "HEDF", "HEDS", "LEAR", "REAR"]);
+    }
     if !head.is_empty() {
         let mean = head.iter().sum::<DVec3>() / head.len() as f64;
         found.push((Bone::Head, neck.lerp(mean, 0.5)));

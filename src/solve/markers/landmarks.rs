@@ -20,99 +20,130 @@ use On::{Bone as Hard, Muscle as Soft};
 type Row = (&'static str, Bone, On, &'static str);
 
 /// Sources: the marker placement guides of Carnegie Mellon University (41 markers), of Vicon's Plug-in Gait full body,
-/// of Helen Hayes (Kadaba 1990), the marker set of OpenSim's gait models, OptiTrack's Baseline and Conventional sets,
-/// and the Istituto Ortopedico Rizzoli (Leardini 2007).
+/// of Helen Hayes (Kadaba 1990), the marker set of OpenSim's gait models, OptiTrack's Baseline, Conventional and
+/// Biomech sets (docs.optitrack.com), the Istituto Ortopedico Rizzoli (Leardini 2007), Vicon's 53 markers of Blade and
+/// Shogun, the 47 of the Human Body Model (van den Bogert 2013), and those of OpenCap, which end in `_study`.
 const ROWS: &[Row] = &[
     ("*ASI", Bone::Hips, Hard, "*asi *fwt *asis waist*front *ias"),
     ("*PSI", Bone::Hips, Hard, "*psi *bwt *psis waist*back *ips"),
     ("SACR", Bone::Hips, Hard, "sacr sacrum vsacral vsacrum"),
-    ("*ILC", Bone::Hips, Soft, "*ilc *iliaccrest *gtr *gt"),
+    ("*ILC", Bone::Hips, Soft, "*ilc *iliaccrest"),
+    ("MFWT", Bone::Hips, Soft, "mfwt waistcfront"),
+    ("MBWT", Bone::Hips, Soft, "mbwt waistcback"),
     (
         "*KNE",
         Bone::LeftUpperLeg,
         Hard,
-        "*kne *kneelat *kneelateral *kneeout *latknee *fle *lk *le",
+        "*kne *kneelat *kneelateral *kneeout *latknee *fle *lk *le *lek *knee",
     ),
     (
         "*KNM",
         Bone::LeftUpperLeg,
         Hard,
-        "*knm *kneemed *kneemedial *kneein *medknee *mkne *fme *me",
+        "*knm *kneemed *kneemedial *kneein *medknee *mkne *fme *me *kni *mek *mknee",
     ),
-    ("*THI", Bone::LeftUpperLeg, Soft, "*thi *thigh *thighupper *th1"),
-    ("*TH2", Bone::LeftUpperLeg, Soft, "*th2 *thighfront"),
-    ("*TH3", Bone::LeftUpperLeg, Soft, "*th3 *thighrear"),
+    ("*GTR", Bone::LeftUpperLeg, Soft, "*gtr *gt *gtro *ftc"),
+    (
+        "*THI",
+        Bone::LeftUpperLeg,
+        Soft,
+        "*thi *thigh *thighupper *th1 *th *thighside *thigh1",
+    ),
+    ("*TH2", Bone::LeftUpperLeg, Soft, "*th2 *thighfront f*thi *thigh2"),
+    ("*TH3", Bone::LeftUpperLeg, Soft, "*th3 *thighrear *thigh3"),
     ("*TH4", Bone::LeftUpperLeg, Soft, "*th4"),
     (
         "*ANK",
         Bone::LeftLowerLeg,
         Hard,
-        "*ank *anklelat *anklelateral *ankleout *latankle *fal *lm",
+        "*ank *anklelat *anklelateral *ankleout *latankle *fal *lm *ankle",
     ),
     (
         "*ANM",
         Bone::LeftLowerLeg,
         Hard,
-        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mm",
+        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mm *mankle",
     ),
     (
         "*TIB",
         Bone::LeftLowerLeg,
         Soft,
-        "*tib *shn *shin *tibia *shank *shankupper *tb1 *sk1",
+        "*tib *shn *shin *tibia *shank *shankupper *tb1 *sk1 *sk *sh1 *ati",
     ),
-    ("*TB2", Bone::LeftLowerLeg, Soft, "*tb2 *sk2 *shankfront"),
-    ("*TB3", Bone::LeftLowerLeg, Soft, "*tb3 *sk3 *shankrear"),
+    ("*TB2", Bone::LeftLowerLeg, Soft, "*tb2 *sk2 *shankfront *sh2"),
+    ("*TB3", Bone::LeftLowerLeg, Soft, "*tb3 *sk3 *shankrear *sh3"),
     ("*TB4", Bone::LeftLowerLeg, Soft, "*tb4 *sk4"),
     ("*FHE", Bone::LeftLowerLeg, Hard, "*hf *fax"),
     ("*TTU", Bone::LeftLowerLeg, Hard, "*tt *ttc"),
-    ("*HEE", Bone::LeftFoot, Hard, "*hee *heel *ca *fcc *cal"),
+    ("*HEE", Bone::LeftFoot, Hard, "*hee *heel *ca *fcc *cal *hel *calc"),
     ("*TOE", Bone::LeftFoot, Hard, "*toe *mt2 *sm *fm2 *smh"),
     ("*TIP", Bone::LeftFoot, Soft, "*toetip *hallux"),
-    ("*MT5", Bone::LeftFoot, Hard, "*mt5 *toelat *toeout *vm *fm5 *vmh"),
+    (
+        "*MT5",
+        Bone::LeftFoot,
+        Hard,
+        "*mt5 *toelat *toeout *vm *fm5 *vmh *5meta",
+    ),
     ("*MT1", Bone::LeftFoot, Hard, "*mt1 *toemed *toein *fm *fm1 *fmh"),
     ("*MFS", Bone::LeftFoot, Soft, "*midfootsup"),
     ("*MFL", Bone::LeftFoot, Soft, "*midfootlat"),
     ("C7", Bone::Chest, Hard, "c7 cv7 backtop spinetop"),
-    ("T10", Bone::Chest, Hard, "t10 t8 tv10 tv8 mai spinethoracic12"),
+    ("T2", Bone::Chest, Hard, "t2 tv2"),
+    ("T10", Bone::Chest, Hard, "t10 t8 tv10 tv8 tv7 mai spinethoracic12"),
     ("CLAV", Bone::Chest, Hard, "clav sjn ij jn sternum chesttop"),
-    ("STRN", Bone::Chest, Hard, "strn sxs px xp chest"),
-    ("RBAC", Bone::Chest, Soft, "rbac rback backright"),
-    ("LBAC", Bone::Chest, Soft, "lbac lback backleft"),
+    ("STRN", Bone::Chest, Hard, "strn sxs px xp chest chestlow"),
+    ("XYPH", Bone::Chest, Hard, "xyph"),
+    ("RBAC", Bone::Chest, Soft, "rbac rbak rback backright"),
+    ("LBAC", Bone::Chest, Soft, "lbac lbak lback backleft"),
+    ("BBAC", Bone::Chest, Soft, "bbac"),
+    ("NAVE", Bone::Spine, Soft, "nave navel"),
     (
         "*SHO",
         Bone::LeftShoulder,
         Hard,
-        "*sho *acromium *acromion *acr *shouldertop *sae",
+        "*sho *acromium *acromion *acr *shouldertop *sae *caj *shoulder",
     ),
-    ("*SHB", Bone::LeftShoulder, Soft, "*shoulderback"),
+    ("*SHF", Bone::LeftShoulder, Soft, "*fsh *shoulderfront"),
+    ("*SHB", Bone::LeftShoulder, Soft, "*bsh *shoulderback"),
     (
         "*UPA",
         Bone::LeftUpperArm,
         Soft,
-        "*upa *bicep *biceps *uarmhigh *upperarm",
+        "*upa *bicep *biceps *uarmhigh *upperarm *ua *delt",
     ),
     (
         "*ELB",
         Bone::LeftUpperArm,
         Hard,
-        "*elb *elbow *elbowlat *elbowlateral *elbowout *hle",
+        "*elb *elbow *elbowlat *elbowlateral *elbowout *hle *lee *lelbow",
     ),
     (
         "*ELM",
         Bone::LeftUpperArm,
         Hard,
-        "*elm *elbowmed *elbowmedial *elbowin *hme *melb",
+        "*elm *elbowmed *elbowmedial *elbowin *hme *melb *iel *mee *melbow",
     ),
-    ("*FRM", Bone::LeftLowerArm, Soft, "*frm *fra *forearm"),
-    ("*WRA", Bone::LeftLowerArm, Hard, "*wra *wristlat *wristin *rsp *wrr"),
-    ("*WRB", Bone::LeftLowerArm, Hard, "*wrb *wristmed *wristout *usp *wru"),
-    ("*FIN", Bone::LeftHand, Hard, "*fin *hl2 *handout *hm2"),
-    ("*FHD", Bone::Head, Hard, "*fhd *temple head*"),
-    ("*BHD", Bone::Head, Hard, "*bhd"),
-    ("HEAD", Bone::Head, Hard, "ariel tophead headtop"),
-    ("HEDF", Bone::Head, Hard, "headfront"),
+    ("*FRM", Bone::LeftLowerArm, Soft, "*frm *fra *forearm *farm"),
+    (
+        "*WRA",
+        Bone::LeftLowerArm,
+        Hard,
+        "*wra *wristlat *wristin *rsp *wrr *iwr *lw *lwrist",
+    ),
+    (
+        "*WRB",
+        Bone::LeftLowerArm,
+        Hard,
+        "*wrb *wristmed *wristout *usp *wru *owr *mw *mwrist",
+    ),
+    ("*FIN", Bone::LeftHand, Hard, "*fin *hl2 *handout *hm2 *ohand"),
+    ("*HNI", Bone::LeftHand, Hard, "*handin *ihand"),
+    ("*FHD", Bone::Head, Hard, "*fhd *temple head* *ah"),
+    ("*BHD", Bone::Head, Hard, "*bhd *ph"),
+    ("HEAD", Bone::Head, Hard, "ariel tophead headtop thead"),
+    ("HEDF", Bone::Head, Hard, "headfront fhead"),
     ("HEDS", Bone::Head, Hard, "headside"),
+    ("*EAR", Bone::Head, Hard, "*head"),
 ];
 
 /// A set by its name and how some of its markers are called, which other sets call otherwise.
@@ -132,6 +163,22 @@ const SETS: &[(&str, &str)] = &[
         "the set of the Istituto Rizzoli",
         "lasis rasis lpsis rpsis lgt rgt lle rle lhf rhf ltt rtt",
     ),
+    (
+        "OptiTrack's biomechanical set",
+        "lias rias lips rips lfle rfle lfme rfme lfal rfal ltam rtam lfcc rfcc lcaj rcaj",
+    ),
+    (
+        "Vicon's set of 53",
+        "lfwt rfwt mfwt lbwt rbwt mbwt lfsh rfsh lbsh rbsh liel riel liwr riwr lkni rkni",
+    ),
+    (
+        "the Human Body Model's set",
+        "lasis rasis lgtro rgtro llek rlek llm rlm llee rlee lmee rmee xyph",
+    ),
+    (
+        "OpenCap's set",
+        "rasis lasis rmknee lmknee rmankle lmankle rcalc lcalc r5meta l5meta",
+    ),
 ];
 
 /// A landmark as a marker is one.
@@ -142,11 +189,38 @@ pub(super) struct Landmark {
     pub(super) on: On,
 }
 
-/// A label without the subject before a colon, in lower case, without what is no letter and no digit.
+/// A label without the subject before a colon, in lower case, without what is no letter and no digit, and without the
+/// end that all labels of OpenCap have.
 pub(super) fn key(label: &str) -> String {
     let label = label.rsplit(':').next().unwrap_or(label);
     let letters = label.chars().filter(|letter| letter.is_alphanumeric());
-    letters.flat_map(char::to_lowercase).collect()
+    let letters: String = letters.flat_map(char::to_lowercase).collect();
+    letters
+        .strip_suffix("study")
+        .map_or_else(|| letters.clone(), str::to_owned)
+}
+
+/// The keys of labels, without the name of a subject that stands before them without a colon: what makes the most of
+/// them known.
+pub(super) fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String> {
+    let keys: Vec<String> = labels.iter().map(|label| key(label)).collect();
+    let plain = keys.iter().filter(|key| known.contains_key(*key)).count();
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    for key in &keys {
+        let ends = key.char_indices().skip(1).map(|(at, _)| key.split_at(at));
+        for (subject, _) in ends.filter(|(_, end)| known.contains_key(*end)) {
+            *counts.entry(subject).or_default() += 1;
+        }
+    }
+    // Of two subjects the first by name: the order of a map is not that of the file.
+    let most = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(a.0)));
+    match most {
+        Some((subject, count)) if count > plain => keys
+            .iter()
+            .map(|key| key.strip_prefix(subject).unwrap_or(key).to_owned())
+            .collect(),
+        _ => keys,
+    }
 }
 
 /// All landmarks by the keys of their names.
@@ -193,4 +267,101 @@ pub(super) fn set_name(keys: &[String]) -> Option<&'static str> {
     let mut fitting: Vec<_> = SETS.iter().filter(|(_, names)| fits(names)).collect();
     fitting.sort_by_key(|(_, names)| count(names));
     fitting.last().map(|(name, _)| *name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The labels of each set as its guide lists them, where `*` stands for both sides, and how many of them are no
+    /// landmark here.
+    const GUIDES: &[(&str, &str, usize)] = &[
+        (
+            "CMU's set",
+            "*FHD *BHD C7 T10 CLAV STRN *SHO *UPA *ELB *FRM *WRA *WRB *FIN *FWT *BWT *THI *KNE *SHN *ANK *HEE *MT5 *TOE RBAC",
+            0,
+        ),
+        (
+            "Plug-in Gait",
+            "*FHD *BHD C7 T10 CLAV STRN RBAK *SHO *UPA *ELB *FRM *WRA *WRB *FIN *ASI *PSI *THI *KNE *TIB *ANK *HEE *TOE",
+            0,
+        ),
+        ("Helen Hayes' set", "*ASI SACR *THI *KNE *TIB *ANK *HEE *TOE", 0),
+        (
+            "Vicon's set of 53",
+            "ARIEL C7 CLAV STRN T10 MFWT MBWT *FHD *BHD *FSH *BSH *UPA *ELB *IEL *FRM *IWR *OWR *IHAND *OHAND *FWT *BWT \
+             *THI *KNE *KNI *SHN *ANK *HEL *MT1 *MT5 *TOE",
+            0,
+        ),
+        (
+            "OptiTrack's set",
+            "HeadTop HeadFront HeadSide BackTop BackLeft BackRight Chest Waist*Front Waist*Back *ShoulderTop \
+             *ShoulderBack *UArmHigh *ElbowOut *WristOut *WristIn *HandOut *ThighFront *KneeOut *Shin *AnkleOut *ToeOut \
+             *ToeIn",
+            0,
+        ),
+        (
+            "OptiTrack's set",
+            "HeadTop HeadFront HeadRight HeadLeft ChestTop ChestLow BackTop BackLeft BackRight WaistCBack Waist*Front \
+             Waist*Back *ShoulderTop *ShoulderBack *UArmHigh *ElbowOut *FArm *WristOut *WristIn *HandIn *HandOut *ThighFront \
+             *ThighSide *KneeOut *Shin *AnkleOut *Heel *ToeOut *ToeIn *ToeTip",
+            0,
+        ),
+        // The glenohumeral joint has a front and a back there, which no guide tells apart.
+        (
+            "OptiTrack's biomechanical set",
+            "*AH *PH SJN SXS CV7 TV2 TV7 *HGT *IAS *IPS *CAJ *HLE *HME *UA *HM2 *USP *RSP *FTC *FLE *FME *TH *SK *TTC *FAX \
+             *FAL *TAM *FM5 *FM1 *FM2 *FCC",
+            2,
+        ),
+        (
+            "the set of the Istituto Rizzoli",
+            "*ASIS *PSIS *GT *LE *ME *HF *TT *LM *MM *CA *FM *SM *VM",
+            0,
+        ),
+        (
+            "the Human Body Model's set",
+            "*ASIS *PSIS *GTRO *LEK *LM *TOE *SHO *LEE *MEE *LW *MW XYPH C7 THEAD *HEAD SACR T10 NAVE STRN *DELT *FIN BBAC \
+             F*THI *ATI *HEE *MT5 *FRM FHEAD",
+            0,
+        ),
+        // Hips are computed there.
+        (
+            "OpenCap's set",
+            "r.ASIS_study L.ASIS_study r.PSIS_study L.PSIS_study *_knee_study *_mknee_study *_ankle_study *_mankle_study \
+             *_toe_study *_5meta_study *_calc_study *_shoulder_study C7_study *_lelbow_study *_melbow_study *_lwrist_study \
+             *_mwrist_study *_thigh1_study *_thigh2_study *_thigh3_study *_sh1_study *_sh2_study *_sh3_study *HJC_study",
+            2,
+        ),
+    ];
+
+    fn labels(guide: &str) -> Vec<String> {
+        let of = |name: &str| match name.contains('*') {
+            true => vec![name.replace('*', "L"), name.replace('*', "R")],
+            false => vec![name.to_owned()],
+        };
+        guide.split_whitespace().flat_map(of).collect()
+    }
+
+    #[test]
+    fn every_set_is_known_by_its_guide_and_each_marker_is_a_landmark_of_its_own() {
+        let known = by_key();
+        for (set, guide, strange) in GUIDES {
+            let labels = labels(guide);
+            for subject in ["", "Anna:", "Subject 7_", "Skeleton2"] {
+                let named: Vec<String> = labels.iter().map(|label| format!("{subject}{label}")).collect();
+                let keys = keys(&named, &known);
+                assert_eq!(set_name(&keys), Some(*set), "{subject}");
+                let mut found: Vec<&str> = keys
+                    .iter()
+                    .filter_map(|key| Some(known.get(key)?.name.as_str()))
+                    .collect();
+                assert_eq!(found.len() + strange, labels.len(), "{set} {subject}: {found:?}");
+                found.sort_unstable();
+                let count = found.len();
+                found.dedup();
+                assert_eq!(found.len(), count, "{set}: {found:?}");
+            }
+        }
+    }
 }

@@ -54,10 +54,9 @@ impl Take {
             .map(|(index, node)| (node.name.clone(), track(animation, NodeId::new(index), frames)))
             .unzip();
         let known = landmarks::by_key();
-        let keys: Vec<String> = labels.iter().map(|label| landmarks::key(label)).collect();
-        let by_label = keys
-            .iter()
-            .map(|key| named.get(key).or_else(|| known.get(key)).cloned());
+        let keys = landmarks::keys(&labels, &known);
+        let by_label = std::iter::zip(&labels, &keys)
+            .map(|(label, key)| named.get(&landmarks::key(label)).or_else(|| known.get(key)).cloned());
         let mut by_label: Vec<Option<Landmark>> = by_label.collect();
         let mut guess = None;
         if may_guess && by_label.iter().flatten().count() < KNOWN {
