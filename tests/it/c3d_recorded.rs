@@ -49,7 +49,7 @@ const PLANTED: [[[f64; 3]; 3]; 3] = [
 
 const SAMPLE: usize = 40;
 
-fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3]) {
+fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3], tolerance: f64) {
     assert_eq!(
         (forces.frame_rate, forces.frames(), forces.columns.len()),
         (400.0, 80, 27)
@@ -65,7 +65,7 @@ fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3]) {
                 let name = format!("{}{axis}", name.replace('*', &(plate + 1).to_string()));
                 let found = forces.column(&name).unwrap().nth(SAMPLE).unwrap();
                 assert!(
-                    (found - value * metres).abs() < 1e-4,
+                    (found - value * metres).abs() < tolerance,
                     "{name}: {found} {}",
                     value * metres
                 );
@@ -77,7 +77,8 @@ fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3]) {
 #[test]
 fn plates_with_matrices_give_the_forces_that_were_put_in() {
     let scene = mocap::import("fixtures/made/plates_5_6_7.c3d").unwrap();
-    assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED);
+    // The file has raw values of 1e5 in single precision.
+    assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED, 1e-3);
     // Without its matrix such a plate says nothing.
     let mut bytes = std::fs::read("fixtures/made/plates_5_6_7.c3d").unwrap();
     let name = bytes.windows(10).position(|window| window == b"CAL_MATRIX").unwrap();
@@ -94,7 +95,7 @@ fn plates_with_matrices_give_the_forces_that_were_put_in() {
 fn plates_give_the_forces_that_another_reader_finds() {
     let scene = mocap::import("fixtures/made/plates.c3d").unwrap();
     let forces = TimeSeries::ground_forces(&scene).unwrap();
-    assert_forces(&forces, &PLATES);
+    assert_forces(&forces, &PLATES, 1e-4);
     let analog = TimeSeries::analog(&scene).unwrap();
     let found = analog.column("EMG").unwrap().nth(SAMPLE).unwrap();
     assert!((found / -2.542_101_590_941_384e-5 - 1.0).abs() < 1e-5, "{found}");
