@@ -65,7 +65,11 @@ impl JointSet {
         // The reader said the same of each point.
         scene.warnings.retain(|warning| warning.code != Code::Gap);
         scene.warnings.append(&mut points.warnings);
-        write(scene, self, &points, &rest, rotations, up);
+        let lengths = match self.lengths {
+            Lengths::Median => "lengths are medians",
+            Lengths::Moving => "lengths are those of each frame",
+        };
+        write(scene, self, &points, &rest, rotations, up, lengths);
         Ok(())
     }
 }
@@ -84,7 +88,7 @@ fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
     Ok(())
 }
 
-/// Replaces nodes and keys.
+/// Replaces nodes and keys; `lengths` says how those of bones were found.
 fn write(
     scene: &mut Scene,
     set: &JointSet,
@@ -92,6 +96,7 @@ fn write(
     rest: &Rest,
     world: Vec<Vec<Quat>>,
     up: (UpAxis, Confidence),
+    lengths: &str,
 ) {
     let order = set.depth_first();
     let mut ids = vec![None; set.joints.len()];
@@ -151,10 +156,6 @@ fn write(
             reason: reason.to_owned(),
             confidence,
         });
-    };
-    let lengths = match set.lengths {
-        Lengths::Median => "lengths are medians",
-        Lengths::Moving => "lengths are those of each frame",
     };
     let choice = format!("rotations are solved from the positions of {}; {lengths}", set.name);
     assume(Topic::Body, choice, "the file has no rotations", None);

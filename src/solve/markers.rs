@@ -155,7 +155,8 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .map(|track| track.iter().map(|rotation| rotation.as_quat()).collect())
         .collect();
     scene.metadata.metres_per_unit = Some(take.metres);
-    write(scene, &set, &solved, &rest, rotations, up);
+    let lengths = "lengths are refined with the poses";
+    write(scene, &set, &solved, &rest, rotations, up, lengths);
     Ok(())
 }
 
