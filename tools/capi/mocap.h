@@ -1,6 +1,6 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
  * change motions, put poses on another skeleton, play packed clips, lead a
- * figure by motion matching.
+ * figure by motion matching, make tables of joint angles and forces.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -94,6 +94,11 @@ typedef struct mocap_retargeter mocap_retargeter;
 typedef struct mocap_scene mocap_scene;
 
 /*
+ Columns over time. Only pointers to it leave the library.
+ */
+typedef struct mocap_table mocap_table;
+
+/*
  What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
  default.
  */
@@ -136,49 +141,6 @@ const char *mocap_version(void);
  own failures alone.
  */
 const char *mocap_error_text(void);
-
-/*
- Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
-
- The formats, told apart by their contents, else by the extension:
-
- - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
- - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
- - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
- - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
-   metres, +Y up.
- - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
- - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
-   in units of 0.08 m, +Y up.
- - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
- - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
-   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
- - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
- - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
- - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
-
- 3ds Max `.bip` is refused, with advice on what to export instead.
-
- The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
- root position is near zero on all axes while the OFFSET is not.
-
- Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
-
- # Safety
- `path` is a text that ends with a zero byte.
- */
-struct mocap_scene *mocap_open_file(const char *path);
-
-/*
- Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
- file in errors. Otherwise as `mocap_open_file`.
-
- # Safety
- `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
- */
-struct mocap_scene *mocap_open_memory(const uint8_t *bytes,
-                                      size_t size,
-                                      const char *name);
 
 /*
  Frees a scene and every text that came from it. NULL is allowed.
@@ -269,8 +231,8 @@ uint32_t mocap_channel_node(const struct mocap_scene *scene,
                             size_t channel);
 
 /*
- The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
- than there are frames. 0 if there is no such animation.
+ The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one
+ less than there are frames. 0 if there is no such animation.
 
  # Safety
  `scene` is an open scene.
@@ -553,6 +515,63 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
                                    size_t report);
 
 /*
+ Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+
+ The formats, told apart by their contents, else by the extension:
+
+ - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
+ - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
+ - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
+ - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
+   metres, +Y up.
+ - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
+ - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
+   in units of 0.08 m, +Y up.
+ - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
+ - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
+   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
+ - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
+ - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
+ - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
+
+ 3ds Max `.bip` is refused, with advice on what to export instead.
+
+ The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
+ root position is near zero on all axes while the OFFSET is not.
+
+ Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
+
+ # Safety
+ `path` is a text that ends with a zero byte.
+ */
+struct mocap_scene *mocap_open_file(const char *path);
+
+/*
+ Reads a motion file as a job does: `reading` is the JSON of its `read`, which `docs/job.schema.json` describes. So
+ markers are solved into a skeleton, with a trial of somebody who stands:
+
+     mocap_open_file_as("walk.trc", "{\"markers\": \"auto\", \"static\": \"standing.trc\"}")
+
+ `mocap_report` says how well. NULL stands for no options. Otherwise as `mocap_open_file`.
+
+ # Safety
+ `path` is a text that ends with a zero byte, and so is `reading`, or it is NULL.
+ */
+struct mocap_scene *mocap_open_file_as(const char *path,
+                                       const char *reading);
+
+/*
+ Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
+ file in errors. Otherwise as `mocap_open_file`.
+
+ # Safety
+ `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
+ */
+struct mocap_scene *mocap_open_memory(const uint8_t *bytes,
+                                      size_t size,
+                                      const char *name);
+
+/*
  Prepares the motion of the skeleton of `source` onto that of `target`, both of them humanoids of any rest pose, unit
  and axes. `scale` is how many times as long as those of the source the steps of the target are, in metres; 0: in the
  proportion of the legs.
@@ -635,6 +654,100 @@ char *mocap_run(const char *job);
  `text` comes from `mocap_run`, and was not freed before.
  */
 void mocap_text_free(char *text);
+
+/*
+ Makes a table of a scene, by the name of what is asked for:
+
+ - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
+   signs of `docs/biomechanics.md`;
+ - "forces": of each force plate of a C3D file the force of the ground in newtons, the centre of pressure in metres
+   and the free moment in newton metres, +Y up;
+ - "analog": the analog channels of a C3D file, in its units.
+
+ Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does
+ not need the scene any longer.
+
+ # Safety
+ `scene` is an open scene, and `what` is a text that ends with a zero byte.
+ */
+struct mocap_table *mocap_table_new(const struct mocap_scene *scene,
+                                    const char *what);
+
+/*
+ Frees a table, its texts and its values. NULL is allowed.
+
+ # Safety
+ `table` comes from `mocap_table_new`, was not freed before, and is used by no other thread.
+ */
+void mocap_table_free(struct mocap_table *table);
+
+/*
+ How many columns a table has; 0 for NULL. Time is none of them: row `i` is at `i` divided by `mocap_table_rate`.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+size_t mocap_table_column_count(const struct mocap_table *table);
+
+/*
+ How many rows a table has; 0 for NULL.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+size_t mocap_table_row_count(const struct mocap_table *table);
+
+/*
+ Rows a second; 0 for NULL.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+double mocap_table_rate(const struct mocap_table *table);
+
+/*
+ The name of a column, from 0, such as "knee_angle_r" or "ground_force_1_vy"; NULL beyond the last. The text lives as
+ long as the table.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+const char *mocap_table_name(const struct mocap_table *table,
+                             size_t column);
+
+/*
+ The unit of a column, such as "deg", "m" or "N"; of analog channels as the file states it, and empty where it does
+ not. NULL beyond the last. The text lives as long as the table.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+const char *mocap_table_unit(const struct mocap_table *table,
+                             size_t column);
+
+/*
+ The values of a table, row after row, with one for each column; NULL for NULL. They live as long as the table.
+
+ # Safety
+ `table` is NULL or comes from `mocap_table_new`.
+ */
+const double *mocap_table_values(const struct mocap_table *table);
+
+/*
+ A report on a scene as JSON, by its name:
+
+ - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
+   with their lengths and deviations, and `swaps`; `null` for other scenes;
+ - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
+ - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
+
+ `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
+
+ # Safety
+ `scene` is an open scene, and `what` is a text that ends with a zero byte.
+ */
+char *mocap_report(const struct mocap_scene *scene,
+                   const char *what);
 
 #ifdef __cplusplus
 }  // extern "C"
