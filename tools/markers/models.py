@@ -67,6 +67,40 @@ def planted(path, motion):
     return tracks, truth, centres
 
 
+def loads(mocap, model):
+    """OpenSim takes the forces of a file as external loads, by the names of their columns."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "forces.mot"
+        subprocess.run([mocap, "forces", str(HERE / "../../fixtures/made/plates.c3d"), "-o", str(path), "--quiet"], check=True)
+        written = mot(path)
+        model = opensim.Model(str(model))
+        all_loads = opensim.ExternalLoads()
+        all_loads.setDataFileName(str(path))
+        for plate in (1, 2, 3):
+            force = opensim.ExternalForce()
+            force.setName(f"plate{plate}")
+            force.set_applied_to_body("calcn_r")
+            force.set_force_expressed_in_body("ground")
+            force.set_point_expressed_in_body("ground")
+            force.set_force_identifier(f"ground_force_{plate}_v")
+            force.set_point_identifier(f"ground_force_{plate}_p")
+            force.set_torque_identifier(f"ground_moment_{plate}_m")
+            force.set_data_source_name(str(path))
+            all_loads.cloneAndAppend(force)
+        model.addModelComponent(all_loads)
+        all_loads.thisown = False
+        model.initSystem()
+        row = len(written["time"]) // 2
+        for plate in (1, 2, 3):
+            load = opensim.ExternalForce.safeDownCast(all_loads.get(plate - 1))
+            time = float(written["time"][row])
+            for name, found in ((f"ground_force_{plate}_v", load.getForceAtTime(time)), (f"ground_force_{plate}_p", load.getPointAtTime(time)),
+                                (f"ground_moment_{plate}_m", load.getTorqueAtTime(time))):
+                expected = [written[name + axis][row] for axis in "xyz"]
+                assert np.allclose(vector(found), expected, atol=1e-6), (name, vector(found), expected)
+    print(f"OpenSim {opensim.GetVersion()} applies the forces of three plates")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("mocap")
@@ -75,6 +109,7 @@ def main():
     parser.add_argument("--hold", action="store_true")
     given = parser.parse_args()
     opensim.Logger.setLevelString("Off")
+    loads(given.mocap, given.models / MODELS[0])
     random = np.random.default_rng(1)
     most = 0.0
     for motion in given.motions:
