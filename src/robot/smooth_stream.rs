@@ -38,8 +38,8 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 ///
 /// As [`RobotRetargeter::clip`] does it, with a window of 0.5 s: joints keep their limits of position and velocity,
 /// feet that stand stay where they are, and soles are above the floor. What needs the whole motion is left out: arms
-/// keep to the branch that they came into, and there is no report. [`RobotStream`](super::RobotStream) gives each pose at
-/// once, without a look ahead.
+/// keep to the branch that they came into, and there is no report. [`RobotStream`](super::RobotStream) gives each
+/// pose at once, without a look ahead.
 ///
 /// ```
 /// use mocap::robot::{RobotOptions, RobotRetargeter};

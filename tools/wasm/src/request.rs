@@ -76,8 +76,8 @@ enum Request {
     Report { scene: u32, report: laboratory::Report },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
-    /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the base,
-    /// its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
+    /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the
+    /// base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
     RobotMotion { scene: u32 },
     /// A packed clip, to be sampled.
     OpenClip { files: Vec<String> },
