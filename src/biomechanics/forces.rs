@@ -95,9 +95,12 @@ struct Wrench {
 /// Force and moment about the middle of the surface, in the plate's axes.
 type ForceAndMoment = (DVec3, DVec3);
 
+/// How a plate of a type gives them, from the values of its channels.
+type OfValues = fn(&ForcePlate, &[f64]) -> ForceAndMoment;
+
 /// Computes the wrench of each sample. The error says why a plate is left out.
 fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, String> {
-    let (needed, of_values): (usize, fn(&ForcePlate, &[f64]) -> ForceAndMoment) = match plate.plate_type {
+    let (needed, of_values): (usize, OfValues) = match plate.plate_type {
         1 => (6, force_and_centre),
         2 | 4 => (6, force_and_moment),
         3 | 7 => (8, eight_sensors),

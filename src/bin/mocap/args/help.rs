@@ -10,7 +10,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         &["convert", "retarget", "robot", "edit", "clean", "graph", "solve", "run"],
     ),
     ("Search", &["index", "find", "match"]),
-    ("Stream", &["record", "play"]),
+    ("Stream", &["record", "play", "bridge"]),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     (
         "Compute",
