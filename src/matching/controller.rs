@@ -236,7 +236,8 @@ impl Controller {
         let root = self.moves.frames[frame].root;
         let [new, old] = [frame, before].map(|frame| self.placed(&self.moves.frames[frame], &root));
         let offset = [position - new.0, log(rotation * new.1.inverse())];
-        let offset_before = [self.hips.0 - old.0, log(self.hips.1 * old.1.inverse())];
+        let turned_before = nearest_to(offset[1], log(self.hips.1 * old.1.inverse()));
+        let offset_before = [self.hips.0 - old.0, turned_before];
         for axis in 0..2 {
             self.hips_differ[axis] = (offset[axis], offset[axis] - offset_before[axis]);
         }
@@ -246,7 +247,7 @@ impl Controller {
             let (offset, speed) = *difference;
             let now = now[column] * exp(fade(offset, speed, self.since, FADE));
             let offset = log(new[column].inverse() * now);
-            let offset_before = log(old[column].inverse() * self.shown[column]);
+            let offset_before = nearest_to(offset, log(old[column].inverse() * self.shown[column]));
             *difference = (offset, offset - offset_before);
         }
         (self.frame, self.since) = (frame, 0);
@@ -304,5 +305,17 @@ impl Controller {
                 self.moves.scale,
             );
         }
+    }
+}
+
+/// Of the two rotation vectors up to 360 degrees that are the rotation `vector`, the one nearer to `other`: near 180
+/// degrees the shorter one changes its sign from frame to frame, which is no motion.
+fn nearest_to(other: Vec3, vector: Vec3) -> Vec3 {
+    let angle = vector.length();
+    let longer = vector * (1.0 - std::f32::consts::TAU / angle);
+    if angle > 0.0 && longer.distance_squared(other) < vector.distance_squared(other) {
+        longer
+    } else {
+        vector
     }
 }

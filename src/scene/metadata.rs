@@ -42,8 +42,8 @@ pub struct Metadata {
     #[serde(skip)]
     pub solved: Option<Arc<Solved>>,
     /// The model of MikuMikuDance whose skeleton it is.
-    #[serde(skip)]
-    pub(crate) mmd: Option<Arc<MmdModel>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) mmd: Option<Box<MmdModel>>,
 }
 
 /// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.

@@ -1,7 +1,9 @@
 //! What a motion for a model of MikuMikuDance must know of the model.
 
+use serde::{Deserialize, Serialize};
+
 /// The model that a scene is on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MmdModel {
     /// Its name.
     pub(crate) name: String,
@@ -14,7 +16,7 @@ pub(crate) struct MmdModel {
 }
 
 /// What a bone has of the rotation and the position of another, by their names.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MmdInherits {
     pub(crate) bone: String,
     pub(crate) source: String,

@@ -83,6 +83,7 @@ struct Close {
     void operator()(mocap_clip *clip) const noexcept { mocap_clip_close(clip); }
     void operator()(mocap_retargeter *retargeter) const noexcept { mocap_retargeter_free(retargeter); }
     void operator()(mocap_controller *controller) const noexcept { mocap_controller_free(controller); }
+    void operator()(mocap_table *table) const noexcept { mocap_table_free(table); }
     void operator()(char *text) const noexcept { mocap_text_free(text); }
 };
 
@@ -93,6 +94,12 @@ class Scene {
 public:
     /// Reads a file. Throws `Error` with file, line and column where that fails.
     static Scene open(const std::string &path) { return Scene(detail::opened(mocap_open_file(path.c_str()))); }
+
+    /// Reads a file as a job does: `reading` is the JSON of its `read`, such as `{"markers": "auto"}`.
+    static Scene open_as(const std::string &path, const std::string &reading)
+    {
+        return Scene(detail::opened(mocap_open_file_as(path.c_str(), reading.c_str())));
+    }
 
     /// Reads the bytes of a file, which are not kept. `name` stands for it in errors.
     static Scene read(const void *bytes, std::size_t size, const std::string &name)
@@ -210,6 +217,13 @@ public:
     std::vector<std::string> reports() const
     {
         return texts(mocap_edit_report_count(get()), mocap_edit_report_text);
+    }
+
+    /// "solved", "recorded" or "gait" as JSON, as `mocap_report` says it.
+    std::string report(const std::string &what) const
+    {
+        const std::unique_ptr<char, detail::Close> json(detail::opened(mocap_report(get(), what.c_str())));
+        return json.get();
     }
 
     /// The handle for the functions of mocap.h. It stays that of this object.
@@ -366,6 +380,45 @@ private:
 
     std::unique_ptr<mocap_controller, detail::Close> handle_;
     std::uint32_t count_;
+};
+
+/// Numbers over time that are no motion: "angles", "forces" or "analog" of a scene, as `mocap_table_new` makes them.
+class Table {
+public:
+    Table(const Scene &scene, const std::string &what)
+        : handle_(detail::opened(mocap_table_new(scene.get(), what.c_str())))
+    {
+    }
+
+    std::size_t column_count() const noexcept { return mocap_table_column_count(handle_.get()); }
+    std::size_t row_count() const noexcept { return mocap_table_row_count(handle_.get()); }
+
+    /// Rows a second.
+    double rate() const noexcept { return mocap_table_rate(handle_.get()); }
+
+    /// The name of a column. Throws beyond the last.
+    std::string name(std::size_t column) const { return text(mocap_table_name(handle_.get(), column)); }
+
+    /// The unit of a column; empty where the file states none. Throws beyond the last.
+    std::string unit(std::size_t column) const { return text(mocap_table_unit(handle_.get(), column)); }
+
+    /// All values, row after row, with one for each column.
+    std::vector<double> values() const
+    {
+        const double *first = mocap_table_values(handle_.get());
+        return std::vector<double>(first, first + row_count() * column_count());
+    }
+
+private:
+    static std::string text(const char *found)
+    {
+        if (found == nullptr) {
+            throw Error("the table has no such column", MOCAP_STATUS_BAD_ARGUMENT);
+        }
+        return found;
+    }
+
+    std::unique_ptr<mocap_table, detail::Close> handle_;
 };
 
 /// Does a job of JSON, as `mocap run` does; returns its report as JSON.

@@ -1,7 +1,6 @@
 //! Nodes of bones and morphs, and the motion at every frame.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 
@@ -185,7 +184,7 @@ fn bones(model: &Model, format: Format) -> (Scene, Vec<usize>) {
         ..Scene::default()
     };
     state_bones(&mut scene.nodes);
-    scene.metadata.mmd = Some(Arc::new(told(model)));
+    scene.metadata.mmd = Some(Box::new(told(model)));
     scene.metadata.format = Some(format);
     scene.metadata.metres_per_unit = Some(METRES_PER_UNIT);
     scene.metadata.up = Some(UpAxis::Y);

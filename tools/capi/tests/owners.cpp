@@ -166,6 +166,18 @@ void controller(const mocap::Scene &walk, const mocap::Scene &hero)
     check(error_of([&] { mocap::Controller::open(hero, "nothing", 7); }) != "", "no database is opened");
 }
 
+void tables(const mocap::Scene &walk)
+{
+    const mocap::Table angles(walk, "angles");
+    check(angles.column_count() > 10 && angles.row_count() > 100 && angles.rate() > 1, "a walk has angles");
+    check(angles.values().size() == angles.column_count() * angles.row_count(), "each column has a value in each row");
+    check(angles.unit(0) == "deg" || angles.unit(0) == "m", "a column has a unit");
+    check(error_of([&] { angles.name(angles.column_count()); }) != "", "there is no column beyond the last");
+    check(error_of([&] { mocap::Table(walk, "forces"); }) != "", "a BVH has no force plates");
+    check(walk.report("gait").find("strides") != std::string::npos, "a walk has strides");
+    check(walk.report("solved") == "null", "no markers were solved");
+}
+
 int main(int argc, char **argv)
 try {
     check(argc == 6, "there are five files");
@@ -173,6 +185,8 @@ try {
     lecture(argv[1]);
     const mocap::Scene walk = mocap::Scene::open(argv[2]);
     errors(walk);
+    tables(walk);
+    check(mocap::Scene::open_as(argv[2], "{}").node_count() == walk.node_count(), "no options are needed");
     changes(walk, argv[5]);
     clip(walk.converted(), argv[3]);
     retargeter(walk, mocap::Scene::open(argv[4]));
