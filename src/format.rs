@@ -205,6 +205,20 @@ pub(crate) struct Source<'a> {
     pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
 }
 
+impl<'a> Source<'a> {
+    /// Bytes in memory, with no other file beside them.
+    pub(crate) fn of_bytes(bytes: &'a [u8], name: &'a Path) -> Self {
+        Self {
+            bytes,
+            blocks: None,
+            name,
+            release: &|_| {},
+            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
+            list: &|_| Vec::new(),
+        }
+    }
+}
+
 impl FormatInfo {
     /// The formats, in the order in which detection by contents tries them.
     pub const ALL: &[FormatInfo] = &[

@@ -209,14 +209,7 @@ impl Importer {
     /// # Errors
     /// As [`Importer::import_robot`].
     pub fn read_robot(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Robot> {
-        self.robot(&Source {
-            bytes,
-            blocks: None,
-            name: name.as_ref(),
-            release: &|_| {},
-            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
-            list: &|_| Vec::new(),
-        })
+        self.robot(&Source::of_bytes(bytes, name.as_ref()))
     }
 
     fn robot(&self, source: &Source<'_>) -> Result<Robot> {

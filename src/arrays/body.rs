@@ -9,6 +9,7 @@ use super::npz;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::SMPL_ROOT;
+use crate::math::quaternion::rotation_vector;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, Scene, UpAxis};
@@ -141,7 +142,8 @@ impl BodyArrays {
                     Quat::from_mat4(&pose.node_to_world[node]).as_dquat().normalize()
                 });
                 world.push(own);
-                made.poses.extend(scaled_axis(above.inverse() * own).to_array());
+                made.poses
+                    .extend(rotation_vector((above.inverse() * own).normalize()).to_array());
             }
             let hips = made
                 .joints
@@ -190,7 +192,7 @@ impl BodyArrays {
         let mut trans = Vec::with_capacity(self.root.len());
         for frame in 0..self.frames {
             let root = to_z_up * DQuat::from_scaled_axis(self.vector(frame, 0));
-            poses[3 * frame * ALL_JOINTS..][..3].copy_from_slice(&scaled_axis(root).to_array());
+            poses[3 * frame * ALL_JOINTS..][..3].copy_from_slice(&rotation_vector(root.normalize()).to_array());
             trans.extend((to_z_up * self.root_position(frame) - self.rest(0)).to_array());
         }
         let frames = self.frames;
@@ -314,10 +316,4 @@ fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<us
     }
     let shift = SMPL_ROOT - positions.first().copied().unwrap_or_default();
     positions.iter().map(|root_position| *root_position + shift).collect()
-}
-
-/// The vector along the axis of the shorter rotation.
-fn scaled_axis(rotation: DQuat) -> DVec3 {
-    let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
-    rotation.normalize().to_scaled_axis()
 }

@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use crate::arrays::pickle::Pickle;
+use crate::math::quaternion::rotation_vector;
 use crate::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
 use crate::scene::robot::Placement;
 
@@ -184,12 +185,7 @@ impl RobotMotion {
         let mut rows = Vec::with_capacity(self.frames() * (6 + self.dof_names.len()));
         for (frame, root) in self.root.iter().enumerate() {
             rows.extend(root.translation.to_array());
-            let rotation = if root.rotation.w < 0.0 {
-                -root.rotation
-            } else {
-                root.rotation
-            };
-            rows.extend(rotation.to_scaled_axis().to_array());
+            rows.extend(rotation_vector(root.rotation).to_array());
             rows.extend(self.dof_of(frame));
         }
         Pickle::dictionary(|pickle| {

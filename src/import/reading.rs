@@ -97,23 +97,17 @@ impl Importer {
     /// ```
     ///
     /// # Errors
-    /// As [`Importer::read`], of a file that is no BVH too.
+    /// As [`Importer::read`], and where the file is no BVH.
     pub fn read_bvh(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
-        let source = Source {
-            bytes,
-            blocks: None,
-            name: name.as_ref(),
-            release: &|_| {},
-            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
-            list: &|_| Vec::new(),
-        };
+        let source = Source::of_bytes(bytes, name.as_ref());
         check_size(bytes.len() as u64, source.name, &self.read.limits)?;
         self.check_rates(&source)?;
-        let mut sum = self.hash.then(Sha256Sum::default);
-        if let Some(sum) = &mut sum {
+        let sum = self.hash.then(|| {
+            let mut sum = Sha256Sum::default();
             sum.add(bytes);
-        }
-        let sha256 = sum.map_or_else(String::new, Sha256Sum::finish);
+            sum.finish()
+        });
+        let sha256 = sum.unwrap_or_default();
         (bvh::FORMAT.read)(&source, &self.read)
             .and_then(|scene| self.finish_after(scene, &source, sha256, |_| Ok(())))
             .map_err(|error| error.with_path(source.name))
@@ -135,7 +129,7 @@ impl Importer {
         })
     }
 
-    /// The same with another step for what has no joints yet.
+    /// The steps that follow a reader; `solve` makes joints of what has none yet.
     fn finish_after(
         &self,
         mut scene: Scene,

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Mat4, Quat, Vec3};
 use rosc::OscMessage;
 use serde_json::{Map, Value, json};
 
@@ -47,7 +46,7 @@ pub struct VmcBridge {
     onto: Onto,
     says: Says,
     stage: Option<Stage>,
-    /// Why there is none.
+    /// Why there is no stage: the bones that came are no body.
     problem: Option<Error>,
     /// The bones that came, as they were last, and where they were first.
     bones: BTreeMap<Bone, BonePose>,
@@ -95,8 +94,17 @@ struct Stage {
 
 #[derive(Debug)]
 enum Mover {
-    Humanoid { retargeter: Box<Retargeter>, to: Pose },
-    Robot(Box<RobotStream>),
+    /// Onto a character: the pose of its skeleton, and the node of each bone.
+    Humanoid {
+        retargeter: Box<Retargeter>,
+        to: Pose,
+        bones: Vec<(Bone, usize)>,
+    },
+    /// Onto a robot, with the names of its joints.
+    Robot {
+        stream: Box<RobotStream>,
+        dof_names: Vec<String>,
+    },
 }
 
 impl VmcBridge {
@@ -239,19 +247,19 @@ impl VmcBridge {
         let clock = self.frame.clock.unwrap_or(self.frame.arrival);
         let seconds = self.frame.before.map_or(0.0, |before| clock - before);
         self.counts.frames += 1;
-        match (&mut stage.mover, &self.onto) {
-            (Mover::Humanoid { retargeter, to }, Onto::Humanoid(target)) => {
+        match &mut stage.mover {
+            Mover::Humanoid { retargeter, to, bones } => {
                 retargeter.pose(&stage.from, to);
-                let poses = posed(target, to);
+                let poses = posed(bones, to);
                 given.extend(match self.says {
                     Says::Vmc => vmc(&poses, clock),
                     Says::Json => vec![json_of_bones(&poses, clock)],
                 });
             }
-            (Mover::Robot(stream), Onto::Robot(robot)) => {
+            Mover::Robot { stream, dof_names } => {
                 let (base, positions) = stream.pose(&stage.from, seconds);
-                let joints: Map<String, Value> = (robot.dof_names().into_iter().zip(positions))
-                    .map(|(name, at)| (name, json!(at)))
+                let joints: Map<String, Value> = (dof_names.iter().zip(positions))
+                    .map(|(name, at)| (name.clone(), json!(at)))
                     .collect();
                 let root = json!({ "position": base.translation.to_array(), "rotation": base.rotation.to_array() });
                 given.push(
@@ -260,7 +268,6 @@ impl VmcBridge {
                         .into_bytes(),
                 );
             }
-            _ => {}
         }
     }
 }
@@ -272,23 +279,23 @@ impl Stage {
         let mut source = recorder.scene()?;
         // The floor is at 0, where the sender has it, and not under the feet of the first frame.
         source.animations.clear();
-        let nodes = source.nodes.iter().enumerate();
-        let nodes = nodes
-            .filter_map(|(index, node)| Some((node.humanoid_bone?, index)))
-            .collect();
         let mover = match onto {
             Onto::Humanoid(target) => Mover::Humanoid {
                 retargeter: Box::new(Retargeter::new(&source, target, &RetargetOptions::new())?),
                 to: Pose::rest(target),
+                bones: bones(target).collect(),
             },
             Onto::Robot(robot) => {
                 let options = RobotOptions::new().velocity_limits(true);
-                Mover::Robot(Box::new(RobotStream::new(&source, robot, &options)?))
+                Mover::Robot {
+                    stream: Box::new(RobotStream::new(&source, robot, &options)?),
+                    dof_names: robot.dof_names(),
+                }
             }
         };
         Ok(Self {
             from: Pose::rest(&source),
-            nodes,
+            nodes: bones(&source).collect(),
             mover,
         })
     }
@@ -298,33 +305,30 @@ impl Stage {
         for (bone, pose) in bones {
             let Some(&node) = self.nodes.get(bone) else { continue };
             let matrix = &mut self.from.node_to_parent[node];
-            *matrix = match bone {
-                Bone::Hips => {
-                    let pose = pose.below(root);
-                    Mat4::from_rotation_translation(pose.rotation, pose.position)
-                }
-                _ => Mat4::from_rotation_translation(pose.rotation, matrix.w_axis.truncate()),
-            };
+            *matrix = pose.to_parent(*bone, matrix.w_axis.truncate(), root);
         }
         self.from.update_world();
     }
 }
 
-/// The bones of the target against their parents.
-fn posed(target: &Scene, to: &Pose) -> Vec<(Bone, BonePose)> {
-    let pose = |matrix: &Mat4| {
+/// The bones of a skeleton, with their nodes.
+fn bones(scene: &Scene) -> impl Iterator<Item = (Bone, usize)> {
+    let nodes = scene.nodes.iter().enumerate();
+    nodes.filter_map(|(index, node)| Some((node.humanoid_bone?, index)))
+}
+
+/// The bones of the target to their parents.
+fn posed(bones: &[(Bone, usize)], to: &Pose) -> Vec<(Bone, BonePose)> {
+    let pose = |node: usize| {
         let Trs {
             translation, rotation, ..
-        } = Trs::from_matrix(*matrix);
+        } = Trs::from_matrix(to.node_to_parent[node]);
         BonePose {
             position: translation,
             rotation,
         }
     };
-    let nodes = target.nodes.iter().zip(&to.node_to_parent);
-    nodes
-        .filter_map(|(node, matrix)| Some((node.humanoid_bone?, pose(matrix))))
-        .collect()
+    bones.iter().map(|(bone, node)| (*bone, pose(*node))).collect()
 }
 
 fn vmc(poses: &[(Bone, BonePose)], clock: f64) -> Vec<Vec<u8>> {
@@ -336,13 +340,11 @@ fn vmc(poses: &[(Bone, BonePose)], clock: f64) -> Vec<Vec<u8>> {
 }
 
 fn json_of_bones(poses: &[(Bone, BonePose)], clock: f64) -> Vec<u8> {
-    let number = |pose: &BonePose| -> (Vec3, Quat) { (pose.position, pose.rotation) };
     let bones: Map<String, Value> = (poses.iter())
         .map(|(bone, pose)| {
-            let (position, rotation) = number(pose);
-            let mut said = json!({ "rotation": rotation.to_array() });
+            let mut said = json!({ "rotation": pose.rotation.to_array() });
             if *bone == Bone::Hips {
-                said["position"] = json!(position.to_array());
+                said["position"] = json!(pose.position.to_array());
             }
             (bone.as_str().to_owned(), said)
         })

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use glam::Mat4;
-
 use super::record::VmcRecorder;
 use super::vmc::{BonePose, Said, messages};
 use crate::pose::{Binding, Pose};
@@ -96,17 +94,10 @@ impl VmcPoses {
             return None;
         };
         for (index, node) in scene.nodes.iter().enumerate() {
-            let Some(BonePose { position, rotation }) = node.humanoid_bone.and_then(|bone| bones.get(&bone)) else {
-                continue;
-            };
-            pose.node_to_parent[index] = match (node.humanoid_bone, self.root) {
-                (Some(Bone::Hips), Some(root)) => Mat4::from_rotation_translation(
-                    root.rotation * *rotation,
-                    root.position + root.rotation * *position,
-                ),
-                (Some(Bone::Hips), None) => Mat4::from_rotation_translation(*rotation, *position),
-                _ => Mat4::from_rotation_translation(*rotation, node.transform.w_axis.truncate()),
-            };
+            let came = node.humanoid_bone.and_then(|bone| Some((bone, bones.get(&bone)?)));
+            if let Some((bone, came)) = came {
+                pose.node_to_parent[index] = came.to_parent(bone, node.transform.w_axis.truncate(), self.root);
+            }
         }
         pose.update_world();
         Some(pose.clone())

@@ -6,7 +6,7 @@
 //! other way about the mirrored axis, since a mirror swaps left and right turns: the axis a becomes -S a = (x, -y, -z),
 //! and the quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
 
-use glam::{Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use rosc::{OscMessage, OscPacket, OscType, decoder};
 
 use crate::scene::{Face, HumanoidBone as Bone};
@@ -33,6 +33,17 @@ impl BonePose {
         Self {
             position: root.position + root.rotation * self.position,
             rotation: root.rotation * self.rotation,
+        }
+    }
+
+    /// The bone to its parent. Only the hips move as they are sent; other bones stay at their `offset` and turn.
+    pub(super) fn to_parent(self, bone: Bone, offset: Vec3, root: Option<Self>) -> Mat4 {
+        match bone {
+            Bone::Hips => {
+                let hips = self.below(root);
+                Mat4::from_rotation_translation(hips.rotation, hips.position)
+            }
+            _ => Mat4::from_rotation_translation(self.rotation, offset),
         }
     }
 }
@@ -101,24 +112,9 @@ pub(super) fn said(message: &OscMessage) -> Said {
     read.unwrap_or(Said::Malformed)
 }
 
-/// Names of VRM 0 for expressions that are called otherwise in VRM 1.0.
-const EXPRESSIONS: [(&str, &str); 11] = [
-    ("joy", "happy"),
-    ("sorrow", "sad"),
-    ("fun", "relaxed"),
-    ("a", "aa"),
-    ("i", "ih"),
-    ("u", "ou"),
-    ("e", "ee"),
-    ("o", "oh"),
-    ("blink_l", "blinkLeft"),
-    ("blink_r", "blinkRight"),
-    ("surprised", "surprised"),
-];
-
 /// The expression of a blend shape; senders write the names of VRM 0 and of VRM 1.0, in any case.
 fn face(name: &str) -> Face {
-    let old = EXPRESSIONS.iter().find(|(old, _)| name.eq_ignore_ascii_case(old));
+    let old = Face::OF_VRM0.iter().find(|(old, _)| name.eq_ignore_ascii_case(old));
     let preset = old.map(|(_, preset)| *preset);
     let preset = preset.or_else(|| {
         Face::PRESETS

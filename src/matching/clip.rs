@@ -85,7 +85,8 @@ impl IndexedClip {
         Self::with_motion(scene, file, mirror, |_| Ok(Vec::new())).unwrap_or_default()
     }
 
-    /// The same, with the motions themselves within, as packed clips: within a tenth of a millimetre.
+    /// Indexes clips as [`IndexedClip::of`] does, and keeps their motions in the database, packed: no joint is farther
+    /// than 0.1 mm from its position in the file.
     ///
     /// ```
     /// use mocap::matching::{Database, IndexedClip, Moves};

@@ -1,7 +1,7 @@
 //! The frame nearest to a query, exactly: boxes around 16, 64 and 1,024 frames. A box is left out where its nearest
-//! point is farther than the best frame so far. Holden's demonstration has boxes around frames in a row; here frames
-//! are halved again and again along the number in which they are farthest apart, as in a k-d tree (Friedman, Bentley
-//! and Finkel, 1977), so that boxes are small.
+//! point is farther than the best frame so far. Holden's demonstration has boxes around consecutive frames. Here the
+//! frames are split in halves along the feature in which they spread most, and the halves again, as in a k-d tree
+//! (Friedman, Bentley and Finkel, 1977), so that boxes are small.
 //!
 //! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
 //! a weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller

@@ -1,6 +1,6 @@
 //! Functions of rotations that glam does not have.
 
-use glam::{Quat, Vec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// `rotation` scaled to length 1, without minus zeros; `None` where its length is 0 or not finite. In double precision,
 /// because the squares of tiny components, and of huge ones, are no numbers in single.
@@ -31,6 +31,12 @@ pub(crate) fn mean(rotations: &[Quat]) -> Option<Quat> {
     let first = *rotations.first()?;
     let add = |sum: Quat, rotation: &Quat| sum + in_hemisphere_of(first, *rotation);
     Some(rotations.iter().fold(first * 0.0, add).normalize())
+}
+
+/// The rotation vector, axis times angle, of a rotation in double precision along the shorter arc.
+pub(crate) fn rotation_vector(rotation: DQuat) -> DVec3 {
+    let shorter = if rotation.w < 0.0 { -rotation } else { rotation };
+    shorter.to_scaled_axis()
 }
 
 /// The rotation vector, axis times angle, of a rotation along the shorter arc: its logarithm. Exact for small angles,

@@ -96,7 +96,7 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 25] = [
+const MODULES: [&str; 26] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
@@ -114,6 +114,7 @@ const MODULES: [&str; 25] = [
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
     include_str!("view/drag.js"),
+    include_str!("view/bytes.js"),
     include_str!("view/webm.js"),
     include_str!("view/gif.js"),
     include_str!("view/mp4.js"),

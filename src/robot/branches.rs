@@ -12,8 +12,9 @@ use glam::DVec3;
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::solver::{Bounds, Solver};
-use super::terms::{Goals, Terms, rotation_vector};
+use super::terms::{Goals, Terms};
 use super::twin::Twin;
+use crate::math::quaternion::rotation_vector;
 use crate::scene::{HumanoidBone as Bone, Side};
 
 /// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.

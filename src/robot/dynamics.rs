@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
-use super::terms::rotation_vector;
+use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::{JointKind, Robot};
 
 /// The acceleration of gravity, in metres a second squared: MuJoCo's.

@@ -4,8 +4,9 @@ use glam::{DQuat, DVec2, DVec3, Quat};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
-use super::terms::{Goals, Reach, Turn, rotation_vector};
+use super::terms::{Goals, Reach, Turn};
 use super::twin::{Twin, TwinBone};
+use crate::math::quaternion::rotation_vector;
 use crate::pose::Pose;
 use crate::scene::robot::{Placement, Robot, RobotShape};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use super::terms::rotation_vector;
+use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::{Placement, Robot};
 
 /// In which order links and joints stand.

@@ -3,8 +3,9 @@
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::source_turns::{LIMBS, SourceTurns, limb};
-use super::terms::{Goals, rotation_vector};
+use super::terms::Goals;
 use super::twin::Twin;
+use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::JointKind;
 
 /// A joint that moves farther than this in [`WINDOW`] seconds jumps, unless the limb of the source turns by at least

@@ -3,6 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
+use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::JointKind;
 
 /// The unknowns of the base: three of its position and three of its rotation.
@@ -223,10 +224,4 @@ impl Terms {
             }
         }
     }
-}
-
-/// Axis and angle of a rotation by at most half a turn, as one vector.
-pub(super) fn rotation_vector(rotation: DQuat) -> DVec3 {
-    let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
-    rotation.to_scaled_axis()
 }

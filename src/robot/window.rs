@@ -19,7 +19,8 @@ use super::motion::RobotMotion;
 use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
-use super::terms::{Goals, ROOT, Reach, Terms, rotation_vector};
+use super::terms::{Goals, ROOT, Reach, Terms};
+use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::Placement;
 
 /// Frames of a window, and how many of them the next window solves again.

@@ -51,6 +51,23 @@ impl Face {
         "neutral",
     ];
 
+    /// What VRM 0 calls the expressions that VRM 1.0 names, but for those of a look and `surprised`, which it lacks.
+    pub(crate) const OF_VRM0: [(&'static str, &'static str); 13] = [
+        ("joy", "happy"),
+        ("angry", "angry"),
+        ("sorrow", "sad"),
+        ("fun", "relaxed"),
+        ("a", "aa"),
+        ("i", "ih"),
+        ("u", "ou"),
+        ("e", "ee"),
+        ("o", "oh"),
+        ("blink", "blink"),
+        ("blink_l", "blinkLeft"),
+        ("blink_r", "blinkRight"),
+        ("neutral", "neutral"),
+    ];
+
     /// The name of the expression, or `lookAt`.
     pub fn name(&self) -> &str {
         match self {

@@ -13,17 +13,16 @@ const HOST = "http://localhost:9/";
 
 const hash = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
-/** Opens a page of this folder or of the fixtures; `trouble` collects what it says and asks for in vain. */
-async function open(browser, address, fixtures) {
+/** Opens a page of the folders that `rootOf` gives for a path; `trouble` collects its messages and the files that it lacks. */
+export async function openPage(browser, address, rootOf) {
   const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
   const trouble = [];
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && trouble.push(message.text()));
   page.on("pageerror", (error) => trouble.push(error.message));
   await page.route("**/*", (route) => {
     const { pathname } = new URL(route.request().url());
-    const root = pathname.startsWith("/fixtures/") ? join(fixtures, "..") : import.meta.dirname;
     try {
-      const body = readFileSync(join(root, decodeURIComponent(pathname)));
+      const body = readFileSync(join(rootOf(pathname), decodeURIComponent(pathname)));
       return route.fulfill({ body, contentType: TYPES[extname(pathname)] ?? "application/octet-stream" });
     } catch {
       if (pathname === "/favicon.ico") return route.fulfill({ status: 204 });
@@ -36,6 +35,10 @@ async function open(browser, address, fixtures) {
 }
 
 export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, made }) {
+  /** Opens a page of this folder, or of the fixtures. */
+  const open = (browser, address) =>
+    openPage(browser, address, (pathname) => (pathname.startsWith("/fixtures/") ? join(fixtures, "..") : import.meta.dirname));
+
   /** Runs `use` in a browser of its own. */
   const inBrowser = (use) => async () => {
     const browser = await chromium.launch(launchOptions());
@@ -47,7 +50,7 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
   };
 
   check("browser", "scenes and GLBs in Chromium are those in Node", inBrowser(async (browser) => {
-    const { page, trouble } = await open(browser, "browser_check.html", fixtures);
+    const { page, trouble } = await open(browser, "browser_check.html");
     await page.waitForFunction(() => window.mocap);
     for (const path of sample.some(all, 24)) {
       const files = filesOf(path);
@@ -65,7 +68,7 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
   }));
 
   check("browser", "the example page plays a walk", inBrowser(async (browser) => {
-    const { page, trouble } = await open(browser, "example/index.html", fixtures);
+    const { page, trouble } = await open(browser, "example/index.html");
     await page.waitForFunction(() => window.played > 2);
     assert.equal(await page.evaluate(() => window.result.skeleton.bones.length), 38);
     if (process.env.MOCAP_PICTURE) await page.screenshot({ path: process.env.MOCAP_PICTURE });
@@ -73,7 +76,7 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
   }));
 
   check("browser", "<mocap-player> plays what its attributes say, and tells what is wrong", inBrowser(async (browser) => {
-    const { page, trouble } = await open(browser, "example/player.html?file=/fixtures/real/cmu_12_01_walk.bvh&character=/fixtures/characters/human_vrm0.vrm", fixtures);
+    const { page, trouble } = await open(browser, "example/player.html?file=/fixtures/real/cmu_12_01_walk.bvh&character=/fixtures/characters/human_vrm0.vrm");
     await page.waitForFunction(() => document.title === "cmu_12_01_walk on human_vrm0", undefined, { timeout: 60_000 });
     const player = (act) => page.evaluate(`(() => { const player = document.querySelector("mocap-player"); return ${act}; })()`);
     await page.waitForFunction(() => document.querySelector("mocap-player").currentTime > 0);
@@ -91,7 +94,7 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
   }));
 
   check("speed", "measures MocapLoader beside BVHLoader in Chromium", inBrowser(async (browser) => {
-    const { page } = await open(browser, "browser_check.html", fixtures);
+    const { page } = await open(browser, "browser_check.html");
     await page.waitForFunction(() => window.mocap);
     const { ours, theirs, read } = await page.evaluate(() => window.times("/fixtures/real/cmu_01_01.bvh"));
     const ratio = (theirs / ours).toFixed(1);

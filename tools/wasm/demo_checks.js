@@ -2,14 +2,12 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, readFileSync } from "node:fs";
-import { extname, join } from "node:path";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
 import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
+import { openPage } from "./browser_checks.js";
 
-const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
-/** An address that the browser trusts; nothing listens there, for every request is answered here. */
-const HOST = "http://localhost:9/";
 const ROOT = join(import.meta.dirname, "../..");
 
 export function demoChecks(check) {
@@ -17,21 +15,8 @@ export function demoChecks(check) {
     if (!existsSync(join(import.meta.dirname, "demo/moves.mdb"))) execFileSync(join(import.meta.dirname, "demo/build"));
     const browser = await chromium.launch(launchOptions());
     try {
-      const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
-      const trouble = [];
-      page.on("console", (message) => ["error", "warning"].includes(message.type()) && trouble.push(message.text()));
-      page.on("pageerror", (error) => trouble.push(error.message));
-      await page.route("**/*", (route) => {
-        const { pathname } = new URL(route.request().url());
-        try {
-          return route.fulfill({ body: readFileSync(join(ROOT, pathname)), contentType: TYPES[extname(pathname)] ?? "application/octet-stream" });
-        } catch {
-          trouble.push(`${pathname} is not there`);
-          return route.fulfill({ status: 404 });
-        }
-      });
       // Seen from behind: forward is +Z.
-      await page.goto(`${HOST}tools/wasm/demo/index.html?yaw=${Math.PI}`);
+      const { page, trouble } = await openPage(browser, `tools/wasm/demo/index.html?yaw=${Math.PI}`, () => ROOT);
       await page.waitForFunction(() => window.demo, null, { timeout: 60_000 });
       const root = () => page.evaluate(() => [...window.demo.figure.root]);
       const picture = async (name) => {

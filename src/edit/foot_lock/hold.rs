@@ -59,8 +59,8 @@ impl Hold {
         }
     }
 
-    /// Brings the foot to its level in each contact, as far as it is known: as one in a short contact, slowly in a long
-    /// one.
+    /// Lifts or lowers the foot to its level in each contact. The offset is smoothed over `blend` frames: a short
+    /// contact has one offset, in a long one it changes slowly. Where the level is not known, the foot stays.
     pub(super) fn level(&mut self, up: Vec3, blend: usize) {
         if self.levels.iter().all(Option::is_none) {
             return;

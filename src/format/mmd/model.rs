@@ -262,7 +262,7 @@ impl<'a> Reader<'a> {
             .collect())
     }
 
-    /// An index; -1 is none.
+    /// An index of a bone or another part; `None` for -1, which stands for no part.
     fn index(&mut self, of: usize) -> Result<Option<usize>, Failure> {
         let index = match self.size(of) {
             1 => i64::from(self.cursor.byte()?.cast_signed()),
@@ -303,7 +303,7 @@ impl<'a> Reader<'a> {
                     )));
                 }
             };
-            // And the scale of its edge.
+            // The scale of the edge, 4 bytes, follows the weights.
             self.cursor.take(weights + 4)?;
         }
         Ok(count)

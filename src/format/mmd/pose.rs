@@ -11,6 +11,7 @@ use glam::{DQuat, DVec3};
 use self::ik::Solver;
 use super::model::Model;
 use crate::format::Failure;
+use crate::math::quaternion::rotation_vector;
 
 /// The rotation and the translation of a bone against its parent; the translation is from its place at rest.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,7 @@ impl<'m> Posed<'m> {
                 let source = self.local(inherits.source);
                 let inherited = &mut self.inherited[bone];
                 if inherits.rotation {
-                    let turn = source.rotation.to_scaled_axis() * inherits.ratio;
+                    let turn = rotation_vector(source.rotation) * inherits.ratio;
                     inherited.rotation = DQuat::from_scaled_axis(turn);
                 }
                 if inherits.position {

@@ -59,7 +59,7 @@ export class Film {
   showChoices() {
     const kind = byId("film-kind").value;
     byId("film-rate-choice").hidden = !(kind in CODECS);
-    byId("film-said").textContent = kind === "png" ? "The picture as it is shown now." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the part of the time line that is shown, at ${this.player.state.speed}×.`;
+    byId("film-said").textContent = kind === "png" ? "The picture that is shown now." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the part of the time line that is shown, at ${this.player.state.speed}×.`;
   }
 
   get range() {
@@ -67,7 +67,7 @@ export class Film {
     return [Math.max(from, this.player.start), to];
   }
 
-  // The size of the picture: what is chosen, or as it is shown.
+  // Width and height of the picture: those that are chosen, or those of the canvas.
   get size() {
     const { canvas } = this.player;
     const chosen = byId("film-size").value;

@@ -1,18 +1,15 @@
 // Encoded pictures of H.264 as an MP4 film: boxes of ISO/IEC 14496-12, and of 14496-15 for the codec.
 
+import { bigEndian, bytesOfAll } from "./bytes.js";
+
 const TICKS_PER_SECOND = 90000;
-// Rows of the matrix that leaves a picture as it is: numbers with 16 and 30 bits behind the point.
-const UNTURNED = [0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000];
+// The identity matrix of a track, in fixed point: 16 bits after the point, and 30 in the last column.
+const IDENTITY_MATRIX = [0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000];
 
-const lengthInBytes = (parts) => parts.reduce((sum, part) => sum + part.length, 0);
-
-// Numbers of so many bytes, the highest first: pairs, or numbers of four bytes.
+// Numbers one after another: of four bytes each, or [number, count of bytes].
 function fields(...numbers) {
   const pairs = numbers.map((number) => (Array.isArray(number) ? number : [number, 4]));
-  const bytes = new Uint8Array(pairs.reduce((sum, [, size]) => sum + size, 0));
-  let at = 0;
-  for (const [number, size] of pairs) for (let k = size - 1; k >= 0; k--) bytes[at++] = Math.floor(number / 256 ** k) % 256;
-  return bytes;
+  return Uint8Array.from(pairs.flatMap(([number, count]) => [...bigEndian(number, count)]));
 }
 
 const letters = (word) => Uint8Array.from(word, (letter) => letter.charCodeAt(0));
@@ -20,7 +17,7 @@ const letters = (word) => Uint8Array.from(word, (letter) => letter.charCodeAt(0)
 // A box: its length, its name, and what is in it, as a list of pieces of bytes.
 function box(name, ...contents) {
   const parts = contents.flat();
-  return [fields(8 + lengthInBytes(parts)), letters(name), ...parts];
+  return [fields(8 + bytesOfAll(parts)), letters(name), ...parts];
 }
 
 // Where the pictures lie: all in one piece, at a place of the file.
@@ -41,9 +38,9 @@ export function mp4Of(pictures, format) {
   const { width, height, rate } = format;
   const duration = pictures.length * Math.round(TICKS_PER_SECOND / rate);
   const movie = (start) => box("moov",
-    box("mvhd", fields(0, 0, 0, TICKS_PER_SECOND, duration, 0x10000, [0x100, 2], [0, 10], ...UNTURNED, [0, 24], 2)),
+    box("mvhd", fields(0, 0, 0, TICKS_PER_SECOND, duration, 0x10000, [0x100, 2], [0, 10], ...IDENTITY_MATRIX, [0, 24], 2)),
     box("trak",
-      box("tkhd", fields(3, 0, 0, 1, 0, duration, [0, 8], [0, 2], [0, 2], [0, 2], [0, 2], ...UNTURNED, 0x10000 * width, 0x10000 * height)),
+      box("tkhd", fields(3, 0, 0, 1, 0, duration, [0, 8], [0, 2], [0, 2], [0, 2], [0, 2], ...IDENTITY_MATRIX, 0x10000 * width, 0x10000 * height)),
       box("mdia",
         box("mdhd", fields(0, 0, 0, TICKS_PER_SECOND, duration, [0x55c4, 2], [0, 2])),
         box("hdlr", fields(0, 0), letters("vide"), fields([0, 12], [0, 1])),
@@ -52,7 +49,7 @@ export function mp4Of(pictures, format) {
           box("dinf", box("dref", fields(0, 1), box("url ", fields(1)))),
           sampleTables(pictures, format, start)))));
   const head = box("ftyp", letters("isom"), fields(0x200), letters("isomiso2avc1mp41"));
-  const start = lengthInBytes(head) + lengthInBytes(movie(0)) + 8;
+  const start = bytesOfAll(head) + bytesOfAll(movie(0)) + 8;
   const bytes = pictures.map((picture) => picture.bytes);
   return new Blob([...head, ...movie(start), ...box("mdat", bytes)], { type: "video/mp4" });
 }

@@ -1,15 +1,8 @@
 // Encoded pictures as a WebM film: elements of Matroska, https://www.rfc-editor.org/rfc/rfc9559.
 
+import { bigEndian, bytesOfAll } from "./bytes.js";
+
 const utf8Encoder = new TextEncoder();
-
-// A number in so many bytes, the highest first.
-function bigEndian(number, count) {
-  const bytes = new Uint8Array(count);
-  for (let at = count - 1, rest = number; at >= 0; at--, rest = Math.floor(rest / 256)) bytes[at] = rest % 256;
-  return bytes;
-}
-
-const bytesOfAll = (parts) => parts.reduce((sum, part) => sum + part.length, 0);
 const fewestBytes = (number) => Math.max(1, Math.ceil(Math.log2(number + 1) / 8));
 
 // An element: its id, its length in eight bytes, and what is in it. Each is a list of pieces of bytes.

@@ -16,7 +16,7 @@ use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 use crate::{Failure, report, streams};
 
 /// Bytes of the longest packet of UDP.
-const LONGEST: usize = 65_536;
+pub(super) const LONGEST: usize = 65_536;
 
 /// Seconds by which a cleaned stream is late: a moment is then seen from both sides.
 const USUAL_DELAY: f64 = 0.5;
@@ -38,8 +38,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
         let error = io::Error::new(ErrorKind::NotFound, "there is no such folder for the recording");
         return Err(Failure::Folder(folder.to_owned(), error));
     }
-    let socket = UdpSocket::bind(args.source.0).map_err(|error| of_socket(args.source.0, &error))?;
-    socket.set_read_timeout(Some(PATIENCE))?;
+    let socket = listener(args.source)?;
     let is_over = over_at_a_signal()?;
     // A port of 0 is one that the system chooses.
     report::say(&format!(
@@ -78,8 +77,8 @@ fn listen(socket: &UdpSocket, seconds: Option<f64>, is_over: &AtomicBool) -> Vmc
     let is_late = || seconds.is_some_and(|seconds| begin.elapsed().as_secs_f64() >= seconds);
     while !is_over.load(Ordering::Relaxed) && !is_late() && !recorder.is_full() {
         // One packet that fails, as when a peer has gone, does not end the recording.
-        if let Ok((length, _)) = socket.recv_from(&mut packet) {
-            recorder.hear(&packet[..length], begin.elapsed().as_secs_f64());
+        if let Some(packet) = received(socket, &mut packet) {
+            recorder.hear(packet, begin.elapsed().as_secs_f64());
         }
     }
     recorder
@@ -180,12 +179,10 @@ pub(super) fn listener(source: Listen) -> Result<UdpSocket, Failure> {
     Ok(input)
 }
 
-/// The next packet, if one comes before it is looked whether to end.
-pub(super) fn received(input: &UdpSocket) -> Option<Vec<u8>> {
-    let mut packet = vec![0; LONGEST];
-    let (length, _) = input.recv_from(&mut packet).ok()?;
-    packet.truncate(length);
-    Some(packet)
+/// The next packet, in a buffer of [`LONGEST`] bytes; `None` where none comes soon, so that the end can be looked for.
+pub(super) fn received<'b>(input: &UdpSocket, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+    let (length, _) = input.recv_from(buffer).ok()?;
+    Some(&buffer[..length])
 }
 
 /// Sends a stream on without its noise, a delay later, until Ctrl-C.
@@ -205,9 +202,10 @@ fn send_on(args: &PlayArgs, source: Listen, peer: SocketAddr) -> Result<(), Fail
         peer
     ));
     let (mut sent, begin) = (0_u64, Instant::now());
+    let mut buffer = vec![0; LONGEST];
     while !is_over.load(Ordering::Relaxed) {
-        if let Some(packet) = received(&input) {
-            let given = cleaner.hear(&packet, begin.elapsed().as_secs_f64());
+        if let Some(packet) = received(&input, &mut buffer) {
+            let given = cleaner.hear(packet, begin.elapsed().as_secs_f64());
             send(&output, peer, &given)?;
             sent += given.len() as u64;
         }
@@ -235,16 +233,16 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
         args.onto.display(),
         peer.0
     ));
-    let (mut packet, begin) = (vec![0; LONGEST], Instant::now());
+    let (mut buffer, begin) = (vec![0; LONGEST], Instant::now());
     while !is_over.load(Ordering::Relaxed) {
-        let Ok((length, _)) = input.recv_from(&mut packet) else {
+        let Some(packet) = received(&input, &mut buffer) else {
             continue;
         };
         let seconds = begin.elapsed().as_secs_f64();
         match &mut cleaner {
-            None => send(&output, peer.0, &bridge.hear(&packet[..length], seconds))?,
+            None => send(&output, peer.0, &bridge.hear(packet, seconds))?,
             Some(cleaner) => {
-                for cleaned in cleaner.hear(&packet[..length], seconds) {
+                for cleaned in cleaner.hear(packet, seconds) {
                     send(&output, peer.0, &bridge.hear(&cleaned, seconds))?;
                 }
             }

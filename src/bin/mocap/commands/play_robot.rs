@@ -12,7 +12,7 @@ use mocap::live::{VmcCleaner, VmcPoses};
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::{Binding, Conversion, Importer, Pose, Scene};
 
-use super::live::{self, listener, over_at_a_signal, received, scene_of, wait_until};
+use super::live::{self, LONGEST, listener, over_at_a_signal, received, scene_of, wait_until};
 use crate::args::{Listen, PlayArgs};
 use crate::{Failure, report};
 
@@ -87,9 +87,10 @@ fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> 
     // A thread of its own listens, so that no packet is lost while a frame is solved.
     let (sender, receiver) = sync_channel(WAITING);
     let listener = thread::spawn(move || {
+        let mut buffer = vec![0; LONGEST];
         while !is_over.load(Ordering::Relaxed) {
-            if let Some(packet) = received(&input) {
-                let _ = sender.try_send((packet, start.elapsed().as_secs_f64()));
+            if let Some(packet) = received(&input, &mut buffer) {
+                let _ = sender.try_send((packet.to_vec(), start.elapsed().as_secs_f64()));
             }
         }
     });

@@ -6,29 +6,16 @@ use serde_json::Value;
 
 use crate::scene::Face;
 
-/// What VRM 0 calls the expressions of VRM 1.0, those of a look last.
-const OF_VRM0: [(&str, &str); 17] = [
-    ("joy", "happy"),
-    ("angry", "angry"),
-    ("sorrow", "sad"),
-    ("fun", "relaxed"),
-    ("a", "aa"),
-    ("i", "ih"),
-    ("u", "ou"),
-    ("e", "ee"),
-    ("o", "oh"),
-    ("blink", "blink"),
-    ("blink_l", "blinkLeft"),
-    ("blink_r", "blinkRight"),
-    ("neutral", "neutral"),
+/// The expressions of a look, in the order of their weights.
+const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
+
+/// What VRM 0 calls them.
+const LOOKS_OF_VRM0: [(&str, &str); 4] = [
     ("lookup", LOOKS[0]),
     ("lookdown", LOOKS[1]),
     ("lookleft", LOOKS[2]),
     ("lookright", LOOKS[3]),
 ];
-
-/// The expressions of a look, in the order of their weights.
-const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
 /// What one expression can hold back: the names of the property, and of the expressions.
 const OVERRIDES: [(&str, &[&str]); 3] = [
@@ -173,7 +160,8 @@ fn of_vrm1_expression(name: &str, is_preset: bool, value: &Value) -> Expression 
 /// In VRM 0 a mesh has the morph targets, and weights are in percent.
 fn of_vrm0_group(root: &Value, group: &Value) -> Expression {
     let preset = group["presetName"].as_str().unwrap_or_default();
-    let preset = OF_VRM0.iter().find(|(old, _)| *old == preset).map(|(_, name)| *name);
+    let mut names = Face::OF_VRM0.iter().chain(&LOOKS_OF_VRM0);
+    let preset = names.find(|(old, _)| *old == preset).map(|(_, name)| *name);
     let nodes_of = |mesh: usize| {
         let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
         nodes

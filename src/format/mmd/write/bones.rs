@@ -10,6 +10,7 @@ use glam::{DQuat, DVec3};
 
 use super::super::{generic, names, scene};
 use super::BoneTrack;
+use crate::math::quaternion::rotation_vector;
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone, MmdModel, NodeId, NodeKind, Scene};
 
@@ -229,7 +230,7 @@ impl Bones {
             let Some(inherited) = &bone.inherits else { continue };
             let (offset, rotation) = whole[inherited.source];
             if inherited.rotation {
-                let turn = DQuat::from_scaled_axis(shorter(rotation).to_scaled_axis() * inherited.ratio);
+                let turn = DQuat::from_scaled_axis(rotation_vector(rotation) * inherited.ratio);
                 keys[index].1 = (keys[index].1 * turn.inverse()).normalize();
             }
             if inherited.position {
@@ -237,11 +238,6 @@ impl Bones {
             }
         }
     }
-}
-
-/// The same rotation along the shorter arc.
-fn shorter(rotation: DQuat) -> DQuat {
-    if rotation.w < 0.0 { -rotation } else { rotation }
 }
 
 /// Whether the motion turns or moves a node away from its rest pose.

@@ -1,0 +1,11 @@
+// Numbers as bytes, for the files of films.
+
+/** How many bytes a list of pieces has. */
+export const bytesOfAll = (parts) => parts.reduce((sum, part) => sum + part.length, 0);
+
+/** A number in so many bytes, the highest first. */
+export function bigEndian(number, count) {
+  const bytes = new Uint8Array(count);
+  for (let at = count - 1, rest = number; at >= 0; at--, rest = Math.floor(rest / 256)) bytes[at] = rest % 256;
+  return bytes;
+}
