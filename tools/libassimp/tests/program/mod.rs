@@ -24,7 +24,13 @@ pub(crate) fn our_folder() -> &'static Path {
         succeed(
             Command::new(env!("CARGO"))
                 .args(["build", "--quiet", "--target-dir"])
-                .arg(target),
+                .arg(target)
+                // What the tests are built with, so that mocap is not compiled a second time.
+                .args(if cfg!(feature = "meshopt") {
+                    &["--features", "meshopt"][..]
+                } else {
+                    &[]
+                }),
         );
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lib");
         std::fs::create_dir_all(&folder).unwrap();
