@@ -258,7 +258,7 @@ impl Retargeter {
         contacts_of(source, animation, &self.source.figure)
     }
 
-    /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With
+    /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
     /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
     /// better so.
     ///

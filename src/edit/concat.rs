@@ -167,8 +167,8 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     Ok(report)
 }
 
-/// The frames of an animation and of the first one of another scene with the same joints, both with every node that
-/// either drives.
+/// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
+/// that one of the two drives.
 pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames, Frames)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");

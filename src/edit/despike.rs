@@ -20,8 +20,9 @@ step! {
     /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
     /// frames before and after.
     ///
-    /// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
-    /// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
+    /// A value is such a spike by its distance from the middle of the two values `n` frames before and after it: above
+    /// `threshold` times the median distance of the values around, for an `n` up to the longest spike (Hampel's
+    /// identifier).
     /// Longer runs, between two jumps that undo each other, are turned back, as those of a bone that is turned about
     /// itself for some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and
     /// joints below keep their positions.

@@ -102,10 +102,11 @@ impl fmt::Display for LoopReport {
 /// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
 const CANDIDATES: usize = 200;
 
-/// How many times the squared distance of the two poses may be that of the best, for a calmer moment of the same cycle.
+/// A calmer moment of the cycle is taken where the squared distance of its two poses is at most this many times the
+/// smallest.
 const CALM: f32 = 3.0;
 
-/// How many moments of a cycle are looked at for that, about.
+/// About how many moments of a cycle are looked at for a calmer one.
 const MOMENTS: usize = 60;
 
 fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result<LoopReport> {

@@ -40,7 +40,7 @@ impl Poses {
                 continue;
             }
             if let Some(weight) = speed_weight.filter(|_| last > 0) {
-                // That of the last frame is that of the one before.
+                // The last frame has no next one: it has the speed of the frame before.
                 add(of_chosen(&|frame| {
                     let from = frame.min(last - 1);
                     log(rotation(from, column).inverse() * rotation(from + 1, column)) * weight.sqrt()
@@ -57,8 +57,8 @@ impl Poses {
         poses
     }
 
-    /// The distances of one pose, an index among the chosen frames of `from`, which is of the same joints, to all of
-    /// these.
+    /// The distances from one pose, an index among the chosen frames of `from`, to all chosen frames of `self`. Both
+    /// have the same joints.
     pub(super) fn distances(&self, from: &Self, index: usize) -> Vec<f32> {
         let mut sums = vec![0.0; self.count];
         for (track, from) in self.rotations.iter().zip(&from.rotations) {

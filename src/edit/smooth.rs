@@ -305,8 +305,8 @@ impl Padded {
 
 /// The changes of all frames, each in its tangent space: x, y and z.
 ///
-/// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative is that
-/// back: each is found once, for both.
+/// The rotation vector from one frame to another is equal in the tangent spaces of both, and its negative leads back:
+/// each is found once, for both.
 fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
     let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
     let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);

@@ -79,7 +79,7 @@ impl Walk {
     /// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
         let mut joined = Joined::new(self, clips)?;
-        // The skeleton of the first clip is that of the graph.
+        // A graph has the skeleton of its first clip.
         let base = clips[0].0;
         let figure = Figure::new(base);
         let space = CloudSpace::new(base, &figure)?;
@@ -192,7 +192,7 @@ impl<'a> Joined<'a> {
         ends.collect()
     }
 
-    /// The pose at a time, which is not before that of the call before.
+    /// The pose at a time. Times must not fall from call to call.
     fn row(&mut self, seconds: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
         let at = seconds * self.walk.rate;
         let blend = (self.walk.window - 1) as f64;

@@ -37,8 +37,8 @@ const FEWEST: usize = 5;
 /// lower bone is turned as the upper one.
 const FARTHEST: f32 = 1.05;
 
-/// The cosine of the largest angle between an axis of the lower joint and that of the hinge on the average, in the
-/// frame of that joint, with which the choice between quarter turns is clear: 25 degrees.
+/// The choice between quarter turns is clear up to this angle between an axis of the lower joint and the average axis
+/// of the hinge, in the frame of the joint: the cosine of 25 degrees.
 const CLEAR: f32 = 0.906;
 
 /// The largest angle between a joint of the trunk whose frame is laid along it, or of the head, on the average of the
@@ -55,7 +55,7 @@ const PELVIS_ALONG: f32 = 0.99;
 pub(super) enum Evidence {
     /// By its hinge.
     Hinge,
-    /// By its hinge, which is not that of the other side, mirrored.
+    /// By its hinge, which is not the mirrored hinge of the other side.
     UnlikeOtherSide,
     /// By the hinge of the other side, mirrored.
     OtherSide,
@@ -107,7 +107,7 @@ pub(crate) fn bend_axis(bone: Bone) -> Option<Vec3> {
 }
 
 impl Shown {
-    /// Examines some frames of all animations. `up` is that of the world.
+    /// Examines some frames of all animations. `up` is the world's.
     pub(super) fn new(
         scene: &Scene,
         hierarchy: &Hierarchy,
@@ -199,7 +199,7 @@ impl Shown {
         }
     }
 
-    /// Compares a limb with that of the other side.
+    /// Compares a limb with the limb of the other side.
     fn compare(&mut self, limb: &Limb, other: &Limb) {
         for index in 0..2 {
             let bone = limb.bones[index];
@@ -269,8 +269,7 @@ impl Shown {
         average.map(|angle| about(angle, Evidence::Average))
     }
 
-    /// The rotation of a hand in the world that it has on the average of the motion, with that of the joint of its
-    /// forearm.
+    /// The average rotation of a hand in the world over the motion, where its forearm has `forearm_rotation`.
     pub(super) fn hand(&self, bone: Bone, forearm_rotation: impl Fn(NodeId) -> Quat) -> Option<Quat> {
         let (forearm, average) = self.hands.get(&bone)?;
         let hand = forearm_rotation(*forearm) * *average;
@@ -310,7 +309,7 @@ fn trunk(hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> Vec<NodeId> {
     [hips].into_iter().chain(between).chain([top]).collect()
 }
 
-/// Both hands: the bone, its joint, that of the forearm, and the mean of its rotation against that.
+/// Both hands: the bone, its joint, the joint of the forearm, and the mean rotation of the hand to the forearm.
 fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
     let sides = [Side::Left, Side::Right].into_iter();
     let hand = |side: Side| {
@@ -345,8 +344,8 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<Agains
     all
 }
 
-/// The joints of the trunk whose frames are laid along it: that of the pelvis along the line of the hip joints, others
-/// along the spine, the head along its only child.
+/// The joints of the trunk whose frames are laid along it: the pelvis along the line of the hip joints, others along
+/// the spine, the head along its only child.
 fn laid_along(
     scene: &Scene,
     hierarchy: &Hierarchy,

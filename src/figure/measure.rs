@@ -170,7 +170,7 @@ impl<'a> Measures<'a> {
         Some(across.abs().max_element().min(1.0).acos().to_degrees())
     }
 
-    /// The largest angle at rest between a bone of an arm or a leg and that of the other side, mirrored.
+    /// The largest angle at rest between a bone of an arm or a leg and the mirrored bone of the other side.
     fn lopsided(&self) -> Option<f32> {
         let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
         let angle = |(upper, end): (Bone, Bone)| {

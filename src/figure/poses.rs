@@ -38,7 +38,7 @@ pub(super) fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
     }
 }
 
-/// Whether the nodes of two scenes are at rest alike, so that the T-pose of one is that of the other.
+/// Whether the nodes of two scenes are at rest alike, so that they have one T-pose.
 pub(crate) fn is_at_rest_alike(scene: &Scene, other: &Scene) -> bool {
     let rest = |node: &Node| node.transform;
     scene.nodes.iter().map(rest).eq(other.nodes.iter().map(rest))

@@ -452,8 +452,8 @@ impl<'a> Tree<'a> {
         joints
     }
 
-    /// The point that is nearest to the axes of some joints, of the last three of many: what stands before are
-    /// clavicles and spines. Along what they leave open, it is that of the first.
+    /// The point nearest to the axes of some joints. Of many joints the last three count: clavicles and spines come
+    /// before them. In a direction that the axes leave open, it is the point of the first joint.
     fn centre(&self, joints: &[usize]) -> Option<DVec3> {
         const PULL: f64 = 1e-4;
         const JOINTS: usize = 3;

@@ -90,9 +90,7 @@ impl TPoseReason {
             Self::AverageOfMotion => "as on the average of the motion",
             Self::Knuckles => "with its palm down, by the knuckles",
             Self::Hinge => "by the axis about which it bends in the motion",
-            Self::HingeUnlikeOtherSide => {
-                "by the axis about which it bends in the motion, which is not that of the other side"
-            }
+            Self::HingeUnlikeOtherSide => "by the axis about which it bends in the motion, unlike the other side",
             Self::OtherSide => "by the axis about which the other side bends in the motion, mirrored",
             Self::FollowsTheBoneAbove => "with the bone above it",
         }

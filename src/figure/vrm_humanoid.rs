@@ -65,7 +65,7 @@ pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Op
     let known = with_feet(scene, known.unwrap_or_else(|| Humanoid::of(scene)));
     let shows = other.filter(|other| is_at_rest_alike(other, scene)).unwrap_or(scene);
     let figure = Figure::with_bones(shows, known);
-    // It is that of the figure from here on.
+    // Found here with the animation of `shows`; the figure keeps it.
     figure.t_pose(shows);
     let body = Body::of_figure(scene, figure, "source")?;
     let mut missing = body.figure.humanoid.missing();

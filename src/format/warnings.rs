@@ -24,8 +24,8 @@ impl Warnings {
         self.keep(code, 1, first);
     }
 
-    /// Keeps a warning, or counts it where one says the same of another place. Of a code so many are kept as by
-    /// [`push`](Self::push).
+    /// Keeps a warning, or counts it where a kept one has its code and message, of another place. Of a code at most as
+    /// many are kept as by [`push`](Self::push).
     pub(crate) fn distinct(&mut self, warning: Diagnostic) {
         let is_equal = |kept: &&mut Diagnostic| kept.code == warning.code && kept.message == warning.message;
         match self.kept.iter_mut().find(is_equal) {

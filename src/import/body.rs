@@ -40,7 +40,7 @@ impl Importer {
         let format = importer.find_format(file.bytes, file.name).map(|row| row.format);
         if matches!(format, Ok(Format::Urdf | Format::Mjcf)) {
             let robot = importer.robot(file)?;
-            // One without legs is no figure for rotations of people, and has joints all the same.
+            // A robot without legs takes no rotations of people, but it has joints.
             let bones = bones(robot.scene()).unwrap_or_default();
             return Ok(Body::Robot(Box::new(robot), bones));
         }

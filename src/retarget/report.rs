@@ -286,8 +286,8 @@ impl RetargetReport {
         (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
     }
 
-    /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the
-    /// floor more often, neither much worse, and its limbs still point where they should.
+    /// Whether a motion with locked feet is better than `free`, the motion without: its feet slide less or are above
+    /// the floor more often, neither much worse, and its limbs still point where they should.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;

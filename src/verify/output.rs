@@ -19,7 +19,7 @@ use crate::scene::{AppliedStep, Format, Scene};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
-    /// A glTF file, and, where this crate wrote it and it has a skin, the same with its meshes.
+    /// A glTF file, and, where this crate wrote it and it has a skin, its scene with the meshes.
     Gltf(Box<File<'a>>, Option<Box<Scene>>),
     /// Another format, as its reader gives it, and what the file says of itself.
     Scene(Box<Scene>, Option<Box<Provenance>>),

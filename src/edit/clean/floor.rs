@@ -315,7 +315,7 @@ fn of(feet: &Feet) -> Option<Floor> {
         drift: vec![0.0; feet.frames],
         ..Floor::default()
     };
-    // Frames next to one another tell the same.
+    // Frames next to one another are no observations of their own.
     let one = 1.0 / (OF_FOOT.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
     for round in 0..ROUNDS {
         let part = round as f64 / (ROUNDS - 1) as f64;

@@ -39,7 +39,7 @@ pub struct LiveClean {
     longest: usize,
     bank: Bank,
     seen: VecDeque<Vec<Trs>>,
-    /// How many of those that were seen were given back.
+    /// How many of the frames in `seen` have been given back.
     given: usize,
 }
 
@@ -92,7 +92,7 @@ impl LiveClean {
         left
     }
 
-    /// A frame of those that were seen, without noise.
+    /// A frame of `seen`, without noise.
     fn frame(&self, frame: usize) -> Vec<Trs> {
         let joints = 0..self.seen[frame].len();
         joints.map(|joint| self.joint(joint, frame)).collect()

@@ -201,8 +201,8 @@ impl Foot for Follow {
         self.leg.see_points(pose);
     }
 
-    /// Turns the foot so that its ball is as high above the ankle as that of the followed foot, and so that nothing of
-    /// it is below the floor.
+    /// Rotates the foot: its ball is as high above the ankle as the ball of the followed foot, and no part is below the
+    /// floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
         let ankle = self.leg.leg.ankle;
         if let Some(follow) = self.heights.get(frame)

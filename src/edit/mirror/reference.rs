@@ -100,7 +100,7 @@ pub(super) fn symmetric(
             let [Some(own), Some(other)] = sums else {
                 continue;
             };
-            // Only the partner turns: it is all the same how a bone stands, if its partner is its mirror image.
+            // Only the partner is rotated: a bone may stand in any direction if its partner is its mirror image.
             let along = reflect(own);
             // A joint that the T-pose does not know went with the bone above it.
             let above = scene.nodes[partner]

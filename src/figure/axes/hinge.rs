@@ -34,7 +34,7 @@ const ON_AXIS: f32 = 0.99;
 /// In the lower joint, which also twists its shin or forearm, the limit is 2 degrees.
 const LOWER_ON_AXIS: f32 = 0.9994;
 
-/// The largest angle between a bone and that of the other side, mirrored, in the frames of their joints, in radians.
+/// The largest angle between a bone and the mirrored bone of the other side, in the frames of their joints, in radians.
 const MIRRORED: f32 = 0.1;
 
 /// The largest angle between the axes of both sides, mirrored, with which they agree, in radians.
@@ -154,7 +154,7 @@ impl Limb {
         }
     }
 
-    /// The hinge in the frame of the upper bone, and in that of the lower one if it is fixed there.
+    /// The hinge in the frame of the upper bone, and in the frame of the lower bone if it is fixed there.
     pub(super) fn hinges(&self) -> [Option<Hinge>; 2] {
         let at = |segment: usize| {
             let hinge = hinge(&self.seen[segment])?;

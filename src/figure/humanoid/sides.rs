@@ -115,7 +115,7 @@ pub(super) fn stands(tree: &Tree, body: &Body) -> bool {
 pub(super) struct Axes {
     /// From the hips to the shoulders.
     pub(super) up: Vec3,
-    /// From the limb of the second root to that of the first.
+    /// From the limb of the second root to the limb of the first.
     pub(super) across: Vec3,
 }
 

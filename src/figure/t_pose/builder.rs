@@ -192,10 +192,10 @@ impl Builder {
     }
 
     /// A hand that points along `direction` after `to_t_pose`, rolled until the palm is down: the knuckle of the index
-    /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
-    /// stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest. That a palm
-    /// looks up must be seen in the thumb too, which begins on the side of the index finger: fingers whose names are
-    /// in the opposite order would turn the hand over.
+    /// finger in front of the knuckle of the little finger, or the thumb in front of the hand. A hand of a rest pose
+    /// that stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest. That a
+    /// palm looks up must be seen in the thumb too, which begins on the side of the index finger: fingers whose names
+    /// are in the opposite order would turn the hand over.
     fn palm_down(&self, bone: Bone, joint: NodeId, to_t_pose: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.offset(joint, self.knuckles.of(finger.on(side))?));

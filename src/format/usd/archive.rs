@@ -47,7 +47,7 @@ pub(super) fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
     for (name, bytes) in files {
         let offset = u32::try_from(out.len()).ok()?;
         let size = u32::try_from(bytes.len()).ok()?;
-        // What is the same in both headers: version 1.0, no flags, stored, the date, the sum, the sizes.
+        // What both headers have: version 1.0, no flags, stored, the date, the sum, the sizes.
         let mut shared = Vec::new();
         for number in [10, 0, 0, 0, DATE] {
             shared.extend(number.to_le_bytes());

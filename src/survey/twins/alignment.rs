@@ -24,7 +24,7 @@ const GRAIN: f32 = 0.02;
 const SLOWEST: f32 = 0.9;
 const PACES: u8 = 11;
 const PACE_STEP: f32 = 0.02;
-/// How many samples from a moment that both have the same moment may be.
+/// How many samples from a moment that both clips have the matching one may be.
 const AROUND: i8 = 4;
 /// Twins often begin together: clips whose moments are so many samples apart are also compared from their beginnings.
 const BEGIN_TOGETHER: f32 = 10.0;

@@ -48,8 +48,9 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     // Another program may have written the file meanwhile.
     check()?;
     streams::write(&output, &bytes)?;
-    let (clips, frames) = (database.clips().len(), database.frames());
-    report::say(&format!("{}: {clips} clips, {frames} frames", output.display()));
+    let clips = report::counted(database.clips().len(), "clip");
+    let frames = report::counted(database.frames(), "frame");
+    report::say(&format!("{}: {clips}, {frames}", output.display()));
     counts.verdict()
 }
 

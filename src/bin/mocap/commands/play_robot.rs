@@ -53,7 +53,7 @@ fn file(args: &PlayArgs, robot: &Path) -> Result<(), Failure> {
         came += 1;
     }
     write(&robot, Some(&stream.finish()))?;
-    report::say(&format!("{came} frames"));
+    report::say(&report::counted(came as usize, "frame"));
     Ok(())
 }
 
@@ -107,7 +107,7 @@ fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> 
     if let Some(stream) = on_robot {
         write(&robot, Some(&stream.finish()))?;
     }
-    report::say(&format!("{frames} frames"));
+    report::say(&report::counted(frames as usize, "frame"));
     Ok(())
 }
 

@@ -113,11 +113,19 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
     // The largest first: where the disk is full, nothing is written.
     for (path, bytes) in surveying.beside(&work.job.read, &corpus)? {
         super::write_output(&policy, &path, &bytes)?;
-        report::say(&format!("{}: {} clips", path.display(), corpus.rows().len()));
+        report::say(&format!(
+            "{}: {}",
+            path.display(),
+            report::counted(corpus.rows().len(), "clip")
+        ));
     }
     if let (Some(output), Some(format)) = (&output, format) {
         streams::write(output, &corpus.to_format(&format)?)?;
-        report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
+        report::say(&format!(
+            "{}: {}",
+            output.display(),
+            report::counted(corpus.rows().len(), "clip")
+        ));
     }
     match (&output, surveying.select) {
         (Some(_), _) => {}
@@ -201,7 +209,12 @@ fn print(corpus: &Corpus) -> io::Result<()> {
     let mut out = report::stdout();
     let count = |verdict| corpus.rows().filter(|row| row.verdict == verdict).count();
     let seconds: f64 = corpus.rows().map(|row| row.seconds).sum();
-    writeln!(out, "{} clips, {:.1} min", corpus.rows().len(), seconds / 60.0)?;
+    writeln!(
+        out,
+        "{}, {:.1} min",
+        report::counted(corpus.rows().len(), "clip"),
+        seconds / 60.0
+    )?;
     for verdict in Quality::ALL {
         writeln!(out, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
     }

@@ -19,7 +19,7 @@ const COMPRESSED_FROM: usize = 128;
 const LEVEL: i32 = 6;
 
 /// The identification of a file, its time of creation and the first bytes of its footer belong together. Every file has
-/// the same, so that the same scene gives the same bytes.
+/// these, so that a scene always gives the same bytes.
 const FILE_ID: [u8; 16] = [
     0x28, 0xb3, 0x2a, 0xeb, 0xb6, 0x24, 0xcc, 0xc2, 0xbf, 0xc8, 0xb0, 0x2a, 0xa9, 0x2b, 0xfc, 0xf1,
 ];
