@@ -109,7 +109,7 @@ codes! {
         "A count in the header of a C3D file differs from what follows; what follows was read."
         "Export the file again."
     UnknownUnit "unknown-unit"
-        "glTF is in metres, and the lengths of the scene are in another unit, or in an unknown unit."
+        "glTF is in metres, and the lengths of the scene are in another unit, or in an unknown unit; or markers are of no body by the unit that their file states."
         "Apply a `Conversion` before writing, or set `Metadata::metres_per_unit` to 1 where the lengths are metres."
     NonFiniteValue "non-finite-value"
         "A value of the motion is NaN, infinite, or 1e18 or more; the last value of its channel before it was used."

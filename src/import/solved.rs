@@ -19,7 +19,7 @@ const ARRAYS: [Format; 6] = [
     Format::Parquet,
 ];
 
-/// Labels of markers are looked up in the known sets.
+/// Labels of markers are looked up in the known sets; with a colon and a name, those of that subject alone.
 const AUTO: &str = "auto";
 
 impl Importer {
@@ -42,7 +42,9 @@ impl Importer {
     fn solve_markers(&self, scene: &mut Scene, names: &str, source: &Source<'_>) -> Result<()> {
         check_markers(scene)?;
         let mut known = Known::default();
-        if names != AUTO {
+        if let Some(subject) = names.strip_prefix(AUTO).and_then(|rest| rest.strip_prefix(':')) {
+            known = known.subject(subject);
+        } else if names != AUTO {
             let bytes = (source.open)(Path::new(names))?;
             let text = String::from_utf8(bytes)
                 .map_err(|_| Diagnostic::new(Code::BinaryFile, format!("{names} is not UTF-8 text")))?;
@@ -93,9 +95,31 @@ fn check_markers(scene: &Scene) -> Result<()> {
     if is_points(scene) {
         return Ok(());
     }
+    if scene.animations.is_empty() && is_group(scene) {
+        return Err(no_frame(scene).into());
+    }
     let message = "the file has no markers: it has a skeleton, or nothing that moves";
     let help = "mocap convert takes files with a skeleton; --joints names the joints of arrays";
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+}
+
+/// The error of markers without a frame. Where the file is cut off, its reader has said what it states and what is
+/// there.
+fn no_frame(scene: &Scene) -> Diagnostic {
+    let cut = scene.warnings.iter().find(|warning| warning.code == Code::FrameCount);
+    let markers = scene.nodes.len() - 1;
+    let Some(cut) = cut else {
+        let message = format!("the file has no frames: it names {markers} markers, and has no position of any");
+        return Diagnostic::new(Code::NoMotion, message).help("export the take again, with its frames");
+    };
+    Diagnostic {
+        code: Code::UnexpectedEnd,
+        message: format!(
+            "the file is cut off before its first frame is whole: of its {markers} markers it has labels alone"
+        ),
+        help: Some("export or download the file again".to_owned()),
+        ..cut.clone()
+    }
 }
 
 /// Whether the scene was read from a file of arrays.
@@ -105,7 +129,12 @@ pub(super) fn is_array(scene: &Scene) -> bool {
 
 /// Whether the scene is a group of points that move.
 fn is_points(scene: &Scene) -> bool {
-    !scene.animations.is_empty() && scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
+    !scene.animations.is_empty() && is_group(scene)
+}
+
+/// Whether all that the scene has stands in one group.
+fn is_group(scene: &Scene) -> bool {
+    scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
 }
 
 /// The set whose joints have the names of the points.

@@ -57,8 +57,8 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub lengths: Option<Lengths>,
-    /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set, or a JSON file,
-    /// an object from labels to landmarks [default: markers stay points]
+    /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of
+    /// that subject; or a JSON file, an object from labels to landmarks [default: markers stay points]
     #[cfg_attr(feature = "cli", arg(long, value_name = "auto|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub markers: Option<String>,

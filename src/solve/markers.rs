@@ -18,6 +18,7 @@ mod landmarks;
 mod model;
 mod report;
 mod strays;
+mod subjects;
 mod take;
 mod track;
 
@@ -27,7 +28,8 @@ use glam::Quat;
 
 use self::calibrate::calibrate;
 use self::centres::{Centres, centres};
-use self::take::{Named, Take};
+use self::landmarks::Labels;
+use self::take::Take;
 use super::points::Points;
 use super::rest::Rest;
 use super::set::JointSet;
@@ -41,7 +43,7 @@ const CALIBRATED: usize = 40;
 /// What is known of markers beside their labels.
 #[derive(Debug, Default)]
 pub(crate) struct Known {
-    named: Named,
+    labels: Labels,
     standing: Option<Scene>,
 }
 
@@ -58,7 +60,7 @@ impl Known {
             let known = landmarks::named(&landmark);
             let landmark =
                 known.ok_or_else(|| invalid(format!("{landmark} is no landmark; docs/markers.md lists them")))?;
-            self.named.insert(landmarks::key(&label), landmark);
+            self.labels.named.insert(landmarks::whole_key(&label), landmark);
         }
         Ok(self)
     }
@@ -67,6 +69,7 @@ impl Known {
     fn check(&self, takes: &[Option<&Take>]) -> Result<()> {
         let is_there = |key: &String| takes.iter().flatten().any(|take| take.has_label(key));
         let mut missing: Vec<&str> = self
+            .labels
             .named
             .keys()
             .filter(|key| !is_there(key))
@@ -86,6 +89,12 @@ impl Known {
         .into())
     }
 
+    /// The subject to solve of a file of several.
+    pub(crate) fn subject(mut self, name: &str) -> Self {
+        self.labels.subject = Some(name.to_owned());
+        self
+    }
+
     /// A trial of somebody who stands, with markers that the motion may not have.
     pub(crate) fn standing(mut self, scene: Scene) -> Self {
         self.standing = Some(scene);
@@ -96,10 +105,10 @@ impl Known {
 /// Puts a skeleton in the at of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
 /// up.
 pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
-    let may_guess = known.named.is_empty() && known.standing.is_none();
-    let mut take = Take::of_scene(scene, &known.named, may_guess)?;
+    let may_guess = known.labels.named.is_empty() && known.standing.is_none();
+    let mut take = Take::of_scene(scene, &known.labels, may_guess)?;
     let standing = match &known.standing {
-        Some(standing) => Some(Take::of_scene(standing, &known.named, false)?),
+        Some(standing) => Some(Take::of_scene(standing, &known.labels, false)?),
         None => None,
     };
     known.check(&[Some(&take), standing.as_ref()])?;

@@ -12,8 +12,8 @@ const TAKE: &str = "fixtures/markers/cmu_01_01.c3d";
 const EVERY: usize = 20;
 const FRAMES: usize = 30;
 
-/// The take with every twentieth frame, as a TRC file, of which `change` makes another text.
-fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
+/// The take with every twentieth frame, as a TRC file.
+fn trc() -> String {
     let mut scene = mocap::import(TAKE).unwrap();
     Conversion::new()
         .frame_rate(120.0 / EVERY as f64)
@@ -24,7 +24,12 @@ fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
         .unwrap()
         .into_bytes()
         .unwrap();
-    let text = change(String::from_utf8(text).unwrap());
+    String::from_utf8(text).unwrap()
+}
+
+/// What is solved of the take, of which `change` makes another text.
+fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
+    let text = change(trc());
     Importer::new().markers("auto").read(text.as_bytes(), "take.trc")
 }
 
@@ -169,4 +174,92 @@ fn a_file_names_labels() {
     assert!(read("[]").contains("an object from labels to landmarks"));
     assert!(read(r#"{"a": "ELBOWISH"}"#).contains("ELBOWISH is no landmark"));
     assert!(read(r#"{"nobody has it": "LASI"}"#).contains("not in the file"));
+}
+
+/// The text of a TRC file with a second person, who walks 1.5 m beside the first and has one marker more.
+fn two_people(text: &str) -> String {
+    let row = |(index, line): (usize, &str)| {
+        let cells: Vec<String> = line.split('\t').map(str::to_owned).collect();
+        let (before, markers) = cells.split_at(cells.len().min(2));
+        let change = |person: &str, beside: f32| -> Vec<String> {
+            let of = |(column, cell): (usize, &String)| match (index, cell.parse::<f32>()) {
+                (3, _) if !cell.is_empty() => format!("{person}:{cell}"),
+                (6.., Ok(number)) if column % 3 == 0 => (number + beside).to_string(),
+                _ => cell.clone(),
+            };
+            markers.iter().enumerate().map(of).collect()
+        };
+        let mut first = change("Anna", 0.0);
+        if index >= 3 {
+            // Anna has no first marker.
+            first.drain(..3.min(first.len()));
+        }
+        [before.to_vec(), first, change("Bert", 1500.0)].concat().join("\t") + "\n"
+    };
+    text.lines().enumerate().map(row).collect()
+}
+
+#[test]
+fn of_two_people_one_is_solved_and_the_other_by_name() {
+    let of = |markers: &str| {
+        let text = two_people(&trc());
+        Importer::new().markers(markers).read(text.as_bytes(), "two.trc")
+    };
+    let alone = solved(|text| text).unwrap();
+    let bert = of("auto:bert").unwrap();
+    let beside = position(&bert, "hips", 0) - position(&alone, "hips", 0);
+    // Millimetres; numbers of the text have their digits.
+    assert!(beside.distance(Vec3::X * 1500.0) < 1.0, "{beside}");
+    let said = |scene: &Scene, words: &str| scene.warnings.iter().any(|warning| warning.message.contains(words));
+    assert!(
+        said(&bert, "Bert was solved; 41 markers of Anna were left out"),
+        "{:?}",
+        bert.warnings
+    );
+    let unasked = of("auto").unwrap();
+    assert!(
+        said(&unasked, "several subjects: Bert was solved"),
+        "{:?}",
+        unasked.warnings
+    );
+    let refused = of("auto:Carl").unwrap_err().to_string();
+    assert!(
+        refused.contains("\"Carl\"") && refused.contains("those of Anna, Bert"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_unit_by_which_nobody_is_so_large_is_doubted() {
+    let alone = solved(|text| text).unwrap();
+    // Numbers are millimetres.
+    let doubted = solved(|text| text.replacen("\tmm\t", "\tm\t", 1)).unwrap();
+    let warning = doubted
+        .warnings
+        .iter()
+        .find(|warning| warning.code == Code::UnknownUnit)
+        .unwrap();
+    assert!(warning.message.ends_with("a unit of 0.001 m was taken"), "{warning}");
+    assert_eq!(doubted.metadata.metres_per_unit, Some(0.001));
+    assert!(position(&doubted, "leftFoot", 9).distance(position(&alone, "leftFoot", 9)) < 0.01);
+}
+
+#[test]
+fn a_file_that_is_cut_before_its_first_frame_is_said_to_be() {
+    /// Bytes before the first frame, of 672 bytes, of which one is missing.
+    const WITHOUT: usize = 6144 + 671;
+    let bytes = std::fs::read(TAKE).unwrap();
+    let read = |length: usize| Importer::new().markers("auto").read(&bytes[..length], "cut.c3d");
+    let error = read(WITHOUT).unwrap_err();
+    let said = error.diagnostic();
+    assert_eq!(said.code, Code::UnexpectedEnd);
+    assert!(said.message.contains("cut off before its first frame"), "{said}");
+    assert_eq!(
+        said.expected.as_deref(),
+        Some("600 frames of 672 bytes from byte 6144 on")
+    );
+    assert_eq!(said.found.as_deref(), Some("0 in a file of 6815 bytes"));
+    let none = Importer::new().markers("auto").read(b"PathFileType\t4\t(X/Y/Z)\tx.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n100\t0\t1\tmm\nFrame#\tTime\tLASI\n\n", "none.trc");
+    let said = none.unwrap_err().to_string();
+    assert!(said.contains("has no frames: it names 1 markers"), "{said}");
 }

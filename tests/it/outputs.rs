@@ -369,6 +369,12 @@ fn the_output_of_one_file_may_follow_o() {
         folder.refuses(several, 2, "all.glb: the outputs of several inputs need a folder");
     }
     folder.refuses("convert in/a.bvh -o two.glb --resume", 2, "--resume");
+    folder.refuses(
+        "convert in/a.bvh -o two.c3d",
+        2,
+        "two.c3d: files of this format are read, not written",
+    );
+    assert!(!folder.path("two.c3d").exists());
     folder.refuses("convert in/none.bvh -o two.glb", 1, "none.bvh");
     folder.refuses("convert in/a.bvh -o in/a.bvh", 1, "input");
     folder.succeeds("convert in/a.bvh in/b.bvh -o all.glb/");

@@ -74,7 +74,10 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
                 Code::FrameCount,
                 "the file has another number of frames than its header states",
             )
-            .expected_found(format!("{}", header.frames), format!("{}", motion.frames))
+            .expected_found(
+                format!("{} frames, as NumFrames says", header.frames),
+                format!("{} frames", motion.frames),
+            )
             .help("the frames that are there were read; where the file is cut off, export it again")
         });
     }

@@ -189,10 +189,34 @@ pub(super) struct Landmark {
     pub(super) on: On,
 }
 
+/// With fewer labels that are known, they tell nothing.
+pub(super) const KNOWN: usize = 8;
+
+/// What a caller says of labels.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    /// The landmark of each label that a file of markers names, by its key.
+    pub(super) named: HashMap<String, Landmark>,
+    /// The subject to solve.
+    pub(super) subject: Option<String>,
+}
+
+impl Labels {
+    /// The landmark that the caller names for a label, with the subject or without.
+    pub(super) fn landmark(&self, label: &str) -> Option<&Landmark> {
+        let whole = self.named.get(&whole_key(label));
+        whole.or_else(|| self.named.get(&key(label)))
+    }
+}
+
 /// A label without the subject before a colon, in lower case, without what is no letter and no digit, and without the
 /// end that all labels of OpenCap have.
 pub(super) fn key(label: &str) -> String {
-    let label = label.rsplit(':').next().unwrap_or(label);
+    whole_key(label.rsplit(':').next().unwrap_or(label))
+}
+
+/// As [`key`], with the subject.
+pub(super) fn whole_key(label: &str) -> String {
     let letters = label.chars().filter(|letter| letter.is_alphanumeric());
     let letters: String = letters.flat_map(char::to_lowercase).collect();
     letters

@@ -2,6 +2,7 @@
 
 use super::calibrate::Certainty;
 use super::model::Model;
+use super::subjects;
 use super::take::Take;
 use super::track::Tracked;
 use crate::error::{Code, Diagnostic};
@@ -173,6 +174,27 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &Solved, tracked: &Tra
         );
         scene.warnings.push(
             Diagnostic::new(Code::LooseMarker, message).help("look at the motion; --markers FILE names landmarks"),
+        );
+    }
+    say_file(scene, take);
+}
+
+/// Warnings of what the file says of its markers.
+fn say_file(scene: &mut Scene, take: &Take) {
+    if let Some(subject) = &take.subject {
+        scene.warnings.push(subjects::left_out(subject, &take.others));
+    }
+    if let Some((width, stated)) = take.misstated {
+        let message = format!(
+            "by the unit that the file states the front of the pelvis is {:.3} m wide; a unit of {} m was taken",
+            width * stated,
+            take.metres
+        );
+        let place = format!("{:.3} m in that unit", width * take.metres);
+        scene.warnings.push(
+            Diagnostic::new(Code::UnknownUnit, message)
+                .expected_found("0.05 to 1 m", place)
+                .help("correct the unit in the file"),
         );
     }
     if !take.unknown.is_empty() {

@@ -4,12 +4,14 @@ use std::collections::HashMap;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::landmarks::{self, Landmark};
+use super::landmarks::{self, KNOWN, Labels, Landmark};
+use super::subjects;
 use crate::error::{Code, Diagnostic, Result};
+use crate::math::median::wide_median;
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 /// Where landmarks are, frame by frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Take {
     pub(super) frames: usize,
     pub(super) landmarks: Vec<Landmark>,
@@ -20,43 +22,49 @@ pub(super) struct Take {
     by_name: HashMap<String, usize>,
     /// Labels that no set knows.
     pub(super) unknown: Vec<String>,
+    /// The subject of the landmarks, where the file has several, and the labels of the others.
+    pub(super) subject: Option<String>,
+    pub(super) others: Vec<String>,
     /// The set of the labels.
     pub(super) set: Option<&'static str>,
     /// Whether the landmarks were guessed from distances, or why they could not be; none where labels tell them.
     pub(super) guess: Option<std::result::Result<(), &'static str>>,
     /// Metres in a unit of the scene.
     pub(super) metres: f64,
+    /// How wide the front of the pelvis is in units of the file, and metres in that unit as stated, where no pelvis is
+    /// so wide.
+    pub(super) misstated: Option<(f64, f64)>,
 }
 
 /// Where a marker is, frame by frame; none where it was not seen.
 type Track = Vec<Option<DVec3>>;
 
-/// With fewer labels that are known, they tell nothing.
-const KNOWN: usize = 8;
-
-/// The landmark of each label that a file of markers names.
-pub(super) type Named = HashMap<String, Landmark>;
+/// How wide the front of a pelvis is, in metres, of the smallest child to the widest figure.
+const PELVIS: std::ops::Range<f64> = 0.05..1.0;
 
 impl Take {
     /// The landmarks of a scene's first animation, by their labels; where those tell nothing and `may_guess`, by the
     /// distances that stay the same.
-    pub(super) fn of_scene(scene: &Scene, named: &Named, may_guess: bool) -> Result<Self> {
+    pub(super) fn of_scene(scene: &Scene, asked: &Labels, may_guess: bool) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
         };
         let frames = animation.frame_count();
-        let nodes = scene
-            .nodes
-            .iter()
-            .enumerate()
-            .filter(|(_, node)| node.kind != NodeKind::Group);
-        let (labels, tracks): (Vec<String>, Vec<Track>) = nodes
-            .map(|(index, node)| (node.name.clone(), track(animation, NodeId::new(index), frames)))
-            .unzip();
+        let is_marker = |index: &usize| scene.nodes[*index].kind != NodeKind::Group;
+        let nodes: Vec<usize> = (0..scene.nodes.len()).filter(is_marker).collect();
+        let label = |index: &usize| scene.nodes[*index].name.clone();
+        let all: Vec<String> = nodes.iter().map(label).collect();
         let known = landmarks::by_key();
+        let subject = subjects::chosen(&all, asked, &known)?;
+        let is_own = |index: &usize| subjects::is_of(&scene.nodes[*index].name, subject);
+        let (nodes, others): (Vec<usize>, Vec<usize>) = nodes.into_iter().partition(is_own);
+        let labels: Vec<String> = nodes.iter().map(label).collect();
+        let tracks: Vec<Track> = (nodes.iter())
+            .map(|index| track(animation, NodeId::new(*index), frames))
+            .collect();
         let keys = landmarks::keys(&labels, &known);
         let by_label = std::iter::zip(&labels, &keys)
-            .map(|(label, key)| named.get(&landmarks::key(label)).or_else(|| known.get(key)).cloned());
+            .map(|(label, key)| asked.landmark(label).or_else(|| known.get(key)).cloned());
         let mut by_label: Vec<Option<Landmark>> = by_label.collect();
         let mut guess = None;
         if may_guess && by_label.iter().flatten().count() < KNOWN {
@@ -70,37 +78,49 @@ impl Take {
         }
         let mut take = Self {
             frames,
-            landmarks: Vec::new(),
-            labels: Vec::new(),
-            tracks: Vec::new(),
-            by_name: HashMap::new(),
-            unknown: Vec::new(),
             set: landmarks::set_name(&keys),
             guess,
             metres: 1.0,
+            subject: subject.filter(|_| !others.is_empty()).map(str::to_owned),
+            others: others.iter().map(label).collect(),
+            ..Self::default()
         };
-        for ((label, track), landmark) in labels.into_iter().zip(tracks).zip(by_label) {
-            let Some(landmark) = landmark.filter(|landmark| !take.by_name.contains_key(&landmark.name)) else {
-                take.unknown.push(label);
-                continue;
-            };
-            take.by_name.insert(landmark.name.clone(), take.landmarks.len());
-            take.landmarks.push(landmark);
-            take.labels.push(label);
-            take.tracks.push(track);
-        }
-        take.metres = scene.metadata.metres_per_unit.unwrap_or_else(|| take.guessed_unit());
-        for point in take.tracks.iter_mut().flatten().flatten() {
-            *point *= take.metres;
-        }
+        take.name(labels.into_iter().zip(tracks).zip(by_label));
+        take.in_metres(scene.metadata.metres_per_unit);
         Ok(take)
     }
 
-    /// Metres in a unit in which the front of a pelvis is between 15 and 45 cm wide.
-    fn guessed_unit(&self) -> f64 {
-        let width = (0..self.frames).find_map(|frame| Some(self.at("LASI", frame)?.distance(self.at("RASI", frame)?)));
-        let is_width = |unit: &f64| (0.15..0.45).contains(&(width.unwrap_or(0.25) * unit));
-        [1.0, 0.001, 0.01, 0.0254].into_iter().find(is_width).unwrap_or(1.0)
+    /// Takes the markers that are landmarks; of two that are one landmark, the first.
+    fn name(&mut self, markers: impl Iterator<Item = ((String, Track), Option<Landmark>)>) {
+        for ((label, track), landmark) in markers {
+            let Some(landmark) = landmark.filter(|landmark| !self.by_name.contains_key(&landmark.name)) else {
+                self.unknown.push(label);
+                continue;
+            };
+            self.by_name.insert(landmark.name.clone(), self.landmarks.len());
+            self.landmarks.push(landmark);
+            self.labels.push(label);
+            self.tracks.push(track);
+        }
+    }
+
+    /// Brings positions to metres. A unit that is stated is doubted where no pelvis is so wide by it.
+    fn in_metres(&mut self, stated: Option<f64>) {
+        let width = self.width_of_pelvis();
+        let is_width = |unit: &f64| width.is_none_or(|width| PELVIS.contains(&(width * unit)));
+        let plausible = stated.filter(is_width).or_else(|| guessed_unit(width));
+        self.metres = plausible.or(stated).unwrap_or(1.0);
+        self.misstated = width.zip(stated.filter(|stated| *stated != self.metres));
+        for point in self.tracks.iter_mut().flatten().flatten() {
+            *point *= self.metres;
+        }
+    }
+
+    /// How wide the front of the pelvis is in the median, in units of the scene.
+    fn width_of_pelvis(&self) -> Option<f64> {
+        let width = |frame: usize| Some(self.at("LASI", frame)?.distance(self.at("RASI", frame)?));
+        let mut widths: Vec<f64> = (0..self.frames).filter_map(width).collect();
+        (!widths.is_empty()).then(|| wide_median(&mut widths))
     }
 
     pub(super) fn at(&self, name: &str, frame: usize) -> Option<DVec3> {
@@ -113,7 +133,8 @@ impl Take {
 
     /// Whether a landmark has this label, by its key.
     pub(super) fn has_label(&self, key: &str) -> bool {
-        self.labels.iter().any(|label| landmarks::key(label) == key)
+        let is_its = |label: &String| landmarks::whole_key(label) == key || landmarks::key(label) == key;
+        self.labels.iter().any(is_its)
     }
 
     /// The frame in which the most landmarks are seen.
@@ -183,6 +204,12 @@ impl Take {
             *point = rotation(*point);
         }
     }
+}
+
+/// Metres in a unit in which the front of a pelvis, of this width, is between 15 and 45 cm wide.
+fn guessed_unit(width: Option<f64>) -> Option<f64> {
+    let is_width = |unit: &f64| (0.15..0.45).contains(&(width.unwrap_or(0.25) * unit));
+    [1.0, 0.001, 0.01, 0.0254].into_iter().find(is_width)
 }
 
 /// The positions of a node, frame by frame.

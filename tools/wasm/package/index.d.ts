@@ -49,7 +49,8 @@ export interface ReadOptions {
   joints?: "smpl22" | "smpl24" | "coco17" | "h36m" | "mediapipe33" | "openpose25" | (string & {});
   /** The lengths of a skeleton that is solved from positions of joints. Default: `"median"`. */
   lengths?: "median" | "moving";
-  /** Solves a skeleton from markers: `"auto"` by the labels of known sets, or the name of one of the files, a JSON. */
+  /** Solves a skeleton from markers: `"auto"` by the labels of known sets, `"auto:NAME"` of that subject, or the name of
+   * one of the files, a JSON. */
   markers?: "auto" | (string & {});
   /** Markers of somebody who stands, some of which the motion may not have. */
   static?: File;

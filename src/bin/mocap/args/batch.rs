@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use mocap::FormatInfo;
+use mocap::files::ReplacePolicy;
 
 use super::OutputFormat;
 use crate::batch::inputs::names_several;
@@ -41,12 +42,18 @@ impl BatchArgs {
     /// The folder of the outputs.
     ///
     /// # Errors
-    /// The name of a file.
+    /// The name of a file, also of a format that is not written.
     pub(crate) fn folder(&self) -> Result<Option<&Path>, Failure> {
         match self.out_dir.as_deref() {
             Some(output) if names_file(output) => Err(Failure::Usage(format!(
                 "{}: the outputs of several inputs need a folder; a folder with such a name ends in /",
                 output.display()
+            ))),
+            Some(output) if names_source(output) => Err(Failure::Usage(format!(
+                "{}: files of this format are read, not written: the name of the output must end in {}; a folder with such \
+                 a name ends in /",
+                output.display(),
+                FormatInfo::written_extensions()
             ))),
             folder => Ok(folder),
         }
@@ -56,6 +63,13 @@ impl BatchArgs {
 /// Whether an output is a file by its name, and no folder of that name is there.
 fn names_file(output: &Path) -> bool {
     streams::is_standard(output) || !is_folder(output) && FormatInfo::of_output(output).is_some()
+}
+
+/// Whether an output has the extension of a format that is read, and no folder of that name is there.
+fn names_source(output: &Path) -> bool {
+    let extension = output.extension().unwrap_or_default();
+    let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
+    !is_folder(output) && ReplacePolicy::SOURCE_EXTENSIONS.iter().any(is_its)
 }
 
 /// Which files to read.

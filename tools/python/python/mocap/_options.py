@@ -31,7 +31,8 @@ class ReadOptions:
         skeleton: The ``.asf`` of an ``.amc``; found beside it if ``None``.
         joints: What the points of an array or a C3D are, for rotations: ``"smpl22"``, ``"coco17"``, ... or a JSON file.
         lengths: Of bones that are solved from positions: ``"median"``, or ``"moving"``, those of each frame.
-        markers: Solve a skeleton from markers: ``"auto"``, or a JSON file from labels to landmarks.
+        markers: Solve a skeleton from markers: ``"auto"``, ``"auto:NAME"`` of one of several subjects, or a JSON
+            file from labels to landmarks.
         static: A file of markers of somebody who stands, which may have more markers than the motion.
         body: The body on which arrays of rotations are put: a model of SMPL, SMPL-H or SMPL-X, or a file with a figure.
     """

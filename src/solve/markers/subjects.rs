@@ -1,0 +1,80 @@
+//! The people of a file, whose names stand before a colon in the labels: `Anna:LASI`. One of them is solved.
+
+use std::collections::HashMap;
+
+use super::landmarks::{self, KNOWN, Labels, Landmark};
+use crate::error::{Code, Diagnostic, Result};
+
+/// The name of the subject of a label.
+pub(super) fn subject(label: &str) -> Option<&str> {
+    let (subject, _) = label.rsplit_once(':')?;
+    (!subject.is_empty()).then_some(subject)
+}
+
+/// Whether a label is of a subject, or of nobody.
+pub(super) fn is_of(label: &str, solved: Option<&str>) -> bool {
+    let Some(solved) = solved else { return true };
+    subject(label).is_none_or(|own| own == solved)
+}
+
+/// The subject to solve: the one that is asked for, or else the one with the most markers that are known; none where
+/// labels name no more than one.
+///
+/// # Errors
+/// No label is of the subject that is asked for.
+pub(super) fn chosen<'l>(
+    labels: &'l [String],
+    asked: &Labels,
+    known: &HashMap<String, Landmark>,
+) -> Result<Option<&'l str>> {
+    let mut subjects: Vec<(&str, usize)> = Vec::new();
+    for label in labels {
+        let Some(own) = subject(label) else { continue };
+        let is_known = match asked.named.is_empty() {
+            true => known.contains_key(&landmarks::key(label)),
+            false => asked.landmark(label).is_some(),
+        };
+        match subjects.iter_mut().find(|(subject, _)| *subject == own) {
+            Some((_, count)) => *count += usize::from(is_known),
+            None => subjects.push((own, usize::from(is_known))),
+        }
+    }
+    if let Some(asked) = &asked.subject {
+        let found = subjects.iter().find(|(subject, _)| subject.eq_ignore_ascii_case(asked));
+        let names: Vec<&str> = subjects.iter().map(|(subject, _)| *subject).collect();
+        return match found {
+            Some((subject, _)) => Ok(Some(subject)),
+            None => Err(Diagnostic::new(
+                Code::InvalidValue,
+                format!("no marker of the file is of the subject {asked:?}"),
+            )
+            .expected_found(
+                format!("labels such as {asked}:LASI"),
+                match names.as_slice() {
+                    [] => "labels without the name of a subject before a colon".to_owned(),
+                    names => format!("those of {}", names.join(", ")),
+                },
+            )
+            .help("the labels of a file: mocap info FILE")
+            .into()),
+        };
+    }
+    let people = subjects.iter().filter(|(_, count)| *count >= KNOWN).count();
+    // Of subjects with as many markers the first of the file.
+    let most = subjects.iter().rev().max_by_key(|(_, count)| *count);
+    Ok(most.filter(|_| people > 1).map(|(subject, _)| *subject))
+}
+
+/// The warning of subjects that are not solved.
+pub(super) fn left_out(solved: &str, others: &[String]) -> Diagnostic {
+    let mut names: Vec<&str> = others.iter().filter_map(|label| subject(label)).collect();
+    names.sort_unstable();
+    names.dedup();
+    let message = format!(
+        "the file has markers of several subjects: {solved} was solved; {} markers of {} were left out",
+        others.len(),
+        names.join(", ")
+    );
+    let next = names.first().copied().unwrap_or_default();
+    Diagnostic::new(Code::LooseMarker, message).help(format!("solve another one: --markers auto:{next}"))
+}
