@@ -262,6 +262,8 @@ pub(crate) struct ReadOptions {
     pub without_meshes: bool,
     /// Read the meshes of a glTF file.
     pub gltf_meshes: bool,
+    /// Read the morph targets of meshes.
+    pub morph_targets: bool,
     /// Whether the file itself is not kept with the scene: [`Scene::original`].
     pub without_original: bool,
     /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.

@@ -83,7 +83,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::face::Face;
 pub use self::humanoid_bone::{HumanoidBone, Side};
-pub use self::mesh::{AlphaMode, Bone, Material, Mesh, Primitive, Surface, Texture, VertexWeight, Wrap};
+pub use self::mesh::{AlphaMode, Bone, Material, Mesh, MorphTarget, Primitive, Surface, Texture, VertexWeight, Wrap};
 pub use self::metadata::{
     AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
     SecondMotion, Topic, UpAxis,

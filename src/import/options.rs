@@ -284,6 +284,26 @@ impl Importer {
         self
     }
 
+    /// Whether the morph targets of meshes are read: those of a glTF file whose meshes are
+    /// ([`gltf_meshes`](Self::gltf_meshes)), and the blend shapes of FBX. Default: `false`. Targets that cannot be read
+    /// are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let importer = Importer::new().gltf_meshes(true).morph_targets(true);
+    /// let scene = importer.import_character("fixtures/characters/human_vrm0.vrm")?;
+    /// let targets = scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
+    /// assert!(targets.clone().any(|target| target.name == "blink" && target.weight == 0.0));
+    /// assert!(targets.clone().all(|target| target.offsets.len() == target.vertex_ids.len()));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn morph_targets(mut self, read: bool) -> Self {
+        self.read.morph_targets = read;
+        self
+    }
+
     /// Whether a track that never changes is reduced to one key. Default: `true`. With `false` every rotation track
     /// has a key for each frame, as in the file.
     ///

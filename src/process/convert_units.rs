@@ -134,6 +134,14 @@ fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, axes: Axes) {
     for normal in &mut mesh.normals {
         *normal = axes.point(*normal);
     }
+    for target in &mut mesh.morph_targets {
+        for offset in &mut target.offsets {
+            *offset = axes.point(scaled(*offset));
+        }
+        for offset in &mut target.normal_offsets {
+            *offset = axes.point(*offset);
+        }
+    }
     for bone in &mut mesh.bones {
         let translation = scaled(bone.offset_matrix.w_axis.truncate());
         bone.offset_matrix *= up_axis::from_to(axes.to, axes.from);

@@ -123,5 +123,6 @@ fn in_bone_space(mut mesh: Mesh, offset_matrix: Mat4) -> Mesh {
     for normal in &mut mesh.normals {
         *normal = (normals_to_bone * *normal).normalize_or(*normal);
     }
+    mesh.map_morph_targets(|_, offset| offset_matrix.transform_vector3(offset));
     mesh
 }

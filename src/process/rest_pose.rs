@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{Affine3A, Mat4, Vec3};
+use glam::{Affine3A, Mat3, Mat4, Vec3};
 
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Channel, Keys, Mesh, NodeId, Scene};
@@ -131,6 +131,14 @@ fn rebind(mesh: &mut Mesh, pose: &Pose) {
     }
     let mut vertices = vec![Vec3::ZERO; mesh.vertices.len()];
     let mut normals = vec![Vec3::ZERO; mesh.normals.len()];
+    let mut turns = vec![
+        Mat3::ZERO;
+        if mesh.morph_targets.is_empty() {
+            0
+        } else {
+            mesh.vertices.len()
+        }
+    ];
     for bone in &mut mesh.bones {
         let node_to_world = pose.node_to_world[bone.node.index()];
         let moved: Mat4 = node_to_world * bone.offset_matrix;
@@ -140,10 +148,14 @@ fn rebind(mesh: &mut Mesh, pose: &Pose) {
             if let (Some(sum), Some(normal)) = (normals.get_mut(vertex), mesh.normals.get(vertex)) {
                 *sum += tie.weight * moved.transform_vector3(*normal);
             }
+            if let Some(sum) = turns.get_mut(vertex) {
+                *sum += tie.weight * Mat3::from_mat4(moved);
+            }
         }
         // As an affine map, so that the last row stays 0 0 0 1 to the last digit.
         bone.offset_matrix = Mat4::from(Affine3A::from_mat4(node_to_world).inverse());
     }
+    mesh.map_morph_targets(|vertex, offset| turns[vertex] * offset);
     mesh.vertices = vertices;
     mesh.normals = normals.into_iter().map(|normal| normal.normalize_or(Vec3::X)).collect();
 }

@@ -118,6 +118,7 @@ fn rotate_meshes(scene: &mut Scene, node: usize, rotation: Quat) {
         let mut mesh: Mesh = scene.meshes[index].clone();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex = rotation * *vertex);
         mesh.normals.iter_mut().for_each(|normal| *normal = rotation * *normal);
+        mesh.map_morph_targets(|_, offset| rotation * offset);
         let holders = scene.nodes.iter().flat_map(|node| &node.meshes);
         if holders.filter(|held| **held == index).count() > 1 {
             scene.nodes[node].meshes[at] = scene.meshes.len();

@@ -29,6 +29,10 @@ pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
             part.indices.push(id);
         }
     }
+    let targets = mesh.morph_targets.iter();
+    part.morph_targets = targets
+        .map(|target| target.renumbered(|old| new_ids.get(&old).copied()))
+        .collect();
     (part, new_ids)
 }
 

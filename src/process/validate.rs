@@ -197,7 +197,16 @@ fn check_mesh(scene: &Scene, mesh: &Mesh, index: usize, check: &mut impl FnMut(b
     let are_placed = mesh.vertices.iter().all(|vertex| vertex.is_finite());
     let coords = &mesh.texture_coords;
     let are_textured = coords.is_empty() || coords.len() == count && coords.iter().all(|position| position.is_finite());
-    check(are_placed && are_textured, Rule::MeshVertices, part);
+    let are_moved = mesh.morph_targets.iter().all(|target| {
+        let ids = &target.vertex_ids;
+        let offsets = target.offsets.iter().chain(&target.normal_offsets);
+        let has_normals = target.normal_offsets.is_empty() || target.normal_offsets.len() == ids.len();
+        ids.iter().all(|vertex| (*vertex as usize) < count)
+            && target.offsets.len() == ids.len()
+            && has_normals
+            && offsets.into_iter().all(|offset| offset.is_finite())
+    });
+    check(are_placed && are_textured && are_moved, Rule::MeshVertices, part);
     let whole = mesh.indices.len().is_multiple_of(mesh.primitive.indices_per_face());
     let in_range = mesh.indices.iter().all(|&vertex| (vertex as usize) < count);
     check(whole && in_range, Rule::MeshIndices, part);

@@ -12,6 +12,7 @@
 mod data;
 mod listing;
 mod marks;
+mod morphs;
 mod pack;
 mod skin;
 
@@ -96,7 +97,7 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 26] = [
+const MODULES: [&str; 27] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
@@ -111,6 +112,7 @@ const MODULES: [&str; 26] = [
     include_str!("view/colors.js"),
     include_str!("view/marks.js"),
     include_str!("view/chart.js"),
+    include_str!("view/morphs.js"),
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
     include_str!("view/drag.js"),
@@ -371,13 +373,13 @@ mod tests {
     #[test]
     fn the_script_is_small() {
         let bytes = script().len();
-        assert!(bytes < 106_000, "{bytes} bytes");
+        assert!(bytes < 110_000, "{bytes} bytes");
     }
 
     #[test]
     fn a_module_imports_only_those_before_it() {
         let names = "math dom curves reach clip skin batch renderer_skin renderer_gl renderer_2d camera colors marks chart \
-                     panel stage drag webm gif mp4 film time_line player unpack page";
+                     morphs panel stage drag bytes webm gif mp4 film time_line player unpack page";
         let names = names.split_whitespace();
         let names: Vec<_> = names.map(|name| format!("\"./{name}.js\"")).collect();
         for (index, module) in MODULES.iter().enumerate() {

@@ -50,6 +50,10 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// The ties of vertices to nodes; empty for a rigid mesh.
     pub bones: Vec<Bone>,
+    /// Shapes that it can be moved towards; read where [`Importer::morph_targets`](crate::Importer::morph_targets) asks
+    /// for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub morph_targets: Vec<MorphTarget>,
     /// Index into [`Scene::materials`].
     pub material_index: usize,
 }
@@ -58,6 +62,57 @@ impl Mesh {
     /// The faces, each as its vertex indices.
     pub fn faces(&self) -> std::slice::ChunksExact<'_, u32> {
         self.indices.chunks_exact(self.primitive.indices_per_face())
+    }
+
+    /// Changes what the targets add to each vertex as its position is changed.
+    pub(crate) fn map_morph_targets(&mut self, change: impl Fn(usize, Vec3) -> Vec3) {
+        for target in &mut self.morph_targets {
+            let MorphTarget {
+                vertex_ids,
+                offsets,
+                normal_offsets,
+                ..
+            } = target;
+            for changed in [offsets, normal_offsets] {
+                for (vertex, offset) in std::iter::zip(&*vertex_ids, changed) {
+                    *offset = change(*vertex as usize, *offset);
+                }
+            }
+        }
+    }
+}
+
+/// A shape that a mesh can be moved towards, such as a smile: glTF's morph target, FBX's blend shape.
+///
+/// [`Importer::morph_targets`](crate::Importer::morph_targets) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct MorphTarget {
+    /// The name.
+    pub name: String,
+    /// The weight at rest, which [`Mesh::vertices`] have already.
+    pub weight: f32,
+    /// The vertices that it moves, each once.
+    pub vertex_ids: Vec<u32>,
+    /// What it adds to the position of each of them at weight 1.
+    pub offsets: Vec<Vec3>,
+    /// What it adds to the normal of each of them at weight 1, or nothing.
+    pub normal_offsets: Vec<Vec3>,
+}
+
+impl MorphTarget {
+    /// The target of a mesh that has other vertices: `new_id` gives the new place of each that is kept.
+    pub(crate) fn renumbered(&self, new_id: impl Fn(u32) -> Option<u32>) -> Self {
+        let kept = self.vertex_ids.iter().enumerate();
+        let kept: Vec<(usize, u32)> = kept.filter_map(|(at, old)| Some((at, new_id(*old)?))).collect();
+        let of = |all: &[Vec3]| kept.iter().filter_map(|(at, _)| all.get(*at).copied()).collect();
+        Self {
+            name: self.name.clone(),
+            weight: self.weight,
+            vertex_ids: kept.iter().map(|(_, new)| *new).collect(),
+            offsets: of(&self.offsets),
+            normal_offsets: of(&self.normal_offsets),
+        }
     }
 }
 

@@ -335,7 +335,7 @@ fn biped_files_are_told_apart() {
 
 /// A skinned quad, the left half in a plain colour and the right half with a texture; `texture` is what the file says
 /// of the image, and `video` its contents.
-fn textured(texture: &str, video: &str) -> String {
+pub(crate) fn textured(texture: &str, video: &str) -> String {
     let identity = "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1";
     format!(
         r#"; FBX 7.4.0 project file

@@ -70,6 +70,7 @@ mod live;
 mod markers;
 mod mjcf_files;
 mod mmd;
+mod morph_targets;
 mod motion_steps;
 mod names;
 mod numbers;

@@ -17,9 +17,19 @@ function gltf(path) {
   return { json: JSON.parse(bytes.toString("utf8", 20, 20 + length)), bin: bytes.subarray(28 + length) };
 }
 
-/** The rows of an accessor, by the specification. */
-function rows({ json, bin }, index) {
-  const accessor = json.accessors[index];
+/** The rows of an accessor, by the specification; a sparse one has zeros but for some of its rows. */
+function rows(file, index) {
+  const { sparse, ...accessor } = file.json.accessors[index];
+  const all = accessor.bufferView === undefined
+    ? Array.from({ length: accessor.count }, () => [0, 0, 0]) : plainRows(file, accessor);
+  if (!sparse) return all;
+  const { count, indices, values } = sparse;
+  const places = plainRows(file, { ...indices, count, type: "SCALAR" });
+  plainRows(file, { ...values, count, type: accessor.type, componentType: accessor.componentType }).forEach((row, i) => { all[places[i][0]] = row; });
+  return all;
+}
+
+function plainRows({ json, bin }, accessor) {
   const view = json.bufferViews[accessor.bufferView];
   const columns = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 }[accessor.type];
   const [size, read, most] = {
@@ -31,8 +41,9 @@ function rows({ json, bin }, index) {
     bin[read](start + row * stride + column * size) / (accessor.normalized ? most : 1)));
 }
 
-/** Where a file's vertices are in the world, from its own numbers and the world matrices of its nodes, by their names. */
-function skinned(file, worlds) {
+/** Where a file's vertices are in the world, from its own numbers and the world matrices of its nodes, by their names;
+    `morphs` are the weights of its morph targets. */
+function skinned(file, worlds, morphs = []) {
   const places = [];
   // `mocap pose` prints a matrix row by row, a file has it column by column.
   const byRows = (m, p) => [0, 1, 2].map((row) => m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] + m[4 * row + 3]);
@@ -40,8 +51,10 @@ function skinned(file, worlds) {
   for (const node of file.json.nodes.filter(({ mesh, skin }) => mesh !== undefined && skin !== undefined)) {
     const skin = file.json.skins[node.skin];
     const inverses = rows(file, skin.inverseBindMatrices);
-    for (const { attributes } of file.json.meshes[node.mesh].primitives) {
+    for (const { attributes, targets = [] } of file.json.meshes[node.mesh].primitives) {
       const [positions, joints, weights] = ["POSITION", "JOINTS_0", "WEIGHTS_0"].map((name) => rows(file, attributes[name]));
+      morphs.forEach((weight, index) => targets[index] && rows(file, targets[index].POSITION).forEach((offset, vertex) =>
+        offset.forEach((value, axis) => { positions[vertex][axis] += weight * value; })));
       positions.forEach((position, vertex) => {
         let [place, sum] = [[0, 0, 0], 0];
         for (let k = 0; k < 4; k++) {
@@ -161,6 +174,32 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       assert.deepEqual(trouble, [], name);
       await close();
     }
+  });
+
+  check("sliders move the vertices by the morph targets of the file", async (browser) => {
+    const file = fixture("../characters/human_vrm0.vrm");
+    const source = gltf(file);
+    const names = source.json.meshes.flatMap(({ extras }) => extras?.targetNames ?? []);
+    const worlds = worldsOf(file, 0);
+    const { page, trouble, close } = await open(browser, pageOfFiles(file));
+    await page.click("#morphs summary");
+    const labels = await page.locator("#morph-list label span").allTextContents();
+    assert.deepEqual(labels, names);
+    for (const weights of [[1, 0], [0.5, 1], null, [0, 0]]) {
+      if (weights) for (const [index, weight] of weights.entries()) await page.locator("#morph-list input").nth(index).fill(String(weight));
+      else await page.click("#morph-reset");
+      await settled(page);
+      const [expected, found] = [skinned(source, worlds, weights ?? []), await onGpu(page)];
+      const error = Math.max(farthestFromNearest(found, expected, 0.01), farthestFromNearest(expected, found, 0.01));
+      assert.ok(error < 1e-5, `weights ${weights}: ${error} m`);
+    }
+    // A slider that moves nothing would pass: at weight 1 the mouth is elsewhere than at rest.
+    assert.ok(farthestFromNearest(skinned(source, worlds, [1, 0]), skinned(source, worlds), 0.01) > 1e-3);
+    assert.deepEqual(trouble, []);
+    await close();
+    const bare = await open(browser, pageOfFiles(bar));
+    assert.equal(await bare.page.isVisible("#morphs"), false);
+    await bare.close();
   });
 
   check("a texture is shown, with its holes, and bends with the bones", async (browser) => {

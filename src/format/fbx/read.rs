@@ -17,6 +17,7 @@
 //!
 //! Lights and cameras are left out.
 
+mod blend_shapes;
 mod material;
 mod mesh;
 mod refusal;

@@ -4,6 +4,7 @@
 //! skin has one bone, the node that holds it, or the nearest one above it that the scene has.
 
 mod materials;
+mod morph_targets;
 mod primitive;
 
 use std::borrow::Cow;
@@ -52,6 +53,22 @@ struct MeshJson {
     name: String,
     primitives: Vec<Primitive>,
     weights: Vec<f32>,
+    extras: Value,
+}
+
+impl MeshJson {
+    /// The names of its morph targets: of the mesh, as the specification suggests, or of a primitive, as UniVRM writes.
+    fn target_names(&self) -> Vec<String> {
+        let places = [&self.extras]
+            .into_iter()
+            .chain(self.primitives.iter().map(|primitive| &primitive.extras));
+        let lists = places.filter_map(|extras| extras["targetNames"].as_array());
+        let names = lists
+            .take(1)
+            .flatten()
+            .map(|name| name.as_str().unwrap_or_default().to_owned());
+        names.collect()
+    }
 }
 
 #[derive(Deserialize)]
@@ -258,6 +275,12 @@ fn read_all(
             "" => "Mesh".to_owned(),
             name => name.to_owned(),
         };
+        let names = mesh_json.target_names();
+        let morphs = morph_targets::Stated {
+            names: &names,
+            weights,
+            are_read: options.morph_targets,
+        };
         for (number, primitive) in mesh_json.primitives.iter().enumerate() {
             let material = *materials.entry(primitive.material).or_insert_with(|| {
                 let read = primitive
@@ -280,7 +303,7 @@ fn read_all(
             });
             let pointer = format!("/meshes/{mesh}/primitives/{number}");
             let uses = read_materials[material].as_ref();
-            match read_primitive(primitive, &binding, weights, uses, (&mut buffers, odd), &pointer) {
+            match read_primitive(primitive, &binding, &morphs, uses, (&mut buffers, odd), &pointer) {
                 Ok(None) => {}
                 Ok(Some(read)) => {
                     scene.nodes[0].meshes.push(scene.meshes.len());

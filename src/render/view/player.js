@@ -8,6 +8,7 @@ import { PALETTE } from "./colors.js";
 import { showSteps } from "./drag.js";
 import { Film } from "./film.js";
 import { showLegend } from "./marks.js";
+import { MorphSliders } from "./morphs.js";
 import { Panel } from "./panel.js";
 import { Stage } from "./stage.js";
 import { TimeLine } from "./time_line.js";
@@ -27,6 +28,7 @@ export class Player {
     this.counted = { since: 0, frames: 0 };
     this.canvas = byId("stage");
     this.stage = new Stage(this.canvas, this.state, () => this.changed());
+    this.morphs = new MorphSliders(() => this.changed());
     this.panel = new Panel(this.state, {
       choose: (clip, joint) => this.choose(clip, joint),
       activate: (clip) => this.activate(clip),
@@ -230,6 +232,7 @@ export class Player {
     byId("download").disabled = !glb;
     byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
     this.panel.showClips();
+    this.morphs.show(this.stage.renderer.skins && this.clip.skin);
     this.changed();
   }
 

@@ -72,7 +72,21 @@ export class SkinRenderer {
       gl.deleteVertexArray(held.array);
       this.known.delete(skin);
     }
-    for (const skin of skins) if (!this.known.has(skin)) this.known.set(skin, this.upload(skin));
+    for (const skin of skins) {
+      if (!this.known.has(skin)) this.known.set(skin, this.upload(skin));
+      this.update(skin, this.known.get(skin));
+    }
+  }
+
+  // Vertices that morph targets have moved since.
+  update(skin, held) {
+    const { gl } = this;
+    if (held.changes === skin.changes) return;
+    held.changes = skin.changes;
+    [skin.positions, skin.normals].forEach((data, index) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, held.buffers[index]);
+      gl.bufferSubData(gl.ARRAY_BUFFER, 0, data);
+    });
   }
 
   upload(skin) {
@@ -101,7 +115,7 @@ export class SkinRenderer {
     gl.bindTexture(gl.TEXTURE_2D, bones);
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
     const rows = Math.ceil(skin.bones.length / BONES_A_ROW);
-    return { array, buffers, bones, rows, numbers: new Float32Array(rows * BONES_A_ROW * 16), images: skin.textures.map((texture) => this.image(texture)) };
+    return { array, buffers, bones, rows, changes: skin.changes, numbers: new Float32Array(rows * BONES_A_ROW * 16), images: skin.textures.map((texture) => this.image(texture)) };
   }
 
   // A texture whose picture comes when the browser has decoded it.

@@ -5,6 +5,8 @@
 //   normals, weights, joints   of the vertices: 4 numbers each, normals signed bytes, weights of 65535
 //   indices              the corners of triangles
 //   bones, offsets       the node of each bone, and its matrix from the mesh to the node in the bind pose
+//   morphs               sliders: name, weight (at rest, which positions have), count (of vertices that it moves), step
+//   morphIds, morphOffsets, morphNormals   what they move, slider after slider: vertices, steps in x, y, z, and 1/63 of normals
 //   parts                first, count (corners), name, color (linear), texture (a place in textures, or -1), alpha
 //                        ("opaque", "mask", "blend"), cutoff, twoSided
 //   textures             mediaType, and bytes()
@@ -19,7 +21,8 @@ export function unpackSkin(skin, bytes) {
     at += array.byteLength;
     return array;
   };
-  const { vertices, corners, bones } = skin;
+  const { vertices, corners, bones, morphs } = skin;
+  const moved = morphs.reduce((sum, { count }) => sum + count, 0);
   return {
     ...skin,
     positions: take(Float32Array, 3 * vertices),
@@ -28,9 +31,42 @@ export function unpackSkin(skin, bytes) {
     weights: take(Uint16Array, 4 * vertices),
     joints: take(Uint16Array, 4 * vertices),
     indices: take(Uint32Array, corners),
+    morphIds: take(Uint32Array, moved),
+    morphOffsets: take(Int16Array, 3 * moved),
     normals: take(Int8Array, 4 * vertices),
+    morphNormals: take(Int8Array, 3 * moved),
   };
 }
+
+const NORMAL_STEPS = 63;
+
+// Moves the vertices to these weights of the sliders. `changes` counts, so that a renderer sees that they are others.
+export function morphSkin(skin, weights) {
+  skin.atRest ??= { positions: skin.positions.slice(), normals: skin.normals.slice() };
+  const { positions, atRest, morphIds, morphOffsets, morphNormals } = skin;
+  positions.set(atRest.positions);
+  const normals = Float32Array.from(atRest.normals, (value) => value / 127);
+  let first = 0;
+  skin.morphs.forEach(({ weight, count, step }, slider) => {
+    const by = weights[slider] - weight;
+    for (let i = by ? first : first + count; i < first + count; i++) {
+      for (let axis = 0; axis < 3; axis++) {
+        positions[3 * morphIds[i] + axis] += by * step * morphOffsets[3 * i + axis];
+        normals[4 * morphIds[i] + axis] += (by / NORMAL_STEPS) * morphNormals[3 * i + axis];
+      }
+    }
+    first += count;
+  });
+  for (let at = 0; at < normals.length; at += 4) {
+    const length = Math.hypot(normals[at], normals[at + 1], normals[at + 2]) || 1;
+    for (let axis = 0; axis < 3; axis++) skin.normals[at + axis] = Math.round((127 * normals[at + axis]) / length);
+  }
+  skin.weightsNow = weights;
+  skin.changes = (skin.changes ?? 0) + 1;
+}
+
+// The weights of the sliders as they are now.
+export const morphWeights = (skin) => skin.weightsNow ?? skin.morphs.map(({ weight }) => weight);
 
 // The matrices from the mesh to the page, one for each bone, as the clip is posed now.
 export function boneMatrices(skin, clip) {

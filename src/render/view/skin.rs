@@ -2,13 +2,14 @@
 //!
 //! The block has, one after another, for all meshes together: positions (3 floats), texture coordinates (2 floats)
 //! and the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535),
-//! bones (4 of 16 bits) and corners of triangles (32 bits); unit normals (4 bytes, signed, the last unused). `skin.js`
-//! reads it.
+//! bones (4 of 16 bits), corners of triangles (32 bits) and what morph targets move (`morphs.rs`); unit normals
+//! (4 bytes, signed, the last unused), and what morph targets add to them. `skin.js` reads it.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
+use super::morphs::{Morph, Morphs};
 use crate::error::visible;
 use crate::render::image_size::image_size;
 use crate::scene::{AlphaMode, Mesh, Primitive, Scene, Surface};
@@ -37,6 +38,7 @@ pub(super) struct Skin {
     /// The node of each bone.
     bones: Vec<usize>,
     parts: Vec<Part>,
+    morphs: Vec<Morph>,
     pub(super) textures: Vec<TextureBlock>,
 }
 
@@ -98,6 +100,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     }
     let mut packer = Packer::default();
     let mut notes = Vec::new();
+    let mut morphs = Morphs::new(&meshes, LARGEST_SKIN - size, &mut notes);
     let mut textures = Textures::default();
     for mesh in meshes {
         let surface = scene.materials.get(mesh.material_index);
@@ -128,6 +131,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
             },
             two_sided,
         };
+        morphs.push(mesh, packer.positions.len() / 3);
         if packer.push(mesh, part).is_none() {
             return (
                 None,
@@ -135,7 +139,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
             );
         }
     }
-    let skin = packer.finish(textures.blocks);
+    let skin = packer.finish(textures.blocks, morphs);
     (Some(skin), notes)
 }
 
@@ -257,7 +261,7 @@ impl Packer {
         Some(())
     }
 
-    fn finish(self, textures: Vec<TextureBlock>) -> PackedSkin {
+    fn finish(self, textures: Vec<TextureBlock>, morphs: Morphs) -> PackedSkin {
         let mut bytes = Vec::new();
         for numbers in [&self.positions, &self.coords, &self.offsets] {
             bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
@@ -266,7 +270,10 @@ impl Packer {
             bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
         }
         bytes.extend(self.corners.iter().flat_map(|corner| corner.to_le_bytes()));
+        let morphs = morphs.pack();
+        bytes.extend(morphs.moved);
         bytes.extend(self.normals.iter().flat_map(|number| number.to_le_bytes()));
+        bytes.extend(morphs.normals);
         PackedSkin {
             skin: Skin {
                 id: String::new(),
@@ -274,6 +281,7 @@ impl Packer {
                 corners: self.corners.len(),
                 bones: self.bones,
                 parts: self.parts,
+                morphs: morphs.morphs,
                 textures,
             },
             bytes,

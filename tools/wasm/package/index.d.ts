@@ -58,6 +58,8 @@ export interface ReadOptions {
   skeletonMesh?: "skinned" | "segmented" | "none";
   /** Read the meshes of a glTF file. */
   gltfMeshes?: boolean;
+  /** Read the morph targets of meshes too, for the sliders of a player. */
+  morphTargets?: boolean;
 }
 
 export interface ConvertOptions {

@@ -25,14 +25,17 @@ export async function notShownOf(file) {
   const { VRM: vrm0, VRMC_vrm: vrm1, VRMC_springBone: springs } = gltf.extensions ?? {};
   const count = (list) => (Array.isArray(list) ? list.length : Object.keys(list ?? {}).length);
   const expressions = count(vrm0?.blendShapeMaster?.blendShapeGroups) || count(vrm1?.expressions?.preset) + count(vrm1?.expressions?.custom);
-  const hasTargets = Array.isArray(gltf.meshes) && gltf.meshes.some((mesh) => mesh?.primitives?.some?.((primitive) => primitive?.targets?.length));
+  const some = (list, is) => Array.isArray(list) && list.some((item) => is(item ?? {}));
+  const hasTargets = some(gltf.meshes, ({ primitives }) => some(primitives, ({ targets }) => targets?.length));
+  const movesTargets = some(gltf.animations, ({ channels }) => some(channels, ({ target }) => target?.path === "weights"));
   const parts = [
     expressions && `${expressions} expressions`,
     (vrm0?.firstPerson || vrm1?.lookAt) && "look-at",
     (vrm0?.secondaryAnimation?.boneGroups?.length || springs) && "spring bones",
-    !expressions && hasTargets && "morph targets",
+    movesTargets && "the motion of morph targets",
   ].filter(Boolean);
-  if (!parts.length) return "";
+  const sliders = hasTargets ? "Morph targets have sliders, beside the joints." : "";
+  if (!parts.length) return sliders;
   const last = parts.pop();
-  return `The picture leaves ${parts.length ? `${parts.join(", ")} and ` : ""}${last} still. A file saved of the character keeps them.`;
+  return `The picture leaves ${parts.length ? `${parts.join(", ")} and ` : ""}${last} still. A file saved of the character keeps them. ${sliders}`;
 }

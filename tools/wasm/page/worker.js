@@ -64,8 +64,8 @@ async function sceneOf(item, report) {
   const base = await kept(JSON.stringify([id, read]), async () => {
     const files = await inputs(item, (share) => report("reading", share));
     report("parsing");
-    if (isRobot(item)) return mocap.readCharacter(files, { gltfMeshes: true });
-    return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, ...read });
+    if (isRobot(item)) return mocap.readCharacter(files, { gltfMeshes: true, morphTargets: true });
+    return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, morphTargets: true, ...read });
   });
   // Steps are for the motion without a rest pose before it, as `mocap edit` does it.
   const wanted = steps.length && !change.firstFrame ? { ...change, firstFrame: "auto" } : change;
@@ -77,7 +77,7 @@ async function sceneOf(item, report) {
   if (!onto) return changed;
   const character = await kept(JSON.stringify([onto.id, "character"]), async () => {
     const files = await inputs(onto, (share) => report("reading", share));
-    return mocap.readCharacter(files, { gltfMeshes: true });
+    return mocap.readCharacter(files, { gltfMeshes: true, morphTargets: true });
   });
   report("retargeting");
   return kept(JSON.stringify([id, read, change, steps, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));

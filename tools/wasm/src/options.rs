@@ -47,6 +47,7 @@ pub(crate) struct ReadOptions {
     static_trial: Option<String>,
     pub(crate) skeleton_mesh: Option<MeshKind>,
     pub(crate) gltf_meshes: bool,
+    morph_targets: bool,
 }
 
 #[derive(Deserialize)]
@@ -73,6 +74,7 @@ impl ReadOptions {
             .all_rows(self.all_rows)
             .strict(self.strict)
             .gltf_meshes(self.gltf_meshes)
+            .morph_targets(self.morph_targets)
             .skeleton_mesh(match self.skeleton_mesh {
                 None | Some(MeshKind::Skinned) => SkeletonMesh::Skinned,
                 Some(MeshKind::Segmented) => SkeletonMesh::Segmented,

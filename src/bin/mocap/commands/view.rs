@@ -280,7 +280,7 @@ impl Read {
 
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
-    let importer = importer.gltf_meshes(true);
+    let importer = importer.gltf_meshes(true).morph_targets(true);
     let mut scene = importer.at_rate(args.fps, |importer| streams::import(importer, file))?;
     args.source.state(&mut scene);
     let found = Figure::mapped(&scene, &args.map.bones_here());
@@ -300,7 +300,10 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
     let options = RetargetingOptions::new().source_bones(args.map.bones_here());
     let (name, file, target) = match (&args.character, &args.robot) {
         (Some(file), _) => {
-            let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).gltf_meshes(true);
+            let importer = Importer::new()
+                .skeleton_mesh(SkeletonMesh::Skinned)
+                .gltf_meshes(true)
+                .morph_targets(true);
             let mut scene = importer.import(file)?;
             // It needs no motion of its own.
             scene.warnings.retain(|warning| warning.code != Code::NoMotion);

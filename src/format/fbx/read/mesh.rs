@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
 
 use super::Kept;
+use super::blend_shapes::BlendShapes;
 use super::material::{self, Materials, Read};
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
@@ -39,6 +40,7 @@ pub(super) fn read(
         )));
     }
     let mut materials = Materials::new(origin);
+    let mut shapes = BlendShapes::new(origin, options);
     let (mut rigid, mut colored, mut shaped, mut doubled) = (0, 0, 0, 0);
     for source in &file.meshes {
         // A mesh may have several skins; programs show the first.
@@ -47,7 +49,7 @@ pub(super) fn read(
             continue;
         };
         colored += usize::from(source.vertex_color.exists);
-        shaped += usize::from(!source.blend_deformers.is_empty());
+        shaped += usize::from(!source.blend_deformers.is_empty() && !options.morph_targets);
         doubled += usize::from(source.skin_deformers.len() > 1);
         let name = name(source);
         let Some(bound) = Bound::new(source, skin, &ids, nodes) else {
@@ -59,7 +61,7 @@ pub(super) fn read(
                 .and_then(|part| source.materials.get(part))
                 .map(|material| &**material);
             let Read { index, coords } = materials.read(material, scene, warnings);
-            match bound.mesh(&faces, coords.as_ref()) {
+            match bound.mesh(&faces, coords.as_ref(), &mut shapes) {
                 Some(mesh) if mesh.indices.is_empty() => {}
                 Some(mesh) => {
                     scene.nodes[0].meshes.push(scene.meshes.len());
@@ -86,6 +88,12 @@ pub(super) fn read(
     say(doubled, "first skin", "further skins");
     say(shaped, "without blend shapes", "blend shapes");
     say(colored, "without vertex colours", "vertex colours");
+    if shapes.are_too_many {
+        left_out.push((
+            "without some blend shapes",
+            "more blend shapes than the limits allow".to_owned(),
+        ));
+    }
     if rigid > 0 {
         left_out.push(("skinned", format!("{rigid} meshes that no bone moves were left out")));
     }
@@ -179,7 +187,12 @@ impl<'a> Bound<'a> {
     }
 
     /// These faces as a mesh, with texture coordinates where it has a texture. `None` where a vertex has no position.
-    fn mesh(&self, faces: &[ufbx::Face], coords: Option<&(String, DAffine3)>) -> Option<Mesh> {
+    fn mesh(
+        &self,
+        faces: &[ufbx::Face],
+        coords: Option<&(String, DAffine3)>,
+        shapes: &mut BlendShapes,
+    ) -> Option<Mesh> {
         let source = self.source;
         let coords = coords.and_then(|(set, to_texture)| {
             let named = source
@@ -217,6 +230,7 @@ impl<'a> Bound<'a> {
                 });
             }
         }
+        mesh.morph_targets = shapes.of(source, &corners, (self.to_bind, to_bind_normal));
         mesh.bones = bones;
         Some(mesh)
     }

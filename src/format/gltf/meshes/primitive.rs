@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::super::file::is_plausible;
 use super::super::invalid::invalid;
-use super::{Binding, Buffers, materials};
+use super::{Binding, Buffers, materials, morph_targets};
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::warnings::Warnings;
@@ -24,6 +24,8 @@ pub(super) struct Primitive {
     targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     extensions: Map<String, Value>,
+    #[serde(default)]
+    pub(super) extras: Value,
 }
 
 const TRIANGLES: u32 = 4;
@@ -31,11 +33,11 @@ const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
 /// A mesh without its name and its material, the bones without names; nothing where it has no face. Normals and weights
-/// that are not finite are replaced with a warning in `odd`.
+/// that are not finite are replaced with a warning in `odd`; morph targets that cannot be read are left out with one.
 pub(super) fn read_primitive(
     primitive: &Primitive,
     binding: &Binding,
-    morphs: &[f32],
+    morphs: &morph_targets::Stated<'_>,
     material: Option<&materials::Read>,
     (buffers, odd): (&mut Buffers<'_>, &mut Warnings),
     pointer: &str,
@@ -111,7 +113,7 @@ pub(super) fn read_primitive(
     let indices: Vec<u32> = indices.collect();
     let vector = |numbers: &[f32], vertex: usize| Vec3::from_slice(&numbers[3 * vertex..]);
     let mut vertices: Vec<Vec3> = kept.iter().map(|&vertex| vector(&positions, vertex)).collect();
-    for (target, &weight) in primitive.targets.iter().zip(morphs) {
+    for (target, &weight) in primitive.targets.iter().zip(morphs.weights) {
         let Some(&accessor) = target.get("POSITION").filter(|_| weight != 0.0) else {
             continue;
         };
@@ -160,7 +162,15 @@ pub(super) fn read_primitive(
         };
         kept.iter().map(|&vertex| coordinates(vertex)).collect()
     });
+    let targets = morph_targets::read(&primitive.targets, morphs, &kept, buffers, pointer);
+    let targets = targets.unwrap_or_else(|fault| {
+        let message = format!("its morph targets are left out: {}", fault.message);
+        let pointer = fault.pointer.as_deref().unwrap_or(pointer);
+        odd.distinct(Diagnostic::new(Code::IgnoredMesh, message).at_pointer(pointer));
+        Vec::new()
+    });
     Ok(Some(Mesh {
+        morph_targets: targets,
         vertices,
         normals,
         texture_coords: texture_coords.unwrap_or_default(),

@@ -1,0 +1,192 @@
+//! Morph targets of a skin for a page.
+//!
+//! Targets of one name are one slider, over all meshes. For all sliders together the block has the vertices that they
+//! move (32 bits), what they add to their positions (3 of 16 bits, signed, in steps of the slider), and, after the
+//! skin's normals, what they add to those (3 signed bytes, 63 for 1).
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use crate::error::visible;
+use crate::scene::{Mesh, MorphTarget};
+
+/// A slider; its bytes stand apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Morph {
+    name: String,
+    /// The weight that the skin has already.
+    weight: f32,
+    /// How many vertices it moves.
+    count: usize,
+    /// What one step adds, in the unit of the skin.
+    step: f32,
+}
+
+/// What a vertex of the skin is moved by.
+struct Moved {
+    vertex: u32,
+    offset: [f32; 3],
+    normal: [f32; 3],
+}
+
+/// The sliders of a skin, as its meshes come.
+#[derive(Default)]
+pub(super) struct Morphs {
+    are_left_out: bool,
+    /// By the name and the bits of the weight at rest.
+    known: HashMap<(String, u32), usize>,
+    sliders: Vec<(String, f32, Vec<Moved>)>,
+}
+
+/// The sliders, and the parts of the block.
+#[derive(Default)]
+pub(super) struct PackedMorphs {
+    pub(super) morphs: Vec<Morph>,
+    /// Vertices and what is added to their positions.
+    pub(super) moved: Vec<u8>,
+    pub(super) normals: Vec<u8>,
+}
+
+/// Steps of 1 in what is added to a normal, which is between -2 and 2.
+const NORMAL_STEPS: f32 = 63.0;
+
+/// Bytes of a vertex that a slider moves.
+const MOVED_BYTES: usize = 4 + 3 * 2 + 3;
+
+impl Morphs {
+    /// Sliders for these meshes; none, with a note, where they have more than `room` bytes.
+    pub(super) fn new(meshes: &[&Mesh], room: usize, notes: &mut Vec<String>) -> Self {
+        let targets = meshes.iter().flat_map(|mesh| &mesh.morph_targets);
+        let bytes = MOVED_BYTES * targets.map(|target| target.vertex_ids.len()).sum::<usize>();
+        if bytes > room {
+            let (size, most) = (bytes >> 20, room >> 20);
+            notes.push(format!(
+                "the morph targets have {size} MB, and at most {most} MB are put in a page beside the skin; they have no sliders"
+            ));
+        }
+        Self {
+            are_left_out: bytes > room,
+            ..Self::default()
+        }
+    }
+
+    /// Adds those of a mesh whose vertices begin at `first`.
+    pub(super) fn push(&mut self, mesh: &Mesh, first: usize) {
+        if self.are_left_out {
+            return;
+        }
+        for target in &mesh.morph_targets {
+            let key = (target.name.clone(), target.weight.to_bits());
+            let slider = *self.known.entry(key).or_insert_with(|| {
+                self.sliders
+                    .push((visible(&target.name).into_owned(), target.weight, Vec::new()));
+                self.sliders.len() - 1
+            });
+            self.sliders[slider].2.extend(moved_by(target, first as u32));
+        }
+    }
+
+    pub(super) fn pack(self) -> PackedMorphs {
+        let mut packed = PackedMorphs::default();
+        let mut offsets = Vec::new();
+        for (name, weight, moved) in self.sliders {
+            let all = moved.iter().flat_map(|moved| moved.offset);
+            let largest = all.fold(0.0_f32, |largest, value| largest.max(value.abs()));
+            let step = largest / f32::from(i16::MAX);
+            let steps = |value: f32| if step > 0.0 { (value / step).round() as i16 } else { 0 };
+            for Moved { vertex, offset, normal } in &moved {
+                packed.moved.extend(vertex.to_le_bytes());
+                offsets.extend(offset.map(steps));
+                packed
+                    .normals
+                    .extend(normal.map(|value| (value * NORMAL_STEPS).round() as i8 as u8));
+            }
+            packed.morphs.push(Morph {
+                name,
+                weight,
+                count: moved.len(),
+                step,
+            });
+        }
+        packed
+            .moved
+            .extend(offsets.iter().flat_map(|steps| steps.to_le_bytes()));
+        packed
+    }
+}
+
+fn moved_by(target: &MorphTarget, first: u32) -> impl Iterator<Item = Moved> {
+    let moved = std::iter::zip(&target.vertex_ids, &target.offsets).enumerate();
+    moved.map(move |(at, (vertex, offset))| Moved {
+        vertex: first + vertex,
+        offset: offset.to_array(),
+        normal: target.normal_offsets.get(at).copied().unwrap_or_default().to_array(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    fn mesh(name: &str, offset: Vec3) -> Mesh {
+        Mesh {
+            vertices: vec![Vec3::ZERO; 2],
+            morph_targets: vec![MorphTarget {
+                name: name.to_owned(),
+                weight: 0.25,
+                vertex_ids: vec![1],
+                offsets: vec![offset],
+                normal_offsets: vec![Vec3::new(0.0, -1.0, 0.5)],
+            }],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn targets_of_one_name_are_one_slider() {
+        let meshes = [
+            mesh("smile", Vec3::X),
+            mesh("smile", Vec3::new(0.0, -2.0, 0.0)),
+            mesh("blink", Vec3::Z),
+        ];
+        let mut morphs = Morphs::new(&meshes.iter().collect::<Vec<_>>(), 3 * MOVED_BYTES, &mut Vec::new());
+        for (index, mesh) in meshes.iter().enumerate() {
+            morphs.push(mesh, 2 * index);
+        }
+        let packed = morphs.pack();
+        let names: Vec<_> = packed
+            .morphs
+            .iter()
+            .map(|morph| (morph.name.as_str(), morph.count))
+            .collect();
+        assert_eq!(names, [("smile", 2), ("blink", 1)]);
+        assert_eq!(packed.moved.len() + packed.normals.len(), 3 * MOVED_BYTES);
+        let words: Vec<u32> = packed.moved.as_chunks::<4>().0[..3]
+            .iter()
+            .map(|word| u32::from_le_bytes(*word))
+            .collect();
+        assert_eq!(words, [1, 3, 5]);
+        // The second vertex of the smile goes down by 2, which is all of the range.
+        let steps = packed.moved[12..]
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|half| i16::from_le_bytes(*half));
+        let steps: Vec<i16> = steps.collect();
+        assert_eq!(steps[3..6], [0, -i16::MAX, 0]);
+        assert!((f32::from(steps[0]) * packed.morphs[0].step - 1.0).abs() < 1e-4);
+        assert_eq!(packed.normals[..3], [0, (-63_i8) as u8, 32]);
+    }
+
+    #[test]
+    fn targets_beyond_the_room_are_left_out_with_a_note() {
+        let mesh = mesh("smile", Vec3::X);
+        let mut notes = Vec::new();
+        let mut morphs = Morphs::new(&[&mesh], MOVED_BYTES - 1, &mut notes);
+        morphs.push(&mesh, 0);
+        assert!(morphs.pack().morphs.is_empty() && notes.len() == 1);
+    }
+}
