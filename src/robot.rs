@@ -30,6 +30,7 @@ mod feasibility;
 mod fingers;
 mod floor;
 mod following;
+mod given;
 mod kinematics;
 mod links;
 mod measure;

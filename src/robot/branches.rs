@@ -61,6 +61,16 @@ const LIMBS: [[Bone; 3]; 2] = [
     [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot],
 ];
 
+/// The frames in which limbs may take another branch.
+pub(super) struct Free<'a> {
+    pub(super) goals: &'a [Goals],
+    pub(super) bounds: &'a Bounds,
+    /// The first of them; those before it stay.
+    pub(super) from: usize,
+    /// For how many frames that are to come the last one stands.
+    pub(super) ahead: usize,
+}
+
 /// The positions of a limb in every frame, and its cost there.
 struct Track {
     positions: Vec<Vec<f64>>,
@@ -78,17 +88,15 @@ impl Branches {
         }
     }
 
-    /// Takes for each limb the best path that is found.
-    pub(super) fn choose(
-        &mut self,
-        kinematics: &Kinematics,
-        goals: &[Goals],
-        bounds: &Bounds,
-        motion: &mut RobotMotion,
-    ) {
+    /// Takes for each limb the best path that is found. Returns the positions of those that took another.
+    pub(super) fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> Vec<usize> {
+        let mut changed = Vec::new();
         for limb in &mut self.limbs {
-            limb.choose(kinematics, goals, bounds, motion);
+            if limb.choose(kinematics, free, motion) {
+                changed.extend(&limb.positions);
+            }
         }
+        changed
     }
 }
 
@@ -110,34 +118,27 @@ impl Limb {
         }
     }
 
-    fn choose(&mut self, kinematics: &Kinematics, goals: &[Goals], bounds: &Bounds, motion: &mut RobotMotion) {
-        let goals: Vec<Goals> = goals.iter().map(|goals| self.own(goals)).collect();
-        let mut pose = kinematics.rest();
-        let frames = motion.frames();
-        let costs = (0..frames).map(|frame| {
-            motion.set(frame, kinematics, &mut pose);
-            cost(&goals[frame], &pose)
-        });
-        let as_it_is = Track {
-            costs: costs.collect(),
-            positions: (0..frames)
-                .map(|frame| self.positions.iter().map(|at| motion.dof_of(frame)[*at]).collect())
-                .collect(),
-        };
+    /// Whether the limb took another branch.
+    fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> bool {
+        // The frame before stays as it is, and what comes after it changes from there.
+        let first = free.from.saturating_sub(1);
+        let goals: Vec<Goals> = free.goals[first..].iter().map(|goals| self.own(goals)).collect();
+        let as_it_is = self.track(kinematics, &goals, motion, first);
         let suspects = suspects(&as_it_is.costs, motion.fps);
         if suspects.is_empty() {
-            return;
+            return false;
         }
         let mut follow = Follow {
             limb: self,
             kinematics,
             goals: &goals,
-            bounds,
+            bounds: free.bounds,
             motion,
+            first,
         };
         let mut tracks = Vec::new();
         if let Some(last) = as_it_is.positions.last().cloned() {
-            tracks.push(follow.both_ways(frames - 1, last));
+            tracks.push(follow.both_ways(goals.len() - 1, last));
         }
         for frame in suspects {
             let begun = follow.begin(frame);
@@ -145,17 +146,47 @@ impl Limb {
                 tracks.push(follow.both_ways(frame, begun));
             }
         }
+        if free.from > 0 {
+            tracks.iter_mut().for_each(|track| track.costs[0] = f64::INFINITY);
+        }
         tracks.insert(0, as_it_is);
+        for track in &mut tracks {
+            track
+                .costs
+                .last_mut()
+                .into_iter()
+                .for_each(|cost| *cost *= 1.0 + free.ahead as f64);
+        }
         let chosen = shortest(&tracks, CHANGE * motion.fps / RATE);
+        if chosen.iter().all(|track| *track == 0) {
+            return false;
+        }
         let count = motion.dof_names.len();
+        let mut pose = kinematics.rest();
         for (frame, track) in chosen.into_iter().enumerate() {
+            let here = first + frame;
             for (at, value) in self.positions.iter().zip(&tracks[track].positions[frame]) {
-                motion.dof_pos[frame * count + at] = *value;
+                motion.dof_pos[here * count + at] = *value;
             }
             if !kinematics.followers.is_empty() {
-                motion.set(frame, kinematics, &mut pose);
-                motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
+                motion.set(here, kinematics, &mut pose);
+                motion.dof_pos[here * count..(here + 1) * count].copy_from_slice(&pose.positions);
             }
+        }
+        true
+    }
+
+    /// The limb in the frames of a motion from the first on.
+    fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
+        let mut pose = kinematics.rest();
+        let costs = goals.iter().enumerate().map(|(frame, goals)| {
+            motion.set(first + frame, kinematics, &mut pose);
+            cost(goals, &pose)
+        });
+        let of = |frame: usize| self.positions.iter().map(|at| motion.dof_of(frame)[*at]).collect();
+        Track {
+            costs: costs.collect(),
+            positions: (first..first + goals.len()).map(of).collect(),
         }
     }
 
@@ -176,14 +207,16 @@ struct Follow<'a> {
     goals: &'a [Goals],
     bounds: &'a Bounds,
     motion: &'a RobotMotion,
+    /// Which frame of the motion the first of `goals` is.
+    first: usize,
 }
 
 impl Follow<'_> {
     /// The limb in a frame, from a beginning; returns its cost.
     fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
         let mut pose = self.kinematics.rest();
-        pose.root = self.motion.root[frame];
-        pose.positions.copy_from_slice(self.motion.dof_of(frame));
+        pose.root = self.motion.root[self.first + frame];
+        pose.positions.copy_from_slice(self.motion.dof_of(self.first + frame));
         for (at, value) in self.limb.positions.iter().zip(positions.iter()) {
             pose.positions[*at] = *value;
         }
@@ -325,6 +358,131 @@ mod tests {
         let first = track([0.0, 0.1, 2.0, 2.0, 2.0, 0.1], [0.0, 0.0, 0.5, 0.5, 0.5, 0.0]);
         let second = track([1.5, 0.1, 0.1, 0.1, 0.1, 1.5], [0.9, 0.1, 0.0, 0.0, 0.0, 0.9]);
         assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
+    }
+
+    /// A leg of the G1 that should be in a pose which joints reach, and is stuck in the corner of the limits that its
+    /// solver comes to from the worst of many beginnings.
+    struct Stuck {
+        kinematics: Kinematics,
+        branches: Branches,
+        goals: Vec<Goals>,
+        bounds: Bounds,
+        motion: RobotMotion,
+    }
+
+    const STUCK_FRAMES: usize = 30;
+
+    fn stuck_leg() -> Stuck {
+        let urdf = std::fs::read("fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
+        let robot = crate::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
+        let twin = Twin::new(&robot, &robot.bones(None).unwrap()).unwrap();
+        let kinematics = Kinematics::new(&robot);
+        let mut branches = Branches::new(&kinematics, &twin);
+        branches.limbs.retain(|limb| limb.foot.is_some());
+        branches.limbs.truncate(1);
+        let bodies = &kinematics.bodies[1..];
+        let bounds = Bounds {
+            lower: bodies.iter().map(|body| body.limits.lower).collect(),
+            upper: bodies.iter().map(|body| body.limits.upper).collect(),
+        };
+        // The thigh raised and turned out, the knee bent: every joint within its limits.
+        let mut wanted = kinematics.rest();
+        for (name, at) in [("hip_pitch", -1.9), ("hip_roll", 1.3), ("hip_yaw", 1.6), ("knee", 1.9)] {
+            let dof = robot
+                .dof_names()
+                .iter()
+                .position(|dof| *dof == format!("left_{name}_joint"));
+            wanted.positions[dof.unwrap()] = at;
+        }
+        kinematics.update(&mut wanted);
+        let mut goals = super::super::following::Following::new(&robot, &kinematics, &twin).goals;
+        goals
+            .turns
+            .iter_mut()
+            .for_each(|turn| turn.target = wanted.bodies[turn.body].rotation);
+        for reach in &mut goals.reaches {
+            reach.target = wanted.bodies[reach.body].point(reach.point);
+        }
+        let motion = RobotMotion {
+            fps: 30.0,
+            root: vec![wanted.root; STUCK_FRAMES],
+            dof_pos: [0.0].repeat(STUCK_FRAMES * bodies.len()),
+            dof_names: robot.dof_names(),
+            contacts: vec![[false; 2]; STUCK_FRAMES],
+            ..RobotMotion::default()
+        };
+        let mut stuck = Stuck {
+            goals: vec![goals; STUCK_FRAMES],
+            kinematics,
+            branches,
+            bounds,
+            motion,
+        };
+        stuck.be_stuck();
+        stuck
+    }
+
+    impl Stuck {
+        fn be_stuck(&mut self) {
+            let limb = &mut self.branches.limbs[0];
+            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
+            let positions = limb.positions.clone();
+            let mut follow = Follow {
+                limb,
+                kinematics: &self.kinematics,
+                goals: &goals,
+                bounds: &self.bounds,
+                motion: &self.motion,
+                first: 0,
+            };
+            let corners = (0..1 << positions.len()).map(|corner: usize| {
+                let at = |(index, position): (usize, &usize)| match corner >> index & 1 {
+                    0 => self.bounds.lower[*position],
+                    _ => self.bounds.upper[*position],
+                };
+                let mut begun: Vec<f64> = positions.iter().enumerate().map(at).collect();
+                (follow.solve(0, &mut begun, 200), begun)
+            });
+            let (cost, begun) = corners.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            assert!(cost > 2.0 * SUSPECT, "no corner holds the leg: {cost}");
+            let count = self.motion.dof_names.len();
+            for frame in 0..STUCK_FRAMES {
+                for (at, value) in positions.iter().zip(&begun) {
+                    self.motion.dof_pos[frame * count + at] = *value;
+                }
+            }
+        }
+
+        /// What the leg costs in each frame after another branch was looked for.
+        fn chosen(&mut self, from: usize, ahead: usize) -> Vec<f64> {
+            let free = Free {
+                goals: &self.goals,
+                bounds: &self.bounds,
+                from,
+                ahead,
+            };
+            let changed = self.branches.choose(&self.kinematics, &free, &mut self.motion);
+            assert_eq!(changed, self.branches.limbs[0].positions);
+            let limb = &self.branches.limbs[0];
+            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
+            limb.track(&self.kinematics, &goals, &self.motion, 0).costs
+        }
+    }
+
+    #[test]
+    fn a_leg_leaves_a_corner_of_its_limits() {
+        let costs = stuck_leg().chosen(0, 0);
+        assert!(costs.iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
+    }
+
+    #[test]
+    fn frames_that_were_given_stay() {
+        let mut stuck = stuck_leg();
+        let before = stuck.motion.clone();
+        let costs = stuck.chosen(20, 15);
+        let kept = 20 * before.dof_names.len();
+        assert_eq!(stuck.motion.dof_pos[..kept], before.dof_pos[..kept]);
+        assert!(costs[20..].iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
     }
 
     #[test]

@@ -6,6 +6,9 @@ use super::kinematics::{Kinematics, RobotPose};
 use crate::scene::Animation;
 use crate::scene::robot::{Placement, Robot};
 
+/// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
+const WHOLE_RATE: f64 = 1e-4;
+
 /// The motion of a robot, frame by frame.
 ///
 /// The [module](crate::robot) has an example.
@@ -36,6 +39,14 @@ impl RobotMotion {
     pub fn dof_of(&self, frame: usize) -> &[f64] {
         let count = self.dof_names.len();
         &self.dof_pos[frame * count..(frame + 1) * count]
+    }
+
+    /// Forgets the first frames.
+    pub(super) fn forget(&mut self, frames: usize) {
+        let joints = self.dof_names.len();
+        self.root.drain(..frames);
+        self.dof_pos.drain(..frames * joints);
+        self.contacts.drain(..frames);
     }
 
     /// Sets a pose to that of a frame.
@@ -76,5 +87,14 @@ impl Robot {
     /// A motion as an animation of [`scene`](Self::scene).
     pub fn animation(&self, motion: &RobotMotion) -> Animation {
         self.clip(&motion.name, motion.fps, &motion.root, &motion.dof_pos)
+    }
+}
+
+/// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
+pub(super) fn rate(fps: f64) -> f64 {
+    let whole = fps.round();
+    match (fps - whole).abs() < WHOLE_RATE * fps {
+        true => whole,
+        false => fps,
     }
 }

@@ -5,7 +5,7 @@ mod stream;
 use glam::{DQuat, DVec3};
 
 pub use self::stream::RobotStream;
-use super::branches::Branches;
+use super::branches::{Branches, Free};
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::fingers::Fingers;
@@ -13,7 +13,7 @@ use super::floor::{Floor, drops};
 use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
-use super::motion::RobotMotion;
+use super::motion::{RobotMotion, rate};
 use super::report::{self, RobotReport, Seen};
 use super::solver::{Bounds, Solver};
 use super::source_turns::SourceTurns;
@@ -98,9 +98,6 @@ setters! {
 const FIRST_STEPS: usize = 120;
 const STEPS: usize = 8;
 
-/// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
-const WHOLE_RATE: f64 = 1e-4;
-
 /// Puts the motions of one source on a robot.
 ///
 /// The [module](crate::robot) has an example.
@@ -115,11 +112,11 @@ pub struct RobotRetargeter {
     pub(super) collisions: Collisions,
     solver: Solver,
     pub(super) following: Following,
-    branches: Branches,
+    pub(super) branches: Branches,
     pub(super) fingers: Fingers,
     pub(super) windows: Windows,
     /// Where the source faces in each frame, for a robot whose base stays.
-    headings: Vec<DQuat>,
+    pub(super) headings: Vec<DQuat>,
 }
 
 impl RobotRetargeter {
@@ -175,8 +172,13 @@ impl RobotRetargeter {
         let mut motion = self.follow(&held, animation, contacts, &mut goals);
         // The box of a frame is that of the frame before, where velocities are kept.
         if !self.options.velocity_limits {
-            let limits = self.limits();
-            self.branches.choose(&self.kinematics, &goals, &limits, &mut motion);
+            let free = Free {
+                goals: &goals,
+                bounds: &self.limits(),
+                from: 0,
+                ahead: 0,
+            };
+            self.branches.choose(&self.kinematics, &free, &mut motion);
         }
         self.fingers.apply(&self.kinematics, source, animation, &mut motion);
         let turns = SourceTurns::new(source, animation, &self.source_bones);
@@ -197,7 +199,7 @@ impl RobotRetargeter {
     }
 
     /// A motion on its floor, and its report.
-    fn judged(
+    pub(super) fn judged(
         &self,
         source: &Scene,
         animation: &Animation,
@@ -427,15 +429,6 @@ impl Followed {
             stands: Default::default(),
             contacts: None,
         }
-    }
-}
-
-/// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
-fn rate(fps: f64) -> f64 {
-    let whole = fps.round();
-    match (fps - whole).abs() < WHOLE_RATE * fps {
-        true => whole,
-        false => fps,
     }
 }
 

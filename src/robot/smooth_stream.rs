@@ -2,9 +2,12 @@
 
 use std::collections::VecDeque;
 
+use super::branches::Free;
 use super::floor::{Floor, standing_height};
+use super::given::Given;
 use super::measure::LIFT;
 use super::motion::RobotMotion;
+use super::report::RobotReport;
 use super::retargeter::{Followed, RobotRetargeter, continued};
 use super::source_turns::SourceTurns;
 use super::speed::Steps;
@@ -24,6 +27,9 @@ const AHEAD: f64 = 0.1;
 /// How long frames are kept that were given already, in seconds: those that bells of smoothing and lifts reach.
 const KEPT: f64 = 0.25;
 
+/// How often another branch is looked for of a limb that is far off, in seconds.
+const LOOKED: f64 = 0.1;
+
 /// How many seconds of feet show where the floor is.
 const FLOOR_SEEN: f64 = 4.0;
 
@@ -37,9 +43,9 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// seconds later.
 ///
 /// As [`RobotRetargeter::clip`] does it, with a window of 0.5 s: joints keep their limits of position and velocity,
-/// feet that stand stay where they are, and soles are above the floor. What needs the whole motion is left out: arms
-/// keep to the branch that they came into, and there is no report. [`RobotStream`](super::RobotStream) gives each
-/// pose at once, without a look ahead.
+/// feet that stand stay where they are, soles are above the floor, and a limb that is far off is followed from other
+/// beginnings. [`report`](Self::report) is of the last 30 s. [`RobotStream`](super::RobotStream) gives each pose at
+/// once, without a look ahead.
 ///
 /// ```
 /// use mocap::robot::{RobotOptions, RobotRetargeter};
@@ -61,6 +67,7 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// assert_eq!(frames, 50 - 36); // 36 frames are 0.6 s
 /// frames += stream.finish().frames();
 /// assert_eq!(frames, 50);
+/// assert_eq!(stream.report().unwrap().frames, 50);
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -78,6 +85,9 @@ pub struct SmoothRobotStream {
     /// How far the robot is brought down.
     drop: f64,
     recent: Recent,
+    given: Given,
+    /// Frames since other branches were looked for.
+    looked: usize,
 }
 
 /// The frames that are kept.
@@ -107,10 +117,18 @@ impl RobotRetargeter {
         let empty = RobotMotion {
             fps,
             dof_names: self.robot.dof_names(),
+            name: source
+                .animations
+                .first()
+                .map(|animation| animation.name.clone())
+                .unwrap_or_default(),
             ..RobotMotion::default()
         };
+        let turns = SourceTurns::empty(&self.source_bones);
         Ok(SmoothRobotStream {
             fps,
+            given: Given::new(source, empty.clone(), turns.clone()),
+            looked: 0,
             window: if self.options.passes < 2 { 0 } else { frames(WINDOW) },
             ahead: frames(AHEAD),
             twin: Pose::rest(&self.twin.scene),
@@ -124,7 +142,7 @@ impl RobotRetargeter {
             },
             recent: Recent {
                 goals: Vec::new(),
-                turns: SourceTurns::empty(&self.source_bones),
+                turns,
                 motion: empty.clone(),
                 first: empty,
                 given: 0,
@@ -152,6 +170,7 @@ impl SmoothRobotStream {
         self.waiting.push_back((self.twin.clone(), fingers));
         self.feet.push(source);
         self.recent.turns.push(source);
+        self.given.push(source);
         if self.waiting.len() <= self.ahead {
             return None;
         }
@@ -165,14 +184,38 @@ impl SmoothRobotStream {
         })
     }
 
-    /// Gives back the frames that are left, at the end of a stream.
-    pub fn finish(mut self) -> RobotMotion {
+    /// Gives back the frames that are left, at the end of a stream. Poses that come afterwards go on from there.
+    pub fn finish(&mut self) -> RobotMotion {
         while !self.waiting.is_empty() {
             self.follow();
         }
         self.smooth();
         let left = self.recent.motion.frames() - self.recent.given;
-        self.give(left)
+        let given = self.give(left);
+        self.forget();
+        given
+    }
+
+    /// How well the frames are the source that were given in the last 30 s, of which at most 3600 are kept; `None`
+    /// before the first.
+    pub fn report(&self) -> Option<RobotReport> {
+        let Given {
+            motion,
+            goals,
+            turns,
+            skeleton,
+            ..
+        } = &self.given;
+        if motion.frames() == 0 {
+            return None;
+        }
+        let retargeter = &self.retargeter;
+        let (kinematics, twin) = (&retargeter.kinematics, &retargeter.twin);
+        let steps = Steps::new(kinematics, twin, goals, turns.clone(), self.fps);
+        let source = self.given.source();
+        let (_, mut report) = retargeter.judged(skeleton, &source, motion.clone(), goals, &steps);
+        report.passes = if self.window == 0 { 1 } else { 2 };
+        Some(report)
     }
 
     /// The first pass of the pose that waits longest.
@@ -186,6 +229,7 @@ impl SmoothRobotStream {
             .next(&mut self.followed, &twin, self.drop, contacts, self.fps);
         let recent = &mut self.recent;
         recent.goals.push(self.retargeter.following.goals.clone());
+        self.retargeter.headings.push(self.retargeter.following.heading);
         let pose = &mut self.followed.pose;
         let before = recent
             .motion
@@ -200,6 +244,39 @@ impl SmoothRobotStream {
             motion.dof_pos.extend(&pose.positions);
             motion.contacts.push(contacts);
         }
+        self.looked += 1;
+        if self.window > 0 && self.looked as f64 >= LOOKED * self.fps {
+            self.looked = 0;
+            self.choose();
+        }
+    }
+
+    /// Takes a better branch of a limb that is far off, in the frames that were not given yet.
+    fn choose(&mut self) {
+        let recent = &mut self.recent;
+        let limits = self.retargeter.limits();
+        let free = Free {
+            goals: &recent.goals,
+            bounds: &limits,
+            from: recent.given,
+            ahead: self.window,
+        };
+        let kinematics = &self.retargeter.kinematics;
+        let changed = self.retargeter.branches.choose(kinematics, &free, &mut recent.first);
+        if changed.is_empty() {
+            return;
+        }
+        let joints = recent.first.dof_names.len();
+        for frame in recent.given..recent.first.frames() {
+            for &position in &changed {
+                let at = frame * joints + position;
+                recent.motion.dof_pos[at] = recent.first.dof_pos[at];
+            }
+        }
+        let last = recent.first.frames() - 1;
+        let pose = &mut self.followed.pose;
+        pose.positions.copy_from_slice(recent.first.dof_of(last));
+        kinematics.update(pose);
     }
 
     /// Brings the robot down by and by where feet that stand are above the floor.
@@ -256,13 +333,14 @@ impl SmoothRobotStream {
     fn give(&mut self, count: usize) -> RobotMotion {
         let motion = &self.recent.motion;
         let frames = self.recent.given..self.recent.given + count;
+        let frames_given = frames.clone();
         let joints = motion.dof_names.len();
         let mut given = RobotMotion {
             root: motion.root[frames.clone()].to_vec(),
             dof_pos: motion.dof_pos[frames.start * joints..frames.end * joints].to_vec(),
             contacts: motion.contacts[frames.clone()].to_vec(),
             dof_names: motion.dof_names.clone(),
-            name: String::new(),
+            name: motion.name.clone(),
             fps: self.fps,
         };
         match self.retargeter.following.stand {
@@ -274,6 +352,8 @@ impl SmoothRobotStream {
                 }
             }
         }
+        let forgotten = self.given.add(&given, &self.recent.goals[frames_given]);
+        self.retargeter.headings.drain(..forgotten);
         self.recent.given += count;
         given
     }
@@ -286,11 +366,7 @@ impl SmoothRobotStream {
         recent.given -= count;
         recent.goals.drain(..count);
         recent.turns.forget(count);
-        for motion in [&mut recent.first, &mut recent.motion] {
-            let joints = motion.dof_names.len();
-            motion.root.drain(..count);
-            motion.dof_pos.drain(..count * joints);
-            motion.contacts.drain(..count);
-        }
+        recent.first.forget(count);
+        recent.motion.forget(count);
     }
 }

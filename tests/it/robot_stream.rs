@@ -1,6 +1,6 @@
 //! Motions on robots while they come.
 
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter};
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
 use mocap::{Binding, Importer, Pose};
 
 const RATE: f64 = 30.0;
@@ -17,8 +17,8 @@ fn robot(name: &str) -> Robot {
     Importer::new().import_robot(format!("fixtures/robots/{name}")).unwrap()
 }
 
-/// The frames that a stream gives, with how many came together at its end.
-fn streamed(source: &mocap::Scene, robot: &Robot, options: &RobotOptions) -> (RobotMotion, usize) {
+/// The frames that a stream gives, with how many came together at its end, and its report.
+fn streamed(source: &mocap::Scene, robot: &Robot, options: &RobotOptions) -> (RobotMotion, usize, RobotReport) {
     let retargeter = RobotRetargeter::new(source, robot, options).unwrap();
     let mut stream = retargeter.stream(source, RATE).unwrap();
     let mut parts = Vec::new();
@@ -36,14 +36,14 @@ fn streamed(source: &mocap::Scene, robot: &Robot, options: &RobotOptions) -> (Ro
         whole.dof_pos.extend(&part.dof_pos);
         whole.contacts.extend(&part.contacts);
     }
-    (whole, left)
+    (whole, left, stream.report().unwrap())
 }
 
 #[test]
 fn what_comes_is_as_the_whole_motion_and_keeps_its_limits() {
     let source = walk();
     let robot = robot("g1_29dof_rev_1_0.urdf");
-    let (motion, left) = streamed(&source, &robot, &RobotOptions::new());
+    let (motion, left, _) = streamed(&source, &robot, &RobotOptions::new());
     let (whole, _) = RobotRetargeter::new(&source, &robot, &RobotOptions::new())
         .unwrap()
         .clip(&source, 0)
@@ -70,10 +70,41 @@ fn what_comes_is_as_the_whole_motion_and_keeps_its_limits() {
 }
 
 #[test]
+fn the_report_of_a_stream_is_of_the_frames_that_it_gave() {
+    let (source, robot) = (walk(), robot("h1.urdf"));
+    let (motion, _, report) = streamed(&source, &robot, &RobotOptions::new());
+    let (_, of_clip) = RobotRetargeter::new(&source, &robot, &RobotOptions::new())
+        .unwrap()
+        .clip(&source, 0)
+        .unwrap();
+    assert_eq!((report.frames, report.passes, report.fps), (motion.frames(), 2, RATE));
+    assert_eq!(report.clip, source.animations[0].name);
+    assert_eq!(report.limit_violations, 0);
+    assert!(
+        (report.mean_degrees - of_clip.mean_degrees).abs() < 0.5,
+        "{report:?} {of_clip:?}"
+    );
+    // A stream has the rotations of the source from matrices.
+    let source_skate = [&report, &of_clip].map(|report| report.source_skate.unwrap());
+    assert!((source_skate[0] - source_skate[1]).abs() < 1e-5, "{source_skate:?}");
+    assert_eq!(report.guessed, of_clip.guessed);
+    let joints = motion.dof_names.len();
+    let steps = motion.dof_pos.iter().zip(&motion.dof_pos[joints..]);
+    let fastest = steps.map(|(from, to)| (to - from).abs() * RATE).fold(0.0, f64::max);
+    assert!(
+        (report.max_velocity - fastest).abs() < 1e-9,
+        "{} {fastest}",
+        report.max_velocity
+    );
+    let retargeter = RobotRetargeter::new(&source, &robot, &RobotOptions::new()).unwrap();
+    assert_eq!(retargeter.stream(&source, RATE).unwrap().report(), None);
+}
+
+#[test]
 fn one_pass_comes_sooner_and_rates_that_are_none_are_refused() {
     let source = walk();
     let robot = robot("h1.urdf");
-    let (motion, left) = streamed(&source, &robot, &RobotOptions::new().passes(1));
+    let (motion, left, _) = streamed(&source, &robot, &RobotOptions::new().passes(1));
     assert_eq!((motion.frames(), left), (source.animations[0].frame_count(), 3));
     for rate in [0.0, -30.0, f64::NAN, f64::INFINITY, 5000.0] {
         let retargeter = RobotRetargeter::new(&source, &robot, &RobotOptions::new()).unwrap();
@@ -122,6 +153,10 @@ mod program {
         // The first frame is a rest pose.
         check_rows(&String::from_utf8(done.stdout).unwrap(), FRAMES - 1);
         assert!(said.contains("left_knee_joint"), "{said}");
+        assert!(
+            said.contains("the last 0.3 s: ") && said.contains("degrees off in the mean"),
+            "{said}"
+        );
         for (arguments, status, reason) in [
             ("play walk.bvh", 2, "--vmc"),
             ("play walk.bvh --robot h1.urdf --vmc 9", 2, "cannot be used with"),

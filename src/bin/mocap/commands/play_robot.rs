@@ -13,6 +13,7 @@ use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobo
 use mocap::{Binding, Conversion, Importer, Pose, Scene};
 
 use super::live::{self, LONGEST, listener, over_at_a_signal, received, scene_of, wait_until};
+use super::robot::tell;
 use crate::args::{Listen, PlayArgs};
 use crate::{Failure, report};
 
@@ -52,8 +53,17 @@ fn file(args: &PlayArgs, robot: &Path) -> Result<(), Failure> {
         write(&robot, stream.push(&pose).as_ref())?;
         came += 1;
     }
-    write(&robot, Some(&stream.finish()))?;
-    report::say(&report::counted(came as usize, "frame"));
+    finish(&robot, &mut stream, came as usize)
+}
+
+/// Writes the frames that are left, and says how well the last half minute sits on the robot.
+fn finish(robot: &Robot, stream: &mut SmoothRobotStream, frames: usize) -> Result<(), Failure> {
+    write(robot, Some(&stream.finish()))?;
+    report::say(&report::counted(frames, "frame"));
+    if let Some(mut found) = stream.report() {
+        found.clip = format!("the last {:.1} s", found.frames as f64 / found.fps);
+        tell(&found);
+    }
     Ok(())
 }
 
@@ -104,11 +114,13 @@ fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> 
     if let Some(cleaner) = &mut cleaner {
         hear(cleaner.finish(), start.elapsed().as_secs_f64())?;
     }
-    if let Some(stream) = on_robot {
-        write(&robot, Some(&stream.finish()))?;
+    match on_robot {
+        Some(mut stream) => finish(&robot, &mut stream, frames),
+        None => {
+            report::say(&report::counted(frames, "frame"));
+            Ok(())
+        }
     }
-    report::say(&report::counted(frames as usize, "frame"));
-    Ok(())
 }
 
 /// Begins a stream, and says what its rows are.

@@ -101,7 +101,8 @@ fn format(args: &RobotArgs) -> Result<String, Failure> {
     }
 }
 
-fn tell(found: &RobotReport) {
+/// Says how well a motion sits on a robot.
+pub(super) fn tell(found: &RobotReport) {
     let clip = &found.clip;
     report::say(&format!(
         "{clip}: {}: limbs {:.1} degrees off in the mean of {} frames; path scaled by {:.3}",
