@@ -51,7 +51,7 @@ mod _mocap {
     #[pymodule_export]
     use super::retarget::{add_motions, retarget};
     #[pymodule_export]
-    use super::robot::{Robot, RobotClip};
+    use super::robot::{Robot, RobotClip, RobotStream};
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

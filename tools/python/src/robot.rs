@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mocap::figure::HumanoidMap;
+use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::files::ReplacePolicy;
+use mocap::glam::Mat4;
 use mocap::job::RobotFormat;
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
-use mocap::robot::{Floor, RobotMotion};
-use mocap::{Conversion, Importer};
-use numpy::{PyArray1, PyArrayMethods};
+use mocap::robot::{Floor, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::{Conversion, Importer, Pose};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::edit::parsed;
+use crate::edit::{json, parsed};
 use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
@@ -59,8 +60,7 @@ impl Robot {
     ) -> PyResult<(Bound<'py, PyDict>, String, RobotClip)> {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
-        let floor: Floor = serde_json::from_value(floor.into())
-            .map_err(|_| invalid(format!("floor must be 'auto', 'z=0' or 'keep', got '{floor}'")))?;
+        let floor = floor_of(floor)?;
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -87,6 +87,94 @@ impl Robot {
         let arrays = arrays(py, motion)?;
         let report = serde_json::to_string(&clip.report).map_err(|error| invalid(error.to_string()))?;
         Ok((arrays, report, RobotClip { retargeting }))
+    }
+
+    /// Begins a stream of poses of a scene, at so many a second; `map` and `bones` as for `retarget`.
+    #[expect(clippy::too_many_arguments, reason = "the options by name, as Python gives them")]
+    fn stream(
+        &self,
+        py: Python<'_>,
+        source: &Scene,
+        fps: f64,
+        lock_feet: bool,
+        passes: u8,
+        floor: &str,
+        map: Option<&str>,
+        bones: Option<&str>,
+    ) -> PyResult<RobotStream> {
+        let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
+        let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
+        let floor = floor_of(floor)?;
+        let begun = py.detach(|| {
+            let scene = source.scene();
+            let source_bones = Humanoid::of(scene).with_map(scene, bones)?;
+            let options = RobotOptions::new()
+                .lock_feet(lock_feet)
+                .passes(passes)
+                .floor(floor)
+                .map(map)
+                .source(Some(source_bones));
+            RobotRetargeter::new(scene, &self.robot, &options)?.stream(scene, fps)
+        });
+        Ok(RobotStream {
+            stream: begun.map_err(|error| to_python(py, &error))?,
+            pose: Pose::rest(source.scene()),
+        })
+    }
+}
+
+fn floor_of(name: &str) -> PyResult<Floor> {
+    serde_json::from_value(name.into())
+        .map_err(|_| invalid(format!("floor must be 'auto', 'z=0' or 'keep', got '{name}'")))
+}
+
+/// A motion on a robot while it comes.
+#[pyclass(module = "mocap")]
+pub(crate) struct RobotStream {
+    stream: SmoothRobotStream,
+    /// The pose of the source that came last.
+    pose: Pose,
+}
+
+#[pymethods]
+impl RobotStream {
+    #[getter]
+    fn delay(&self) -> f64 {
+        self.stream.delay()
+    }
+
+    #[getter]
+    fn nodes(&self) -> usize {
+        self.pose.node_to_parent.len()
+    }
+
+    /// Takes the matrices of all nodes to their parents, row by row; gives the arrays of the frame whose time has come.
+    fn push<'py>(
+        &mut self,
+        py: Python<'py>,
+        matrices: PyReadonlyArray3<'py, f32>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let numbers = matrices.as_slice()?;
+        let given = self.pose.node_to_parent.iter_mut().zip(numbers.chunks_exact(16));
+        for (node, rows) in given {
+            *node = Mat4::from_cols_slice(rows).transpose();
+        }
+        self.pose.update_world();
+        let Self { stream, pose } = self;
+        let frame = py.detach(|| stream.push(pose));
+        frame.map(|frame| arrays(py, &frame)).transpose()
+    }
+
+    /// The frames that are left.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let left = py.detach(|| self.stream.finish());
+        arrays(py, &left)
+    }
+
+    /// The report of the last 30 s as JSON.
+    fn report(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let report = py.detach(|| self.stream.report());
+        report.map(|report| json(&report)).transpose()
     }
 }
 

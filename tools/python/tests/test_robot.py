@@ -80,3 +80,36 @@ def test_what_is_no_humanoid_is_refused() -> None:
         mocap.Robot(ROBOT).retarget(mocap.read(FIXTURES / "real" / "lecture_Test.bvh"))
     with pytest.raises(mocap.MocapError, match="not a robot"):
         mocap.Robot(FIXTURES / "real" / "lecture_Test.bvh")
+
+
+def test_a_motion_is_put_on_a_robot_while_it_comes() -> None:
+    robot, walk = mocap.Robot(ROBOT), mocap.read(FIXTURES / "real" / "cmu_short.bvh")
+    stream = robot.stream(walk, fps=30)
+    assert abs(stream.delay - 0.6) < 1e-6 and stream.report is None
+    count, frames = 50, []
+    for tick in range(count):
+        frame = stream.push(walk.pose(tick, space="local"))
+        assert (frame is None) == (tick < 18)
+        if frame is not None:
+            assert frame.qpos.shape == (1, 26) and frame.report == {}
+            frames.append(frame.dof_pos[0])
+    left = stream.finish()
+    assert len(left.qpos) == 18 and left.fps == 30
+    positions = np.vstack([*frames, left.dof_pos])
+    report = stream.report
+    assert report is not None and (report["frames"], report["passes"]) == (count, 2)
+    np.testing.assert_allclose(report["max_velocity"], np.abs(np.diff(positions, axis=0)).max() * 30)
+    with pytest.raises(ValueError, match="Robot.retarget"):
+        left.save("walk.npz")
+
+
+def test_poses_that_are_none_are_refused() -> None:
+    robot, walk = mocap.Robot(ROBOT), mocap.read(FIXTURES / "real" / "cmu_short.bvh")
+    stream, pose = robot.stream(walk, passes=1), walk.pose(0, space="local")
+    with pytest.raises(ValueError, match="shape"):
+        stream.push(pose[1:])
+    pose[3, 0, 0] = np.nan
+    with pytest.raises(ValueError, match="not finite"):
+        stream.push(pose)
+    with pytest.raises(mocap.MocapError, match="from 1 to 1000"):
+        robot.stream(walk, fps=0)

@@ -34,7 +34,7 @@ from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, 
 from ._packed import PackedClip
 from ._picture import Picture
 from ._retarget import Retargeted, add_motions, retarget
-from ._robot import Robot, RobotMotion
+from ._robot import Robot, RobotMotion, RobotStream
 from ._scene import Motion, Scene
 from ._search import Database, index
 from ._survey import Survey, examine, survey
@@ -59,6 +59,7 @@ __all__ = [
     "Retargeted",
     "Robot",
     "RobotMotion",
+    "RobotStream",
     "Scene",
     "Survey",
     "UnknownOptionError",

@@ -16,6 +16,7 @@ __all__ = [
     "Picture",
     "Robot",
     "RobotClip",
+    "RobotStream",
     "Scene",
     "Survey",
     "add_motions",
@@ -123,6 +124,26 @@ class Robot:
         map: str | None,
         bones: str | None,
     ) -> tuple[dict[str, Any], str, RobotClip]: ...
+    def stream(
+        self,
+        source: Scene,
+        fps: float,
+        lock_feet: bool,
+        passes: int,
+        floor: str,
+        map: str | None,
+        bones: str | None,
+    ) -> RobotStream: ...
+
+@final
+class RobotStream:
+    @property
+    def delay(self) -> float: ...
+    @property
+    def nodes(self) -> int: ...
+    def push(self, matrices: NDArray[np.float32]) -> dict[str, Any] | None: ...
+    def finish(self) -> dict[str, Any]: ...
+    def report(self) -> str | None: ...
 
 @final
 class RobotClip:

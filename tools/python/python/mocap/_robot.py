@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _mocap
 from ._errors import OptionError
@@ -34,7 +34,7 @@ class RobotMotion:
         dof_names: The names of the joints.
         contacts: bool, (F, 2): whether the left and the right foot of the source are at rest.
         qpos: (F, 7 + J): MuJoCo's order, with rotations as w, x, y, z.
-        report: How well the motion sits on the robot, and a verdict.
+        report: How well the motion sits on the robot, and a verdict; empty for frames of a stream, which has one of its own.
     """
 
     fps: float
@@ -62,11 +62,12 @@ class RobotMotion:
 
         Raises:
             MocapError: Where another file is there, or the file cannot be written.
-            ValueError: For a format that does not exist, for one whose readers expect another frame rate, and for a motion
-                that came from another process.
+            ValueError: For a format that does not exist, for one whose readers expect another frame rate, for a motion that
+                came from another process, and for frames of a stream.
         """
         if self._clip is None:
-            raise OptionError("a motion that was pickled has its arrays alone: save it in the process that solved it")
+            reason = "the frames of a stream, and a motion that was pickled, have their arrays alone"
+            raise OptionError(f"{reason}: save what Robot.retarget gave, in the process that solved it")
         self._clip.save(path, to, overwrite)
 
     def __repr__(self) -> str:
@@ -133,8 +134,88 @@ class Robot:
             MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
             ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
         """
-        if passes not in (1, 2):
-            raise OptionError(f"passes must be 1 or 2, got {passes!r}")
+        _check(passes)
         names = [names_of(given) for given in (map, bones)]
         arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, floor, *names)
         return RobotMotion(dof_names=self.dof_names, report=json.loads(report), _clip=clip, **arrays)
+
+    def stream(
+        self,
+        source: Scene,
+        *,
+        fps: float | None = None,
+        feet: Feet = "lock",
+        passes: Literal[1, 2] = 2,
+        floor: Literal["auto", "z=0", "keep"] = "auto",
+        map: Mapping[str, str | None] | None = None,
+        bones: Mapping[str, str | None] | None = None,
+    ) -> RobotStream:
+        """Begins a motion that comes pose by pose.
+
+        >>> stream = robot.stream(skeleton, fps=60)                              # doctest: +SKIP
+        >>> for pose in poses:                                                   # doctest: +SKIP
+        ...     if (frame := stream.push(pose)) is not None:
+        ...         send(frame.qpos[0])
+
+        Args:
+            source: The skeleton of the poses, and a motion of it that shows where its floor is, if there is one.
+            fps: Poses a second, from 1 to 1000; ``None`` for the rate of the motion of ``source``.
+            feet: As for :meth:`retarget`, and so are the others. With one pass frames come 0.1 s later, with two 0.6 s.
+        """
+        _check(passes)
+        names = [names_of(given) for given in (map, bones)]
+        rate = source.frame_rate if fps is None else fps
+        return RobotStream(self.dof_names, self._native.stream(source._native, rate, _locks(feet), passes, floor, *names))
+
+
+class RobotStream:
+    """A motion on a robot while it comes: poses in, frames out, :attr:`delay` seconds later. :meth:`Robot.stream` begins one."""
+
+    def __init__(self, dof_names: list[str], native: _mocap.RobotStream) -> None:
+        self.dof_names = dof_names
+        self._native = native
+
+    def __repr__(self) -> str:
+        return f"<mocap.RobotStream of {len(self.dof_names)} joints, {self.delay:.2f} s late>"
+
+    @property
+    def delay(self) -> float:
+        """How many seconds later a frame is given back."""
+        return self._native.delay
+
+    def push(self, pose: ArrayLike) -> RobotMotion | None:
+        """Takes the next pose, and gives back the frame whose time has come, a motion of one frame; ``None`` at first.
+
+        Args:
+            pose: The matrix of each node of the skeleton to its parent, (nodes, 4, 4), as ``Scene.pose(tick, space="local")``
+                gives them.
+
+        Raises:
+            ValueError: For another shape, and where a number is not finite.
+        """
+        matrices = np.ascontiguousarray(pose, np.float32)
+        expected = (self._native.nodes, 4, 4)
+        if matrices.shape != expected:
+            raise OptionError(f"pose must have the shape {expected}, got {matrices.shape}")
+        if not np.isfinite(matrices).all():
+            raise OptionError("a number of pose is not finite")
+        arrays = self._native.push(matrices)
+        return None if arrays is None else self._frames(arrays)
+
+    def finish(self) -> RobotMotion:
+        """The frames that are left, at the end. Poses that come afterwards go on from there."""
+        return self._frames(self._native.finish())
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """How well the frames of the last 30 s sit on the robot; ``None`` before the first frame."""
+        report = self._native.report()
+        return None if report is None else json.loads(report)
+
+    def _frames(self, arrays: dict[str, Any]) -> RobotMotion:
+        return RobotMotion(dof_names=self.dof_names, report={}, **arrays)
+
+
+def _check(passes: int) -> None:
+    if passes not in (1, 2):
+        raise OptionError(f"passes must be 1 or 2, got {passes!r}")
