@@ -78,6 +78,30 @@ KINDS = {
 }
 
 
+def lowest(model, data):
+    """The lowest point of the shapes of a robot: distances to a plane at the height of the floor."""
+    heights = []
+    for geom in range(model.ngeom):
+        if model.geom_bodyid[geom] == 0:
+            continue
+        place, up = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)[2]
+        size, kind = model.geom_size[geom], mujoco.mjtGeom(model.geom_type[geom])
+        down = {
+            mujoco.mjtGeom.mjGEOM_SPHERE: size[0],
+            mujoco.mjtGeom.mjGEOM_CAPSULE: size[0] + abs(up[2]) * size[1],
+            mujoco.mjtGeom.mjGEOM_BOX: np.abs(up) @ size,
+            mujoco.mjtGeom.mjGEOM_ELLIPSOID: np.linalg.norm(up * size),
+            mujoco.mjtGeom.mjGEOM_CYLINDER: abs(up[2]) * size[1] + size[0] * np.sqrt(max(0, 1 - up[2] ** 2)),
+        }.get(kind)
+        if kind == mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.geom_dataid[geom]
+            first = model.mesh_vertadr[mesh]
+            down = -(model.mesh_vert[first : first + model.mesh_vertnum[mesh]] @ up).min()
+        if down is not None:
+            heights.append(place[2] - down)
+    return min(heights)
+
+
 class Judge:
     def __init__(self, path):
         self.model = mujoco.MjModel.from_xml_path(str(path))
@@ -86,29 +110,6 @@ class Judge:
         self.free = next((j for j in joints if self.model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE), None)
         names = [mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_JOINT, j) for j in joints]
         self.joints = {name: j for j, name in enumerate(names) if j != self.free}
-
-    def lowest(self):
-        """The lowest point of the shapes of the robot: distances to a plane at the height of the floor."""
-        heights = []
-        for geom in range(self.model.ngeom):
-            if self.model.geom_bodyid[geom] == 0:
-                continue
-            place, up = self.data.geom_xpos[geom], self.data.geom_xmat[geom].reshape(3, 3)[2]
-            size, kind = self.model.geom_size[geom], mujoco.mjtGeom(self.model.geom_type[geom])
-            down = {
-                mujoco.mjtGeom.mjGEOM_SPHERE: size[0],
-                mujoco.mjtGeom.mjGEOM_CAPSULE: size[0] + abs(up[2]) * size[1],
-                mujoco.mjtGeom.mjGEOM_BOX: np.abs(up) @ size,
-                mujoco.mjtGeom.mjGEOM_ELLIPSOID: np.linalg.norm(up * size),
-                mujoco.mjtGeom.mjGEOM_CYLINDER: abs(up[2]) * size[1] + size[0] * np.sqrt(max(0, 1 - up[2] ** 2)),
-            }.get(kind)
-            if kind == mujoco.mjtGeom.mjGEOM_MESH:
-                mesh = self.model.geom_dataid[geom]
-                first = self.model.mesh_vertadr[mesh]
-                down = -(self.model.mesh_vert[first : first + self.model.mesh_vertnum[mesh]] @ up).min()
-            if down is not None:
-                heights.append(place[2] - down)
-        return min(heights)
 
     def judge(self, arrays, report):
         """What is wrong with a motion, and how low the robot is in each frame."""
@@ -127,7 +128,7 @@ class Judge:
                 if self.model.jnt_limited[index] and not low - NEAR <= value <= high + NEAR:
                     wrong.append(f"{name} is at {value}, beyond {low} to {high}")
             mujoco.mj_kinematics(self.model, self.data)
-            heights.append(self.lowest())
+            heights.append(lowest(self.model, self.data))
         heights = np.array(heights)
         if self.free is not None:
             for what, share in [("below", (heights < -BELOW).mean()), ("above", (heights > ABOVE).mean())]:

