@@ -35,6 +35,7 @@ mod warp_path;
 mod warp_time;
 mod window;
 
+pub(crate) use self::body::knee_at_rest;
 pub(crate) use self::clean::MotionErrors;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
 pub(crate) use self::contacts::{LiveContacts, contacts_of};

@@ -15,7 +15,7 @@ mod two_bone;
 
 pub use self::chain::ChainOptions;
 pub use self::goal::Goal;
-pub(crate) use self::hinge::{hinge_rotations, plane_normal};
+pub(crate) use self::hinge::{bend_about_hinge, hinge_rotations, plane_normal, seen_hinge};
 pub use self::limit::JointLimit;
 pub use self::two_bone::TwoBone;
 

@@ -1,9 +1,13 @@
 //! What a step asks of the figure: its legs, its size, and what carries it.
 
+use glam::Vec3;
+
 use super::StepInput;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::body::Body;
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
+use crate::math::directions::rotation_of;
+use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// The joints of a leg.
@@ -37,6 +41,16 @@ impl Leg {
             ankle: joint(HumanoidBone::LeftFoot)?,
         })
     }
+}
+
+/// How much the rest pose says of the hinge of a knee against all that is seen of its bends, as the sine of one.
+const HINGE_AT_REST: f32 = 0.05;
+
+/// The axis about which a knee bends as the rest pose tells it, in the frame of the thigh: to the left of the figure. It
+/// is short, so that it counts only beside knees that hardly bend in the motion.
+pub(crate) fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
+    let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
+    HINGE_AT_REST * (rotation.inverse() * figure.figure_to_world().x_axis)
 }
 
 /// The figure of a scene, of whatever kind it is.

@@ -10,7 +10,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::axes::{angle_about, bend_axis};
 use crate::figure::body::Body;
 use crate::figure::{HumanoidBone as Bone, Side};
-use crate::ik::{hinge_rotations, plane_normal};
+use crate::ik::{hinge_rotations, plane_normal, seen_hinge};
 use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
@@ -157,11 +157,7 @@ impl LimbChain {
         let mut sum = Vec3::ZERO;
         for frame in 0..frames.len() {
             frames.pose(frame, &mut pose);
-            let [start, middle, end] = [self.start, self.middle, self.end].map(|node| pose.position(node));
-            let bend = (middle - start)
-                .normalize_or_zero()
-                .cross((end - middle).normalize_or_zero());
-            sum += rotation_of(&pose.node_to_world[self.start.index()]).inverse() * bend;
+            sum += seen_hinge(&pose, self.joints());
         }
         let hinge = sum / frames.len().max(1) as f32 + HINGE_OF_T_POSE * self.hinge;
         self.hinge = hinge.try_normalize().unwrap_or(self.hinge);

@@ -4,10 +4,18 @@
 use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 
 use super::arc;
+use super::goal::Goal;
 use super::two_bone::{NO_DIRECTION, Triangle, direction};
+use crate::math::directions::rotation_of;
+use crate::pose::Pose;
+use crate::scene::NodeId;
 
 /// The sine of the bend at which the bend that is seen counts as much as the hinge: 3 degrees.
 const SEEN: f64 = 0.05;
+
+/// The most that a hinge counts against the bend that is seen, as a fraction of the first bone's length by which the
+/// middle joint is aside: that of a bend of 2.3 degrees. A joint that is seen to bend farther back than that stays there.
+const MOST_OF_HINGE: f64 = 0.02;
 
 /// The rotations of two bones in the world, to be applied after those that they have, that bring the end to a goal.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +74,45 @@ pub(crate) fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2])
     (found.upper.is_finite() && found.lower.is_finite()).then_some(found)
 }
 
+/// The axis about which a limb is bent in a pose, in the frame of its first joint, as long as the sine of the bend.
+pub(crate) fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
+    let [start, middle, end] = limb.map(|node| pose.position(node));
+    let (upper, lower) = ((middle - start).normalize_or_zero(), (end - middle).normalize_or_zero());
+    rotation_of(&pose.node_to_world[limb[0].index()]).inverse() * upper.cross(lower)
+}
+
+/// The rotations that bring the end of a limb to `goal`, in the plane in which it bends now, turned with the direction of
+/// its end by the smallest rotation. Where it is nearly straight and has to bend more, noise decides that plane, so the
+/// hinge counts by as much as the middle joint goes farther aside, up to [`MOST_OF_HINGE`]. `hinge` is as in
+/// [`plane_normal`].
+pub(crate) fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<HingeRotations> {
+    let [start, middle, end] = joints.map(Vec3::as_dvec3);
+    let (first, second) = (middle - start, end - middle);
+    let (a, b) = (first.length(), second.length());
+    let nothing = NO_DIRECTION * (a + b);
+    let to_goal = goal.as_dvec3() - start;
+    let old = direction(end - start, nothing).or_else(|| direction(first, nothing))?;
+    let new = direction(to_goal, nothing).unwrap_or(old);
+    let aside = |distance: f64| Triangle::new(a, b, distance).aside;
+    let more = aside(to_goal.length()) - aside(end.distance(start));
+    let hinge = hinge.as_dvec3().reject_from_normalized(old).normalize_or_zero();
+    let seen = first.cross(old);
+    let normal = (seen + more.clamp(0.0, MOST_OF_HINGE * a) * hinge).try_normalize()?;
+    let turned = arc(old, new, normal) * normal;
+    hinge_rotations(joints, goal, [normal.as_vec3(), turned.as_vec3()])
+}
+
+impl Pose {
+    /// As [`Pose::bend_limb`] of a limb whose middle joint is a hinge: its axis is in the frame of the first joint.
+    pub(crate) fn bend_hinged_limb(&mut self, limb: [NodeId; 3], goal: &Goal, hinge: Vec3) -> f32 {
+        let hinge = rotation_of(&self.node_to_world[limb[0].index()]) * hinge;
+        self.bend_by(limb, goal, |joints, position| {
+            let found = bend_about_hinge(joints, position, hinge)?;
+            Some([found.upper, found.lower])
+        })
+    }
+}
+
 /// The axes along a bone, across its plane, and in it.
 fn frame(along: DVec3, normal: DVec3) -> Option<DMat3> {
     let along = along.try_normalize()?;
@@ -107,6 +154,49 @@ mod tests {
             // The second bone still bends about the hinge, to the right side.
             let bent = knee.cross(end - knee);
             prop_assert!(bent.dot(old.reject_from_normalized(goal.normalize())) > -1e-5, "{bent}");
+        }
+    }
+
+    /// Noise of a tenth of a millimetre to any side of a straight leg moves a knee that has to bend by little.
+    #[test]
+    fn noise_does_not_turn_the_plane_of_a_straight_leg() {
+        let (thigh, ankle, hinge) = (Vec3::Y, Vec3::ZERO, Vec3::X);
+        let goal = Vec3::new(0.0, 0.02, 0.01);
+        let knee = |noise: Vec3| {
+            let joints = [thigh, Vec3::Y * 0.5 + noise, ankle];
+            let found = bend_about_hinge(joints, goal, hinge).unwrap();
+            let knee = thigh + found.upper * (joints[1] - thigh);
+            let end = knee + found.lower * (ankle - joints[1]);
+            assert!(end.distance(goal) < 1e-5);
+            assert!(found.upper.to_axis_angle().1 < 0.5, "the thigh is twisted");
+            knee
+        };
+        let still = knee(Vec3::ZERO);
+        assert!(still.z > 0.05, "it bends to the front: {still}");
+        for angle in 0..12 {
+            let noise = Quat::from_rotation_y(angle as f32 * std::f32::consts::FRAC_PI_6) * Vec3::Z * 1e-4;
+            assert!(knee(noise).distance(still) < 0.002, "{noise}");
+        }
+    }
+
+    /// A knee that is bent, also to the back, keeps its plane; where the goal is the end, nothing changes.
+    #[test]
+    fn a_limb_that_is_seen_to_bend_keeps_its_plane() {
+        for knee in [
+            Vec3::new(0.0, 0.5, 0.1),
+            Vec3::new(0.0, 0.5, -0.1),
+            Vec3::new(0.1, 0.5, 0.0),
+        ] {
+            let joints = [Vec3::Y, knee, Vec3::ZERO];
+            let same = bend_about_hinge(joints, joints[2], Vec3::X).unwrap();
+            assert!(same.upper.angle_between(Quat::IDENTITY) < 1e-3);
+            let found = bend_about_hinge(joints, Vec3::Y * 0.02, Vec3::X).unwrap();
+            let moved = joints[0] + found.upper * (knee - joints[0]);
+            let (before, after) = (knee.with_y(0.0), moved.with_y(0.0));
+            assert!(
+                after.length() > 0.1 && before.angle_between(after) < 0.1,
+                "{knee} {moved}"
+            );
         }
     }
 }

@@ -152,14 +152,28 @@ impl Pose {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn bend_limb(&mut self, limb: [NodeId; 3], goal: &Goal, pole: Option<Vec3>) -> f32 {
+        self.bend_by(limb, goal, |joints, position| {
+            let found = TwoBone::solve(joints, position, pole);
+            Some([found.upper, found.lower])
+        })
+    }
+
+    /// As [`Pose::bend_limb`], by the rotations in the world of the two bones that `solve` finds from the positions of
+    /// the joints and of the goal.
+    pub(super) fn bend_by(
+        &mut self,
+        limb: [NodeId; 3],
+        goal: &Goal,
+        solve: impl Fn([Vec3; 3], Vec3) -> Option<[Quat; 2]>,
+    ) -> f32 {
         let [start, middle, end] = limb;
         let mut distance = 0.0;
         if let Some(position) = goal.position_from(self.position(end)) {
             let joints = limb.map(|joint| self.position(joint));
-            let found = TwoBone::solve(joints, position, pole);
-            let lower = (found.lower.as_dquat() * found.upper.as_dquat().inverse()).as_quat();
-            self.rotate(start, found.upper);
-            self.rotate(middle, lower);
+            if let Some([upper, lower]) = solve(joints, position) {
+                self.rotate(start, upper);
+                self.rotate(middle, (lower.as_dquat() * upper.as_dquat().inverse()).as_quat());
+            }
             distance = self.position(end).distance(position);
         }
         let rotation = Trs::from_matrix(self.node_to_world[end.index()]).rotation;

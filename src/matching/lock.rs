@@ -33,8 +33,15 @@ pub(super) struct FootLock {
 }
 
 impl FootLock {
-    /// Moves the foot of a pose to where it is held. `contacts` are those of the foot.
-    pub(super) fn hold(&mut self, pose: &mut Pose, limb: [NodeId; 3], ball: NodeId, contacts: u8, scale: f32) {
+    /// Moves the foot of a pose to where it is held. `knee` is the hinge of the limb, `contacts` are those of the foot.
+    pub(super) fn hold(
+        &mut self,
+        pose: &mut Pose,
+        (limb, knee): ([NodeId; 3], Vec3),
+        ball: NodeId,
+        contacts: u8,
+        scale: f32,
+    ) {
         let point = [ANKLE, BALL].into_iter().find(|bit| contacts & bit != 0);
         self.gave_way &= point.is_some();
         let at = pose.position(if point == Some(BALL) { ball } else { limb[2] });
@@ -60,7 +67,7 @@ impl FootLock {
             let ankle = pose.position(limb[2]);
             let rotation = Trs::from_matrix(pose.node_to_world[limb[2].index()]).rotation;
             let goal = Goal::at(ankle + self.moved).with_rotation(rotation);
-            pose.bend_limb(limb, &goal, None);
+            pose.bend_hinged_limb(limb, &goal, knee);
         }
     }
 

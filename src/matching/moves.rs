@@ -8,10 +8,11 @@ use glam::{Mat4, Quat, Vec3};
 use super::clip::IndexedClip;
 use super::database::Database;
 use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
-use crate::edit::{Mirror, Step, StepInput};
+use crate::edit::{Mirror, Step, StepInput, knee_at_rest};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::contacts::ball;
 use crate::figure::{Figure, HumanoidBone as Bone};
+use crate::ik::seen_hinge;
 use crate::limits::Limits;
 use crate::pose::{Binding, Pose, Trs};
 use crate::retargeting::{Retargeting, RetargetingOptions};
@@ -33,6 +34,8 @@ pub struct Moves {
     pub(super) world_to_above: Mat4,
     /// Thigh, shin and foot of both sides.
     pub(super) legs: [[NodeId; 3]; 2],
+    /// The axes about which both knees bend, in the frames of the thighs, of any length.
+    pub(super) knees: [Vec3; 2],
     /// The balls of both feet; the ankles where there are none.
     pub(super) balls: [NodeId; 2],
     /// The nodes that move, but the hips.
@@ -109,6 +112,7 @@ impl Moves {
             hips_scale: Trs::from_matrix(rest.node_to_world[hips.index()]).scale,
             world_to_above: above.map_or(Mat4::IDENTITY, |above| rest.node_to_world[above.index()].inverse()),
             at_rest: at_rest.collect(),
+            knees: legs.map(|[thigh, ..]| knee_at_rest(&rest, &figure, thigh)),
             rest,
             hips,
             legs,
@@ -199,6 +203,9 @@ impl Moves {
         for frame in 0..count {
             let tick = (frame as f64 / FEATURE_RATE * animation.ticks_per_second).min(animation.duration);
             pose.sample(&binding, &animation, tick);
+            for (knee, leg) in self.knees.iter_mut().zip(self.legs) {
+                *knee += seen_hinge(&pose, leg);
+            }
             let hips = Trs::from_matrix(pose.node_to_world[self.hips.index()]);
             self.frames.push(Frame {
                 root: track.roots[frame.min(track.frames() - 1)],

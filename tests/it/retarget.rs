@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use mocap::compress::PackedClip;
 use mocap::figure::{Figure, Humanoid, HumanoidBone as Bone, Sides};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
@@ -647,6 +648,44 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
     let retargeter = Retargeter::new(&source, &source, &RetargetOptions::default()).unwrap();
     let report = retargeter.measure(&source, &source.animations[0], &source, &own.animations[0]);
     assert!(!report.slides(), "{:?}", report.feet);
+}
+
+/// Packing moves a joint by a tenth of a millimetre at most. The knees of that walk are straight for many frames, where
+/// so little turns the plane of a leg by any angle: they popped by 24 cm between frames.
+#[test]
+fn a_packed_walk_moves_the_knees_of_another_body_as_the_walk_does() {
+    let (walk, target) = (motion("real/cmu_12_01_walk.bvh"), motion("real/rokoko_dance.bvh"));
+    let clip = PackedClip::encode(&walk, 0, 1e-4).unwrap();
+    let packed = mocap::Importer::new().read(clip.bytes(), "walk.mclip").unwrap();
+    let moved = |source: &Scene| -> Vec<Vec<Vec3>> {
+        let mut retargeter = Retargeter::new(source, &target, &RetargetOptions::default()).unwrap();
+        let mut animation = retargeter.animation(source, &source.animations[0]);
+        retargeter.lock_feet(source, 0, &target, &mut animation).unwrap();
+        let binding = Binding::new(&target, &animation);
+        let mut pose = Pose::rest(&target);
+        let frames = 0..animation.frame_count();
+        let positions = frames.map(|frame| {
+            pose.sample(&binding, &animation, frame as f64);
+            (0..target.nodes.len())
+                .map(|node| pose.position(NodeId::new(node)))
+                .collect()
+        });
+        positions.collect()
+    };
+    let (plain, packed) = (moved(&walk), moved(&packed));
+    for (frame, (plain, packed)) in std::iter::zip(&plain, &packed).enumerate() {
+        for (node, (plain, packed)) in std::iter::zip(plain, packed).enumerate() {
+            let apart = plain.distance(*packed);
+            assert!(apart < 0.005, "{} at frame {frame}: {apart} m", target.nodes[node].name);
+        }
+    }
+    let joint = joints(&target);
+    for knee in [Bone::LeftLowerLeg, Bone::RightLowerLeg] {
+        let knee = joint(knee).unwrap().index();
+        let jump = |frames: &[Vec<Vec3>]| (frames[2][knee] - 2.0 * frames[1][knee] + frames[0][knee]).length();
+        let largest = |frames: &[Vec<Vec3>]| frames.windows(3).map(jump).fold(0.0, f32::max);
+        assert!(largest(&packed) < largest(&plain) + 0.001 && largest(&plain) < 0.02);
+    }
 }
 
 /// The rest pose of a motion file need not show how a foot stands; the motion does.

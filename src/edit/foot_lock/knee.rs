@@ -1,10 +1,10 @@
 //! How knees go aside where ankles are shifted, and how they are spared.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::leg::LegTrack;
 use super::shift;
-use crate::ik::TwoBone;
+use crate::ik::bend_about_hinge;
 
 /// What a change of the height of a foot costs against one of its knee.
 const HEIGHT_COST: f32 = 10.0;
@@ -41,8 +41,10 @@ impl LegTrack {
         }
         let joints = [&self.thigh, &self.knee, &self.ankle].map(|track| track[frame] + carried);
         let goal = self.ankle[frame] + self.shifts[frame];
-        let found = TwoBone::solve(joints, goal, None);
-        found.middle.distance(self.knee[frame])
+        let hinge = self.thigh_rotations[frame] * self.hinge;
+        let upper = bend_about_hinge(joints, goal, hinge).map_or(Quat::IDENTITY, |found| found.upper);
+        let knee = joints[0] + upper * (joints[1] - joints[0]);
+        knee.distance(self.knee[frame])
     }
 
     /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre

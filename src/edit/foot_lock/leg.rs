@@ -1,13 +1,15 @@
 //! One leg over time, and what every foot does on the ground, whether it is held or follows another.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::shift;
 use super::sole::SolePoint;
-use crate::edit::body::{Leg, and_below};
+use crate::edit::body::{Leg, and_below, knee_at_rest};
 use crate::edit::contacts::DetectedContacts;
 use crate::figure::contacts::ball;
 use crate::figure::{Figure, HumanoidBone, Side};
+use crate::ik::seen_hinge;
+use crate::math::directions::rotation_of;
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 
@@ -64,6 +66,11 @@ pub(super) struct LegTrack {
     pub(super) thigh: Vec<Vec3>,
     pub(super) knee: Vec<Vec3>,
     pub(super) ankle: Vec<Vec3>,
+    /// The rotations of the thigh in the world.
+    pub(super) thigh_rotations: Vec<Quat>,
+    /// The axis about which the knee bends, in the frame of the thigh, of any length: the sum of [`seen_hinge`] in
+    /// the motion, and of [`knee_at_rest`].
+    pub(super) hinge: Vec3,
     /// How the foot is to be shifted.
     pub(super) shifts: Vec<Vec3>,
     /// The heights of the lowest point of the foot.
@@ -120,6 +127,7 @@ impl LegTrack {
                 at_rest: point.at_rest.clone(),
             })
             .collect();
+        let hinge = knee_at_rest(&Pose::rest(scene), figure, leg.thigh);
         Self {
             foot: and_below(scene, leg.ankle).collect(),
             leg,
@@ -129,6 +137,8 @@ impl LegTrack {
             thigh: Vec::with_capacity(contacts.frames),
             knee: Vec::with_capacity(contacts.frames),
             ankle: Vec::with_capacity(contacts.frames),
+            thigh_rotations: Vec::with_capacity(contacts.frames),
+            hinge,
             lowest: Vec::with_capacity(contacts.frames),
             points,
         }
@@ -141,6 +151,9 @@ impl LegTrack {
         self.thigh.push(thigh);
         self.knee.push(knee);
         self.ankle.push(ankle);
+        let rotation = rotation_of(&pose.node_to_world[self.leg.thigh.index()]);
+        self.hinge += seen_hinge(pose, [self.leg.thigh, self.leg.knee, self.leg.ankle]);
+        self.thigh_rotations.push(rotation);
         let heights = self.foot.iter().map(|node| pose.position(*node).dot(up));
         self.lowest.push(heights.fold(f32::INFINITY, f32::min));
     }

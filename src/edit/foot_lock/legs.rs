@@ -238,7 +238,7 @@ impl Legs {
         let rise = hips::rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0);
         position += up * rise.min(foot.slack());
         let goal = Goal::at(position).with_rotation(rotation);
-        let missed = pose.bend_limb([thigh, knee, ankle], &goal, None) * figure.metres();
+        let missed = pose.bend_hinged_limb([thigh, knee, ankle], &goal, leg.hinge) * figure.metres();
         let unturned: Vec<Trs> = leg.foot.iter().map(|node| to_parent(pose, *node)).collect();
         foot.turn(frame, pose, up, floor);
         if weight < 1.0 {
