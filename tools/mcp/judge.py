@@ -13,7 +13,7 @@ import jsonschema
 from mcp import Client, StdioServerParameters
 
 FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
-TOOLS = "inspect skeleton check survey index find convert retarget robot edit clean sheet verify run".split()
+TOOLS = "inspect skeleton check survey index find match graph walk convert retarget robot edit clean sheet verify run".split()
 
 # Calls of every tool: its name, arguments, and what must be in the answer.
 CALLS = json.loads((Path(__file__).parent / "calls.json").read_text())

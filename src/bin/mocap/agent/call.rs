@@ -11,7 +11,7 @@ use super::answer::Answer;
 use super::root::Root;
 use super::schema::Commands;
 use super::tools::Tool;
-use crate::args::{Args, Command, IndexArgs, InputArgs, RunArgs, SpreadArgs};
+use crate::args::{Args, Command, GraphCommand, IndexArgs, InputArgs, RunArgs, SpreadArgs};
 use crate::batch::inputs;
 use crate::batch::manifest::Manifest;
 use crate::{Failure, commands};
@@ -37,8 +37,8 @@ impl Call<'_> {
         if self.tool.name == "sheet" {
             arguments.entry("output").or_insert("sheet.png".into());
         }
-        let (args, given) = self.commands.parse(self.tool, &arguments)?;
-        let job = match &args.command {
+        let (mut args, given) = self.commands.parse(self.tool, &arguments)?;
+        let job = match &mut args.command {
             Command::Info(args) => return commands::info::summary(args).map(Answer::new),
             Command::Skeleton(args) => return commands::skeleton::summary(args).map(Answer::new),
             Command::Check(args) => return self.check(commands::check::result(args)?),
@@ -48,6 +48,24 @@ impl Call<'_> {
                 return Ok(Answer::new(json!({"found": found})));
             }
             Command::Index(args) => return self.index(args),
+            Command::Match(args) => {
+                let beside = args.output.with_file_name("features.bin");
+                let is_bones = args.output.extension().is_some_and(|it| it.eq_ignore_ascii_case("bin"));
+                let outputs = [Some(&args.output), Some(&beside).filter(|_| is_bones)];
+                args.force.force = self.check_outputs(outputs)?;
+                return self.made(outputs, || commands::matching::summary(args, &given));
+            }
+            Command::Graph(args) => match &mut args.command {
+                Some(GraphCommand::Walk(args)) => {
+                    args.force.force = self.check_outputs([Some(&args.output)])?;
+                    return self.made([Some(&args.output)], || commands::graph::summary_of_walk(args, &given));
+                }
+                None => {
+                    let outputs = [args.output.as_ref(), args.matrix.as_ref()];
+                    args.force.force = self.check_outputs(outputs)?;
+                    return self.made(outputs, || commands::graph::summary(args));
+                }
+            },
             Command::Survey(_) | Command::Sheet(_) => return self.look(&args),
             Command::Convert(args) => commands::convert::job(args, &given)?,
             Command::Retarget(args) => commands::retarget::job(args, &given)?,
@@ -77,6 +95,32 @@ impl Call<'_> {
         let mut answer = Answer::new(verdict);
         answer.is_error = !is_alike;
         Ok(answer)
+    }
+
+    /// Refuses outputs that this session has not written; whether one of them is there.
+    fn check_outputs<const N: usize>(&self, outputs: [Option<&PathBuf>; N]) -> Result<bool, Failure> {
+        let checked = outputs
+            .into_iter()
+            .flatten()
+            .map(|output| self.root.check_output(output));
+        checked.collect::<Result<Vec<bool>, _>>().map(|are| are.contains(&true))
+    }
+
+    /// What a command makes for which there is no job; a dry run says where it would be.
+    fn made<const N: usize>(
+        &mut self,
+        outputs: [Option<&PathBuf>; N],
+        make: impl FnOnce() -> Result<Value, Failure>,
+    ) -> Result<Answer, Failure> {
+        let is_dry = self.is_dry_run()?;
+        let mut report = if is_dry { json!({}) } else { make()? };
+        let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
+        report["outputs"] = outputs.iter().map(|output| output.display().to_string()).collect();
+        report["dry_run"] = is_dry.into();
+        if !is_dry {
+            outputs.into_iter().for_each(|output| self.root.note(output));
+        }
+        Ok(Answer::new(report))
     }
 
     /// A database; a dry run lists what would be in it.

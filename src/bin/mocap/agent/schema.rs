@@ -20,24 +20,25 @@ impl Commands {
         Self(command)
     }
 
-    /// Whether there is a command of this name.
-    #[cfg(test)]
-    pub(super) fn has(&self, name: &str) -> bool {
-        self.0.find_subcommand(name).is_some()
+    /// The schema of an option; `None` if the command of the tool has none of this name.
+    pub(super) fn schema(&self, tool: &'static Tool, option: &str) -> Option<Value> {
+        self.option(tool, option).map(schema)
     }
 
-    /// The schema of an option; `None` if the command has none of this name.
-    pub(super) fn schema(&self, command: &str, option: &str) -> Option<Value> {
-        self.option(command, option).map(schema)
+    fn command(&self, tool: &'static Tool) -> Option<&Command> {
+        let words = tool.command();
+        words
+            .iter()
+            .try_fold(&self.0, |command, word| command.find_subcommand(word))
     }
 
-    fn option(&self, command: &str, option: &str) -> Option<&Arg> {
-        let mut all = self.0.find_subcommand(command)?.get_arguments();
+    fn option(&self, tool: &'static Tool, option: &str) -> Option<&Arg> {
+        let mut all = self.command(tool)?.get_arguments();
         all.find(|arg| arg.get_long() == Some(option))
     }
 
     /// The arguments of a command line that mean what the arguments of a call mean.
-    pub(super) fn parse(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<(Args, Given), Failure> {
+    pub(super) fn parse(&self, tool: &'static Tool, arguments: &Map<String, Value>) -> Result<(Args, Given), Failure> {
         self.parse_words(self.words(tool, arguments)?)
     }
 
@@ -51,8 +52,12 @@ impl Commands {
         })
     }
 
-    fn words(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<Vec<OsString>, Failure> {
-        let mut words = vec!["mocap".to_owned(), tool.name.to_owned()];
+    fn words(&self, tool: &'static Tool, arguments: &Map<String, Value>) -> Result<Vec<OsString>, Failure> {
+        let mut words: Vec<String> = ["mocap"]
+            .iter()
+            .chain(tool.command())
+            .map(ToString::to_string)
+            .collect();
         let mut positions = Vec::new();
         let is_known = |name: &str| {
             let is_file = tool.files.iter().any(|file| file.name == name);
@@ -71,13 +76,15 @@ impl Commands {
             }
         }
         for name in tool.options {
-            match (arguments.get(*name), self.option(tool.name, name)) {
+            match (arguments.get(*name), self.option(tool, name)) {
                 (None | Some(Value::Null | Value::Bool(false)), _) | (_, None) => {}
                 (Some(Value::Bool(true)), Some(_)) => words.push(format!("--{name}")),
                 (Some(value), Some(option)) => {
                     let texts = texts(name, value)?;
+                    let takes_several = option.get_num_args().is_some_and(|count| count.min_values() > 1);
                     match option.get_value_delimiter() {
                         Some(delimiter) => words.push(format!("--{name}={}", texts.join(&delimiter.to_string()))),
+                        None if takes_several => add_several(name, texts, &mut words)?,
                         None => words.extend(texts.iter().map(|text| format!("--{name}={text}"))),
                     }
                 }
@@ -94,7 +101,7 @@ pub(super) fn list(commands: &Commands) -> Vec<Value> {
     TOOLS.iter().map(|tool| listed(tool, commands)).collect()
 }
 
-fn listed(tool: &Tool, commands: &Commands) -> Value {
+fn listed(tool: &'static Tool, commands: &Commands) -> Value {
     json!({
         "name": tool.tool_name(),
         "description": tool.about,
@@ -109,7 +116,7 @@ fn listed(tool: &Tool, commands: &Commands) -> Value {
 }
 
 /// The schema of the arguments of a tool.
-fn arguments_of(tool: &Tool, commands: &Commands) -> Value {
+fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
     let dry_run = json!({"type": "boolean", "description": "Do everything but write", "default": false});
     if tool.name == "run" {
         return schema_of_job(dry_run);
@@ -125,7 +132,7 @@ fn arguments_of(tool: &Tool, commands: &Commands) -> Value {
         properties.insert(file.name.to_owned(), schema);
     }
     for option in tool.options {
-        if let Some(schema) = commands.schema(tool.name, option) {
+        if let Some(schema) = commands.schema(tool, option) {
             properties.insert((*option).to_owned(), schema);
         }
     }
@@ -160,6 +167,16 @@ fn add_files(file: &FileArgument, texts: Vec<String>, words: &mut Vec<String>, p
             Slot::OutputOrFolder | Slot::Position => positions.push(text),
         }
     }
+}
+
+/// An option with its values as words of their own, none of which may be taken for an option.
+fn add_several(name: &str, texts: Vec<String>, words: &mut Vec<String>) -> Result<(), Failure> {
+    if let Some(text) = texts.iter().find(|text| text.starts_with('-')) {
+        return Err(Failure::Usage(format!("{name:?} must not begin with -, got {text:?}")));
+    }
+    words.push(format!("--{name}"));
+    words.extend(texts);
+    Ok(())
 }
 
 fn no_argument(tool: &Tool, name: &str) -> Failure {
@@ -219,12 +236,12 @@ mod tests {
         for tool in TOOLS {
             for option in tool.options {
                 assert!(
-                    commands.schema(tool.name, option).is_some(),
+                    commands.schema(tool, option).is_some(),
                     "{} has no --{option}",
                     tool.name
                 );
             }
-            assert!(commands.has(tool.name), "{}", tool.name);
+            assert!(commands.command(tool).is_some(), "{}", tool.name);
         }
     }
 }

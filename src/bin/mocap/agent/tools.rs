@@ -6,7 +6,7 @@ use super::protocol::Fault;
 
 /// A tool.
 pub(super) struct Tool {
-    /// Its name, which is that of its command.
+    /// Its name, which is that of its command, or the last word of it.
     pub(super) name: &'static str,
     /// What the model of a client reads.
     pub(super) about: &'static str,
@@ -123,6 +123,47 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "Find in a database of index what is most like a part of a motion (like: walk.bvh@2.0s..3.5s), or a pose",
         files: &[input("database", "The .mdb file")],
         options: &["like", "pose", "count", "no-mirror", "where"],
+    },
+    Tool {
+        name: "match",
+        about: "Let a character follow a path over the ground (path: 0/0+0/4+3/4, x/z in metres), or a gamepad, by motion \
+                matching in a database of index. The report says how far from the path it was",
+        files: &[
+            input(
+                "database",
+                "The .mdb file; motions that are not packed within it are read again",
+            ),
+            option("on", true, "The character"),
+            option("gamepad", false, "The sticks over time: .csv or .json"),
+            option("output", true, "The file to write, in the format of its extension"),
+        ],
+        options: &["path", "speed"],
+    },
+    Tool {
+        name: "graph",
+        about: "Find all moments at which a figure can pass from one motion to another, for walk",
+        files: &[
+            inputs("Motions of one skeleton, or of humanoids with on; folders and wildcards too"),
+            option("on", false, "A body on which all motions are put first"),
+            option("output", true, "The graph to write: .json"),
+            option(
+                "matrix",
+                false,
+                "The distances of all moments of two motions to write besides: .png or .npy",
+            ),
+        ],
+        options: &["threshold", "window", "rate", "whole", "unit", "up"],
+    },
+    Tool {
+        name: "walk",
+        about: "Write a motion that walks over a graph: for so many seconds, along a path in metres (0/0+4/0+4/6), or through \
+                two clips or more (walk.bvh, turn.bvh@2)",
+        files: &[
+            input("graph", "The .json file of graph; its motions are read again"),
+            option("on", false, "A character that the walk is put on"),
+            option("output", true, "The file to write, in the format of its extension"),
+        ],
+        options: &["seconds", "path", "through", "seed"],
     },
     Tool {
         name: "convert",
@@ -309,6 +350,14 @@ impl Tool {
             // What it does for an agent.
             "info" => "inspect",
             name => name,
+        }
+    }
+
+    /// The words of the command line that name its command.
+    pub(super) fn command(&'static self) -> &'static [&'static str] {
+        match self.name {
+            "walk" => &["graph", "walk"],
+            _ => std::slice::from_ref(&self.name),
         }
     }
 

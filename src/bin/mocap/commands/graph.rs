@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::FirstFrame;
+use mocap::edit::WalkReport;
 use mocap::files::ReplacePolicy;
 use mocap::graph::{GraphBuilder, MotionGraph, Network, Walk};
 use mocap::job::{Reading, SourceSpace};
@@ -17,12 +18,37 @@ use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
     match &args.command {
-        Some(GraphCommand::Walk(args)) => walk_over(args, given),
-        None => make(args),
+        Some(GraphCommand::Walk(args)) => {
+            check_json(args.json, &args.output)?;
+            let report = walk_over(args, given)?;
+            match args.json {
+                true => print_json(&report)?,
+                false => report::say(&report.to_string()),
+            }
+            Ok(())
+        }
+        None => make(args).map(|_| ()),
     }
 }
 
-fn make(args: &GraphArgs) -> Result<(), Failure> {
+/// Writes a graph; what is in it, for an agent.
+pub(crate) fn summary(args: &GraphArgs) -> Result<serde_json::Value, Failure> {
+    let graph = make(args)?;
+    let clips = graph.iter().flat_map(|graph| &graph.clips);
+    let clips: Vec<_> = clips
+        .map(|clip| serde_json::json!({"file": clip.file, "frames": clip.frames, "part": clip.part}))
+        .collect();
+    let transitions = graph.as_ref().map_or(0, |graph| graph.transitions.len());
+    Ok(serde_json::json!({"clips": clips, "transitions": transitions}))
+}
+
+/// Writes a walk; what `--json` prints.
+pub(crate) fn summary_of_walk(args: &WalkArgs, given: &Given) -> Result<serde_json::Value, Failure> {
+    walk_over(args, given).map(|report| super::value(&report))
+}
+
+/// Writes what is asked for; the graph, if it is.
+fn make(args: &GraphArgs) -> Result<Option<MotionGraph>, Failure> {
     if let Some(output) = &args.output
         && output_format(output, args.to.as_deref(), "json")? != "json"
     {
@@ -55,11 +81,11 @@ fn make(args: &GraphArgs) -> Result<(), Failure> {
     if let Some(picture) = &args.matrix {
         draw(&builder, graph.as_ref(), picture, &policy)?;
     }
-    if let (Some(output), Some(graph)) = (&args.output, graph) {
+    if let (Some(output), Some(graph)) = (&args.output, &graph) {
         write_output(&policy, output, graph.to_json().as_bytes())?;
-        tell(&graph, output);
+        tell(graph, output);
     }
-    Ok(())
+    Ok(graph)
 }
 
 /// The body on which all clips are put.
@@ -176,8 +202,7 @@ fn tell(graph: &MotionGraph, output: &Path) {
     ));
 }
 
-fn walk_over(args: &WalkArgs, given: &Given) -> Result<(), Failure> {
-    check_json(args.json, &args.output)?;
+fn walk_over(args: &WalkArgs, given: &Given) -> Result<WalkReport, Failure> {
     let to = args.to.map(|format| format.extension);
     let format = output_format(&args.output, to, "glb")?;
     let job = args.job(&format);
@@ -215,11 +240,7 @@ fn walk_over(args: &WalkArgs, given: &Given) -> Result<(), Failure> {
         .map_err(made::refused)?;
     made::tell(&made.written, &args.output, voice);
     streams::save(&mut made.written, &args.output, &policy, given)?;
-    match args.json {
-        true => print_json(&report)?,
-        false => report::say(&report.to_string()),
-    }
-    Ok(())
+    Ok(report)
 }
 
 /// The walk that is asked for.

@@ -14,6 +14,22 @@ use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
+    match (args.json, made(args, given)?) {
+        (true, Some(done)) => print_json(&done.report())?,
+        (false, Some(done)) => report::say(&format!("{}: {}", args.output.display(), done.words())),
+        (_, None) => {}
+    }
+    Ok(())
+}
+
+/// Makes the output; what `--json` prints.
+pub(crate) fn summary(args: &MatchArgs, given: &Given) -> Result<serde_json::Value, Failure> {
+    let done = made(args, given)?;
+    Ok(done.map_or_else(|| serde_json::json!({}), |done| done.report()))
+}
+
+/// Makes the output; what the figure did, if it follows anything.
+fn made(args: &MatchArgs, given: &Given) -> Result<Option<Done>, Failure> {
     let (format, output) = match super::extension(&args.output).as_str() {
         // Two files, of which no motion is made.
         "bin" => (None, args.output.clone()),
@@ -39,7 +55,8 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
         .apply(&mut hero)
         .map_err(|error| error.with_path(&args.on))?;
     let Some(format) = format else {
-        return write_bones(args, &moves(args, &database, &hero)?, &policy);
+        write_bones(args, &moves(args, &database, &hero)?, &policy)?;
+        return Ok(None);
     };
     if args.aim.is_nothing() {
         return Err(nothing_to_follow());
@@ -49,12 +66,7 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     hero.animations = vec![animation];
     let mut written = Exporter::new().format(format).write_as(&hero, &output)?;
     streams::save(&mut written, &args.output, &policy, given)?;
-    match (args.json, done) {
-        (true, Done::Followed(followed)) => print_json(&followed)?,
-        (true, Done::Played(played)) => print_json(&played)?,
-        (false, done) => report::say(&format!("{}: {}", args.output.display(), done.words())),
-    }
-    Ok(())
+    Ok(Some(done))
 }
 
 /// The format of the output, and a name that has it.
@@ -99,6 +111,13 @@ enum Done {
 }
 
 impl Done {
+    fn report(&self) -> serde_json::Value {
+        match self {
+            Self::Followed(followed) => super::value(followed),
+            Self::Played(played) => super::value(played),
+        }
+    }
+
     fn words(&self) -> String {
         match self {
             Self::Followed(followed) => format!(
