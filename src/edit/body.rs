@@ -46,8 +46,8 @@ impl Leg {
 /// How much the rest pose says of the hinge of a knee against all that is seen of its bends, as the sine of one.
 const HINGE_AT_REST: f32 = 0.05;
 
-/// The axis about which a knee bends as the rest pose tells it, in the frame of the thigh: to the left of the figure. It
-/// is short, so that it counts only beside knees that hardly bend in the motion.
+/// The axis about which a knee bends as the rest pose tells it, in the frame of the thigh: to the left of the figure.
+/// It is short, so that it counts only beside knees that hardly bend in the motion.
 pub(crate) fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
     let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
     HINGE_AT_REST * (rotation.inverse() * figure.figure_to_world().x_axis)
