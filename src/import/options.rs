@@ -159,7 +159,8 @@ impl Importer {
     }
 
     /// Solves a skeleton with rotations from the markers of a file: `auto` where their labels are those of a known set
-    /// (`docs/markers.md`), `auto:NAME` for that subject of several, or a JSON file, an object from labels to landmarks.
+    /// (`docs/markers.md`), `auto:NAME` for that subject of several, or a JSON file, an object from labels to
+    /// landmarks.
     /// Default: markers are points without a skeleton.
     ///
     /// ```
