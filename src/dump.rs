@@ -22,6 +22,7 @@
 mod json;
 mod number;
 mod print;
+mod summary;
 
 use std::fmt;
 
@@ -29,6 +30,7 @@ use serde::Serialize;
 
 pub use self::json::SceneView;
 use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
+pub use self::summary::Summary;
 use crate::scene::Scene;
 
 impl SceneView<'_> {

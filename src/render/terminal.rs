@@ -86,8 +86,8 @@ impl Screen {
     }
 }
 
-/// Characters that a label takes.
-const LABEL: usize = 13;
+/// Characters that a label takes: the longest, `joint-positions`, and a blank.
+const LABEL: usize = 16;
 
 impl Clip<'_> {
     /// A summary of a clip: its size, its tree of joints with the lengths of the links, the height of its root over

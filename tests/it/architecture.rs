@@ -87,7 +87,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "scene", "pose", "figure", "process", "edit", "retarget", "robot", "convert", "format", "import",
         ],
     ),
-    ("dump", &["error", "scene", "pose"]),
+    ("dump", &["error", "scene", "pose", "figure"]),
     (
         "arrays",
         &[

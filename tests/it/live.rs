@@ -449,6 +449,13 @@ mod program {
             ("play vmc:0 --vmc 9", 2, "with --clean"),
             ("play vmc:0 --vmc 9 --clean --loop", 2, "without --loop"),
             ("play vmc:0 --vmc 9 --clean --delay 11", 2, "from 0 to 10"),
+            ("play vmc:9 --vmc 9 --clean", 2, "where the stream comes from"),
+            ("play vmc:0.0.0.0:9 --vmc 9 --clean", 2, "where the stream comes from"),
+            (
+                "bridge vmc:9 --onto lecture_Test.bvh --vmc 9",
+                2,
+                "where the stream comes from",
+            ),
             ("play vmc:nowhere --vmc 9 --clean", 2, "neither a port nor an address"),
             ("bridge vmc:0 --onto lecture_Test.bvh --vmc 9", 1, "not-humanoid"),
             ("bridge vmc:0 --onto lecture_Test.bvh", 2, "--vmc <HOST:PORT>"),

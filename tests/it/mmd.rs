@@ -110,6 +110,15 @@ fn a_motion_on_its_model_is_as_another_program_poses_it() {
         "{said:?}"
     );
     assert!(said.iter().any(|said| said.contains("2 keys of cameras")), "{said:?}");
+    let screen = mocap::render::Clip {
+        name: MOTION,
+        scene: &scene,
+    }
+    .screen(&mocap::render::ScreenOptions::default());
+    assert!(
+        screen.lines().any(|line| line.starts_with("interpolation ")),
+        "{screen}"
+    );
     let left_out: Vec<_> = scene
         .warnings
         .iter()

@@ -23,6 +23,7 @@ pub(crate) mod merge_manifest;
 mod own;
 #[cfg(feature = "parquet")]
 pub(crate) mod pack;
+mod packets;
 pub(crate) mod play_robot;
 pub(crate) mod plot;
 pub(crate) mod pose;

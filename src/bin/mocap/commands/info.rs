@@ -2,9 +2,9 @@
 
 use std::io::{self, IsTerminal, Write};
 
+use mocap::dump::Summary;
 use mocap::render::{Clip, ScreenOptions};
-use mocap::scene::{Animation, Assumption, NodeKind, Recorded, RootOffsetUsed, Solved};
-use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
+use mocap::{Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
@@ -15,81 +15,19 @@ use crate::{Failure, report, streams};
 #[derive(Serialize)]
 struct InfoView<'a> {
     file: String,
-    format: Option<Format>,
-    nodes: usize,
-    joints: usize,
-    end_sites: usize,
-    meshes: usize,
-    vertices: usize,
-    channels: usize,
-    frames: usize,
-    ticks_per_second: Option<f64>,
-    duration_ticks: f64,
-    duration_seconds: f64,
-    clips: Vec<ClipView<'a>>,
-    /// Events, analog channels and force plates.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    recorded: Option<&'a Recorded>,
-    /// What is known of a skeleton that was solved from markers.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    solved: Option<&'a Solved>,
-    root_offset: Option<&'a RootOffsetUsed>,
-    assumptions: Vec<Assumption>,
-    warnings: &'a [Diagnostic],
-}
-
-/// One animation.
-#[derive(Serialize)]
-struct ClipView<'a> {
-    name: &'a str,
-    channels: usize,
-    frames: usize,
-    seconds: f64,
-}
-
-impl<'a> ClipView<'a> {
-    fn new(animation: &'a Animation) -> Self {
-        Self {
-            name: &animation.name,
-            channels: animation.channels.len(),
-            frames: animation.frame_count(),
-            seconds: animation.duration / animation.ticks_per_second,
-        }
-    }
-}
-
-impl<'a> InfoView<'a> {
-    fn new(file: String, scene: &'a Scene) -> Self {
-        let animation = scene.animations.first();
-        let count = |kind| scene.nodes.iter().filter(|node| node.kind == kind).count();
-        Self {
-            file,
-            format: scene.metadata.format,
-            nodes: scene.nodes.len(),
-            joints: count(NodeKind::Joint),
-            end_sites: count(NodeKind::EndSite),
-            meshes: scene.meshes.len(),
-            vertices: scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum(),
-            channels: animation.map_or(0, |animation| animation.channels.len()),
-            frames: animation.map_or(0, Animation::frame_count),
-            ticks_per_second: animation.map(|animation| animation.ticks_per_second),
-            duration_ticks: animation.map_or(0.0, |animation| animation.duration),
-            duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
-            clips: scene.animations.iter().map(ClipView::new).collect(),
-            recorded: scene.metadata.recorded.as_deref(),
-            solved: scene.metadata.solved.as_deref(),
-            root_offset: scene.metadata.root_offset.as_ref(),
-            assumptions: scene.assumptions(),
-            warnings: &scene.warnings,
-        }
-    }
+    #[serde(flatten)]
+    summary: Summary<'a>,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let mut scene = import(args)?;
     let name = args.file.display().to_string();
     if args.json {
-        return Ok(print_json(&InfoView::new(name, &scene))?);
+        let view = InfoView {
+            file: name,
+            summary: Summary::of(&scene),
+        };
+        return Ok(print_json(&view)?);
     }
     make_names_visible(&mut scene);
     Ok(print_screen(&report::visible(&name), &scene)?)
@@ -98,7 +36,10 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
 /// What `--json` prints.
 pub(crate) fn summary(args: &InfoArgs) -> Result<serde_json::Value, Failure> {
     let scene = import(args)?;
-    Ok(super::value(&InfoView::new(args.file.display().to_string(), &scene)))
+    Ok(super::value(&InfoView {
+        file: args.file.display().to_string(),
+        summary: Summary::of(&scene),
+    }))
 }
 
 fn import(args: &InfoArgs) -> mocap::Result<Scene> {

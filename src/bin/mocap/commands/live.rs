@@ -12,17 +12,12 @@ use mocap::files::ReplacePolicy;
 use mocap::live::{VmcBridge, VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
+use super::packets::{PATIENCE, Packets, of_socket};
 use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 use crate::{Failure, report, streams};
 
-/// Bytes of the longest packet of UDP.
-pub(super) const LONGEST: usize = 65_536;
-
 /// Seconds by which a cleaned stream is late: a moment is then seen from both sides.
 const USUAL_DELAY: f64 = 0.5;
-
-/// How long to wait for a packet before looking whether to end.
-const PATIENCE: Duration = Duration::from_millis(50);
 
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     if streams::is_standard(&args.output) || FormatInfo::of_output(&args.output).is_none() {
@@ -38,14 +33,19 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
         let error = io::Error::new(ErrorKind::NotFound, "there is no such folder for the recording");
         return Err(Failure::Folder(folder.to_owned(), error));
     }
-    let socket = listener(args.source)?;
-    let is_over = over_at_a_signal()?;
-    // A port of 0 is one that the system chooses.
+    let packets = Packets::of(args.source, over_at_a_signal()?, args.seconds)?;
     report::say(&format!(
         "listening on {}; Ctrl-C ends the recording",
-        socket.local_addr()?
+        packets.address()
     ));
-    let recorder = listen(&socket, args.seconds, &is_over);
+    let mut recorder = VmcRecorder::new();
+    for packet in &packets {
+        recorder.hear(&packet.bytes, packet.seconds);
+        if recorder.is_full() {
+            break;
+        }
+    }
+    tell_lost(&packets);
     let counts = recorder.counts();
     if recorder.is_full() {
         report::complain("the recording is as long as memory may be; the rest was not kept");
@@ -69,19 +69,14 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What comes until the end.
-fn listen(socket: &UdpSocket, seconds: Option<f64>, is_over: &AtomicBool) -> VmcRecorder {
-    let mut recorder = VmcRecorder::new();
-    let mut packet = vec![0; LONGEST];
-    let begin = Instant::now();
-    let is_late = || seconds.is_some_and(|seconds| begin.elapsed().as_secs_f64() >= seconds);
-    while !is_over.load(Ordering::Relaxed) && !is_late() && !recorder.is_full() {
-        // One packet that fails, as when a peer has gone, does not end the recording.
-        if let Some(packet) = received(socket, &mut packet) {
-            recorder.hear(packet, begin.elapsed().as_secs_f64());
-        }
+/// Says how many packets were not kept.
+pub(super) fn tell_lost(packets: &Packets) {
+    let lost = packets.lost();
+    if lost > 0 {
+        report::complain(&format!(
+            "{lost} packets came faster than they could be worked on, and were left out"
+        ));
     }
-    recorder
 }
 
 fn tell_left_out(counts: &VmcCounts) {
@@ -172,17 +167,17 @@ pub(super) fn delay(args: &PlayArgs) -> f64 {
     args.delay.unwrap_or(USUAL_DELAY)
 }
 
-/// A socket that hears an address.
-pub(super) fn listener(source: Listen) -> Result<UdpSocket, Failure> {
-    let input = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
-    input.set_read_timeout(Some(PATIENCE))?;
-    Ok(input)
-}
-
-/// The next packet, in a buffer of [`LONGEST`] bytes; `None` where none comes soon, so that the end can be looked for.
-pub(super) fn received<'b>(input: &UdpSocket, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-    let (length, _) = input.recv_from(buffer).ok()?;
-    Some(&buffer[..length])
+/// Refuses to send to where a stream is heard: it would go round for ever.
+fn refuse_itself(source: Listen, peer: SocketAddr) -> Result<(), Failure> {
+    let heard = source.0;
+    let is_here = heard.ip() == peer.ip() || (heard.ip().is_unspecified() && peer.ip().is_loopback());
+    if is_here && heard.port() == peer.port() {
+        let message = format!(
+            "{peer} is where the stream comes from, and what is sent there would come again: name another port"
+        );
+        return Err(Failure::Usage(message));
+    }
+    Ok(())
 }
 
 /// Sends a stream on without its noise, a delay later, until Ctrl-C.
@@ -191,25 +186,23 @@ fn send_on(args: &PlayArgs, source: Listen, peer: SocketAddr) -> Result<(), Fail
         let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
+    refuse_itself(source, peer)?;
     let delay = delay(args);
     let mut cleaner = VmcCleaner::new(delay)?;
-    let input = listener(source)?;
     let output = sender(peer)?;
-    let is_over = over_at_a_signal()?;
+    let packets = Packets::of(source, over_at_a_signal()?, None)?;
     report::say(&format!(
         "from {} to {}, {delay} s later; Ctrl-C ends it",
-        input.local_addr()?,
+        packets.address(),
         peer
     ));
-    let (mut sent, begin) = (0_u64, Instant::now());
-    let mut buffer = vec![0; LONGEST];
-    while !is_over.load(Ordering::Relaxed) {
-        if let Some(packet) = received(&input, &mut buffer) {
-            let given = cleaner.hear(packet, begin.elapsed().as_secs_f64());
-            send(&output, peer, &given)?;
-            sent += given.len() as u64;
-        }
+    let mut sent = 0_u64;
+    for packet in &packets {
+        let given = cleaner.hear(&packet.bytes, packet.seconds);
+        send(&output, peer, &given)?;
+        sent += given.len() as u64;
     }
+    tell_lost(&packets);
     let left = cleaner.finish();
     send(&output, peer, &left)?;
     report::say(&format!("{} packets were sent", sent + left.len() as u64));
@@ -221,36 +214,34 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     let (Some(peer), is_json) = (args.vmc.or(args.udp_json), args.udp_json.is_some()) else {
         return Err(Failure::Usage("name a peer: --vmc or --udp-json HOST:PORT".to_owned()));
     };
+    refuse_itself(args.source, peer.0)?;
     let mut bridge = bridge_onto(args, is_json)?;
     let delay = args.clean.then(|| args.delay.unwrap_or(USUAL_DELAY));
     let mut cleaner = delay.map(VmcCleaner::new).transpose()?;
-    let input = listener(args.source)?;
     let output = sender(peer.0)?;
-    let is_over = over_at_a_signal()?;
+    let packets = Packets::of(args.source, over_at_a_signal()?, None)?;
     report::say(&format!(
         "from {} onto {} to {}; Ctrl-C ends it",
-        input.local_addr()?,
+        packets.address(),
         args.onto.display(),
         peer.0
     ));
-    let (mut buffer, begin) = (vec![0; LONGEST], Instant::now());
-    while !is_over.load(Ordering::Relaxed) {
-        let Some(packet) = received(&input, &mut buffer) else {
-            continue;
-        };
-        let seconds = begin.elapsed().as_secs_f64();
+    let mut seconds = 0.0;
+    for packet in &packets {
+        seconds = packet.seconds;
         match &mut cleaner {
-            None => send(&output, peer.0, &bridge.hear(packet, seconds))?,
+            None => send(&output, peer.0, &bridge.hear(&packet.bytes, seconds))?,
             Some(cleaner) => {
-                for cleaned in cleaner.hear(packet, seconds) {
+                for cleaned in cleaner.hear(&packet.bytes, seconds) {
                     send(&output, peer.0, &bridge.hear(&cleaned, seconds))?;
                 }
             }
         }
     }
     for cleaned in cleaner.iter_mut().flat_map(VmcCleaner::finish) {
-        send(&output, peer.0, &bridge.hear(&cleaned, begin.elapsed().as_secs_f64()))?;
+        send(&output, peer.0, &bridge.hear(&cleaned, seconds))?;
     }
+    tell_lost(&packets);
     let counts = bridge.counts();
     tell_left_out(&counts);
     if let Some(problem) = bridge.problem() {
@@ -325,9 +316,4 @@ pub(super) fn over_at_a_signal() -> Result<Arc<AtomicBool>, Failure> {
         signal_hook::flag::register(signal, Arc::clone(&is_over))?;
     }
     Ok(is_over)
-}
-
-fn of_socket(address: SocketAddr, error: &std::io::Error) -> Error {
-    let diagnostic = Diagnostic::new(Code::Io, format!("{address}: {error}"));
-    Error::from(diagnostic.help("choose an address of this machine and a port that no other program has"))
 }

@@ -3,8 +3,6 @@
 use std::io::{Write, stdout};
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::sync_channel;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use mocap::convert::FirstFrame;
@@ -12,13 +10,11 @@ use mocap::live::{VmcCleaner, VmcPoses};
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::{Binding, Conversion, Importer, Pose, Scene};
 
-use super::live::{self, LONGEST, listener, over_at_a_signal, received, scene_of, wait_until};
+use super::live::{self, over_at_a_signal, scene_of, wait_until};
+use super::packets::Packets;
 use super::robot::tell;
 use crate::args::{Listen, PlayArgs};
 use crate::{Failure, report};
-
-/// Packets that wait for those before them: some seconds of a fast sender.
-const WAITING: usize = 4096;
 
 pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
     let Some(robot) = &args.robot else {
@@ -75,11 +71,10 @@ fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> 
     }
     let robot = Importer::new().import_robot(robot)?;
     let mut cleaner = args.clean.then(|| VmcCleaner::new(live::delay(args))).transpose()?;
-    let input = listener(source)?;
-    let is_over = over_at_a_signal()?;
-    report::say(&format!("listening on {}; Ctrl-C ends it", input.local_addr()?));
+    let packets = Packets::of(source, over_at_a_signal()?, None)?;
+    report::say(&format!("listening on {}; Ctrl-C ends it", packets.address()));
     let (mut poses, mut on_robot): (_, Option<SmoothRobotStream>) = (VmcPoses::new(), None);
-    let (start, mut frames) = (Instant::now(), 0_usize);
+    let (mut last, mut frames) = (0.0, 0_usize);
     let mut hear = |packets: Vec<Vec<u8>>, seconds: f64| -> Result<(), Failure> {
         for packet in packets {
             for pose in poses.hear(&packet, seconds) {
@@ -94,25 +89,16 @@ fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> 
         }
         Ok(())
     };
-    // A thread of its own listens, so that no packet is lost while a frame is solved.
-    let (sender, receiver) = sync_channel(WAITING);
-    let listener = thread::spawn(move || {
-        let mut buffer = vec![0; LONGEST];
-        while !is_over.load(Ordering::Relaxed) {
-            if let Some(packet) = received(&input, &mut buffer) {
-                let _ = sender.try_send((packet.to_vec(), start.elapsed().as_secs_f64()));
-            }
-        }
-    });
-    for (packet, seconds) in receiver {
+    for packet in &packets {
+        last = packet.seconds;
         match &mut cleaner {
-            Some(cleaner) => hear(cleaner.hear(&packet, seconds), seconds)?,
-            None => hear(vec![packet], seconds)?,
+            Some(cleaner) => hear(cleaner.hear(&packet.bytes, last), last)?,
+            None => hear(vec![packet.bytes], last)?,
         }
     }
-    let _ = listener.join();
+    live::tell_lost(&packets);
     if let Some(cleaner) = &mut cleaner {
-        hear(cleaner.finish(), start.elapsed().as_secs_f64())?;
+        hear(cleaner.finish(), last)?;
     }
     match on_robot {
         Some(mut stream) => finish(&robot, &mut stream, frames),
