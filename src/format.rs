@@ -15,6 +15,7 @@ mod frames;
 pub mod gltf;
 mod mclip;
 mod mesh_bounds;
+pub(crate) mod mesh_surface;
 mod mimic;
 mod mjcf;
 mod mmd;

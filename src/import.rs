@@ -18,7 +18,7 @@ use self::contents::{Input, list_siblings};
 pub use self::memory::MemoryFile;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::gltf::Character;
-use crate::format::{ReadOptions, Source, read_robot};
+use crate::format::{ReadOptions, Source, mesh_surface, read_robot};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
 use crate::scene::robot::Robot;
@@ -66,6 +66,7 @@ pub struct Importer {
     markers: Option<String>,
     standing: Option<PathBuf>,
     body: Option<PathBuf>,
+    robot_meshes: bool,
 }
 
 impl Default for Importer {
@@ -82,6 +83,7 @@ impl Importer {
             format: None,
             skeleton: None,
             skeleton_mesh: SkeletonMesh::default(),
+            robot_meshes: false,
             collapse_keys: true,
             strict: false,
             hash: true,
@@ -212,6 +214,14 @@ impl Importer {
         self.robot(&Source::of_bytes(bytes, name.as_ref()))
     }
 
+    /// As [`read_robot`](Self::read_robot), with other files: its meshes are looked for among them.
+    ///
+    /// # Errors
+    /// As [`Importer::import_robot`].
+    pub fn read_robot_among(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Robot> {
+        self.among(file, others, |source| self.robot(source))
+    }
+
     fn robot(&self, source: &Source<'_>) -> Result<Robot> {
         let format = self.find_format(source.bytes, source.name);
         let read = format.and_then(|format| match format.format {
@@ -223,7 +233,11 @@ impl Importer {
                     .into())
             }
         });
-        read.map_err(|error| error.with_path(source.name))
+        let mut robot = read.map_err(|error| error.with_path(source.name))?;
+        if self.robot_meshes {
+            mesh_surface::add(&mut robot, source.open);
+        }
+        Ok(robot)
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within

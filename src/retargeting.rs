@@ -262,7 +262,9 @@ impl Retargeting {
                     scale: report.scale,
                     lock_feet,
                 };
-                (Retargeted::of_robot(robot.animation(&motion), report, motion), step)
+                let limbs = retargeter.limb_angles(source, &source.animations[index], &motion);
+                let moved = Retargeted::of_robot(robot.animation(&motion), report, motion);
+                (moved.with_limb_angles(limbs), step)
             }
             (Mover::Body(retargeter), target) => {
                 let target = target.scene();
@@ -357,11 +359,11 @@ impl Retargeting {
     }
 
     /// How far the directions of the limbs of a clip, by its index, are from those of its source at each tick. `None`
-    /// for a robot, and where there is no such clip.
+    /// where there is no such clip, and for an animal.
     pub fn limb_angles(&self, clip: usize) -> Option<Vec<LimbAngles>> {
         let moving = self.sources.iter().find(|moving| moving.clips.contains(&clip))?;
         let Mover::Body(retargeter) = &moving.mover else {
-            return None;
+            return self.clips[clip].limb_angles.clone();
         };
         let source = &moving.source.scene;
         let animation = &source.animations[clip - moving.clips.start];

@@ -1,4 +1,4 @@
-//! The extent of the mesh files that robots name: binary STL and OBJ.
+//! The mesh files that robots name: where they are, and the extent of binary STL and OBJ.
 
 use std::path::{Path, PathBuf};
 
@@ -6,37 +6,57 @@ use glam::DVec3;
 
 use crate::format::Source;
 use crate::limits::is_plausible;
+use crate::scene::robot::ShapeKind;
 
-/// The least and the largest coordinates of a mesh file, if it is beside the robot and can be read.
-pub(super) fn mesh_bounds(source: &Source<'_>, folder: &str, file: &str) -> Option<[DVec3; 2]> {
-    let extension = Path::new(file).extension()?.to_ascii_lowercase();
-    let read = match extension.to_str()? {
-        "stl" => stl,
-        "obj" => obj,
-        _ => return None,
-    };
+/// A mesh of a robot, of a file in `folder`, enlarged by `scale`.
+pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: DVec3) -> ShapeKind {
     let beside = source.name.parent().unwrap_or(Path::new(""));
-    let candidates = candidates(folder, file).into_iter();
-    let bytes = candidates
-        .map(|path| beside.join(path))
-        .find_map(|path| (source.open)(&path).ok())?;
-    read(&bytes).filter(|[low, high]| low.is_finite() && high.is_finite())
+    let extension = Path::new(file).extension().unwrap_or_default().to_ascii_lowercase();
+    let extension = extension.to_str().unwrap_or_default();
+    let paths = candidates(folder, file).into_iter().map(|path| beside.join(path));
+    let is_known = ["stl", "obj", "dae"].contains(&extension);
+    let mut found = paths
+        .filter(|_| is_known)
+        .filter_map(|path| Some(((source.open)(&path).ok()?, path)));
+    let (bytes, path) = found
+        .next()
+        .map_or((Vec::new(), None), |(bytes, path)| (bytes, Some(path)));
+    let bounds = match extension {
+        "stl" => stl(&bytes),
+        "obj" => obj(&bytes),
+        _ => None,
+    };
+    ShapeKind::Mesh {
+        file: file.to_owned(),
+        bounds: bounds
+            .filter(|[low, high]| low.is_finite() && high.is_finite())
+            .map(|[low, high]| {
+                let (a, b) = (low * scale, high * scale);
+                [a.min(b), a.max(b)]
+            }),
+        scale,
+        path,
+        surface: None,
+    }
 }
 
 /// How many folders above the robot its package may be.
 const LEVELS: usize = 6;
 
 /// The paths at which the file may be: as written; of a `package://` address the path within the package, or with it,
-/// in the folder of the robot or in one above it.
+/// in the folder of the robot or in one above it; and the name alone beside the robot, as files are dropped on a page.
 fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
+    let alone = Path::new(file).file_name().map(PathBuf::from);
     let Some(address) = file.strip_prefix("package://") else {
-        return vec![Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file))];
+        let written = Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file));
+        return [written].into_iter().chain(alone).collect();
     };
     let address = address.trim_start_matches('/');
     let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
     let above = (0..=LEVELS).map(|levels| PathBuf::from("../".repeat(levels)));
     above
         .flat_map(|above| [above.join(inside), above.join(address)])
+        .chain(alone)
         .collect()
 }
 
@@ -102,7 +122,10 @@ mod tests {
         ] {
             assert!(found.contains(&PathBuf::from(wanted)), "{wanted}");
         }
-        assert_eq!(candidates("meshes", "a.stl"), [PathBuf::from("meshes/a.stl")]);
+        assert_eq!(
+            candidates("meshes", "b/a.stl"),
+            ["meshes/b/a.stl", "a.stl"].map(PathBuf::from)
+        );
     }
 
     #[test]

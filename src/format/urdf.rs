@@ -15,7 +15,7 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::mesh_bounds::mesh_bounds;
+use super::mesh_bounds::mesh_shape;
 use super::mimic::{self, NamedMimic};
 use super::text::{LineIndex, quote};
 use super::warnings::Warnings;
@@ -221,13 +221,7 @@ impl Reader<'_> {
             "mesh" => {
                 let file = shape.required("filename")?;
                 let scale = shape.vector("scale")?.unwrap_or(DVec3::ONE);
-                ShapeKind::Mesh {
-                    file: file.to_owned(),
-                    bounds: mesh_bounds(self.source, "", file).map(|[low, high]| {
-                        let (a, b) = (low * scale, high * scale);
-                        [a.min(b), a.max(b)]
-                    }),
-                }
+                mesh_shape(self.source, "", file, scale)
             }
             _ => return Ok(None),
         };

@@ -72,7 +72,7 @@ impl Importer {
         self.among(file, others, |source| self.character(source))
     }
 
-    fn among<T>(
+    pub(super) fn among<T>(
         &self,
         file: MemoryFile<'_>,
         others: &[MemoryFile<'_>],

@@ -293,7 +293,7 @@ impl Importer {
     /// use mocap::Importer;
     ///
     /// let importer = Importer::new().gltf_meshes(true).morph_targets(true);
-    /// let scene = importer.import_character("fixtures/characters/human_vrm0.vrm")?;
+    /// let scene = importer.import("fixtures/characters/human_vrm0.vrm")?;
     /// let targets = scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
     /// assert!(targets.clone().any(|target| target.name == "blink" && target.weight == 0.0));
     /// assert!(targets.clone().all(|target| target.offsets.len() == target.vertex_ids.len()));
@@ -302,6 +302,31 @@ impl Importer {
     #[must_use]
     pub fn morph_targets(mut self, read: bool) -> Self {
         self.read.morph_targets = read;
+        self
+    }
+
+    /// Whether the triangles of the mesh files that a robot names are read, for pictures: STL, OBJ and COLLADA
+    /// (`.dae`), with as many details as a picture shows. Default: `false`, only their extent is read, of STL and OBJ.
+    ///
+    /// ```
+    /// use mocap::{Importer, MemoryFile};
+    ///
+    /// let robot = r#"<robot name="r"><link name="arm"><visual><geometry>
+    ///     <mesh filename="package://r/meshes/arm.obj" scale="0.001 0.001 0.001"/>
+    ///     </geometry></visual></link></robot>"#;
+    /// let arm = b"v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 500\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n";
+    /// let robot = MemoryFile { name: "r.urdf", bytes: robot.as_bytes() };
+    /// let arm = MemoryFile { name: "meshes/arm.obj", bytes: arm };
+    /// let robot = Importer::new().robot_meshes(true).read_robot_among(robot, &[arm])?;
+    /// let mut scene = robot.scene();
+    /// robot.add_links(&mut scene);
+    /// assert_eq!(scene.meshes[0].indices.len(), 4 * 3);
+    /// assert!(scene.meshes[0].vertices.iter().any(|vertex| vertex.z == 0.5));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn robot_meshes(mut self, read: bool) -> Self {
+        self.robot_meshes = read;
         self
     }
 

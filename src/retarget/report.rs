@@ -6,7 +6,6 @@ use super::plan::Unmapped;
 use super::sight::{Aspect, Seen};
 use crate::edit::FootLockReport;
 use crate::figure::HumanoidBone as Bone;
-use crate::scene::Side;
 
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
@@ -221,11 +220,7 @@ pub(super) fn verdict(report: &RetargetReport) -> Verdict {
 impl RetargetReport {
     /// Of arms alone, for a target without legs.
     pub(crate) fn leave_out_legs(&mut self) {
-        let is_leg = |bone: Bone| {
-            let bone = bone.on(Side::Left);
-            matches!(bone, Bone::LeftUpperLeg | Bone::LeftLowerLeg | Bone::LeftFoot)
-        };
-        self.limbs.retain(|limb| !is_leg(limb.bone));
+        self.limbs.retain(|limb| !limb.bone.is_of_leg());
         let means = self.limbs.iter().map(|limb| limb.mean_degrees);
         self.mean_degrees = means.sum::<f64>() / self.limbs.len().max(1) as f64;
         self.max_degrees = self.limbs.iter().map(|limb| limb.max_degrees).fold(0.0, f64::max);

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::format::gltf::Provenance;
 use crate::pose::FaceTrack;
-use crate::retarget::{RetargetReport, Verdict};
+use crate::retarget::{LimbAngles, RetargetReport, Verdict};
 use crate::robot::{RobotMotion, RobotReport};
 use crate::scene::{Animation, Face, HumanoidBone};
 
@@ -33,6 +33,8 @@ pub struct Retargeted {
     pub robot_motion: Option<RobotMotion>,
     /// The face of the source, where that is a VRM animation with one.
     pub(crate) face: Vec<FaceTrack>,
+    /// How far its limbs point from those of the source, where the target is a robot.
+    pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
 
 impl Retargeted {
@@ -43,6 +45,7 @@ impl Retargeted {
             report: Report::Body(report),
             robot_motion: None,
             face: Vec::new(),
+            limb_angles: None,
         }
     }
 
@@ -53,7 +56,14 @@ impl Retargeted {
             report: Report::Robot(report),
             robot_motion: Some(motion),
             face: Vec::new(),
+            limb_angles: None,
         }
+    }
+
+    #[must_use]
+    pub(super) fn with_limb_angles(mut self, angles: Vec<LimbAngles>) -> Self {
+        self.limb_angles = Some(angles);
+        self
     }
 
     /// Gives the clip the face of its source. A gaze is that of the eyes; where they cannot turn, the file that is

@@ -6,7 +6,7 @@ use glam::{DVec3, Mat4, Vec3};
 
 use super::Robot;
 use super::capsule::{Capsule, THICKNESS, capsules_of};
-use crate::scene::robot::Placement;
+use crate::scene::robot::{Placement, ShapeKind};
 use crate::scene::{Bone, Material, Mesh, NodeId, Primitive, Scene, VertexWeight};
 
 /// Corners around a capsule.
@@ -15,8 +15,9 @@ const AROUND: usize = 16;
 const RINGS: usize = 5;
 
 impl Robot {
-    /// Adds a mesh for each link to a scene with the nodes of [`Robot::scene`]: the capsules within its shapes, as for
-    /// collisions, or where it has none the lines to the joints that it carries. Pictures draw them.
+    /// Adds a mesh for each link to a scene with the nodes of [`Robot::scene`]. Pictures draw them. A link has the
+    /// triangles of its mesh files, where [`Importer::robot_meshes`](crate::Importer::robot_meshes) has read them; else
+    /// the capsules within its shapes, as for collisions, or where it has none the lines to the joints that it carries.
     ///
     /// ```
     /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
@@ -33,14 +34,9 @@ impl Robot {
             surface: None,
         });
         for link in 0..self.links.len().min(scene.nodes.len()) {
-            let mut capsules = capsules_of(self, &[(Placement::IDENTITY, link)]);
-            if capsules.is_empty() {
-                capsules = self.lines_to_children(link);
-            }
-            if capsules.is_empty() {
+            let Some((vertices, normals, indices)) = self.files_of(link).or_else(|| self.body_of(link)) else {
                 continue;
-            }
-            let (vertices, normals, indices) = surface_of(&capsules);
+            };
             let weight = |vertex_id| VertexWeight { vertex_id, weight: 1.0 };
             let name = self.links[link].name.clone();
             scene.nodes[link].meshes.push(scene.meshes.len());
@@ -62,6 +58,44 @@ impl Robot {
         }
     }
 
+    /// The triangles of the mesh files of a link: of what is only seen, or else of what touches.
+    fn files_of(&self, link: usize) -> Option<Surface> {
+        let surfaces = |collides: bool| {
+            let shapes = self.links[link]
+                .shapes
+                .iter()
+                .filter(move |shape| shape.collides == collides);
+            shapes.filter_map(|shape| match &shape.kind {
+                ShapeKind::Mesh {
+                    surface: Some(mesh), ..
+                } => Some((shape.origin, mesh)),
+                _ => None,
+            })
+        };
+        let are_seen = surfaces(false).next().is_some();
+        let (mut vertices, mut normals, mut indices) = Surface::default();
+        for (origin, mesh) in surfaces(!are_seen) {
+            let first = vertices.len() as u32;
+            let matrix = origin.to_matrix();
+            vertices.extend(mesh.vertices.iter().map(|vertex| matrix.transform_point3(*vertex)));
+            normals.extend(
+                mesh.normals
+                    .iter()
+                    .map(|normal| matrix.transform_vector3(*normal).normalize_or(*normal)),
+            );
+            indices.extend(mesh.indices.iter().map(|index| first + index));
+        }
+        (!indices.is_empty()).then_some((vertices, normals, indices))
+    }
+
+    fn body_of(&self, link: usize) -> Option<Surface> {
+        let mut capsules = capsules_of(self, &[(Placement::IDENTITY, link)]);
+        if capsules.is_empty() {
+            capsules = self.lines_to_children(link);
+        }
+        (!capsules.is_empty()).then(|| surface_of(&capsules))
+    }
+
     fn lines_to_children(&self, link: usize) -> Vec<Capsule> {
         let children = self.links.iter().filter(|child| child.parent == Some(link));
         let ends = children.map(|child| child.joint.origin.translation);
@@ -74,8 +108,11 @@ impl Robot {
     }
 }
 
-/// The triangles of capsules: vertices, normals, corners.
-fn surface_of(capsules: &[Capsule]) -> (Vec<Vec3>, Vec<Vec3>, Vec<u32>) {
+/// Vertices, normals, corners of triangles.
+type Surface = (Vec<Vec3>, Vec<Vec3>, Vec<u32>);
+
+/// The triangles of capsules.
+fn surface_of(capsules: &[Capsule]) -> Surface {
     let (mut vertices, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for Capsule { ends, radius } in capsules {
         let axis = (ends[1] - ends[0]).normalize_or(DVec3::Z);

@@ -7,8 +7,9 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::terms::Goals;
 use super::twin::{Twin, TwinBone};
+use crate::retarget::{LimbAngles, Retargeter};
 use crate::scene::robot::Placement;
-use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId};
+use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 pub(super) const LIFT: f64 = 0.15;
@@ -172,6 +173,25 @@ impl Measured<'_> {
             duration: frames.saturating_sub(1) as f64,
             channels: channels.collect(),
         }
+    }
+
+    /// The angles of the limbs that the report is about, frame by frame; each starts from a link, a node of
+    /// [`Robot::scene`](crate::robot::Robot::scene).
+    pub(super) fn limb_angles(
+        &self,
+        retargeter: &Retargeter,
+        source: &Scene,
+        animation: &Animation,
+    ) -> Vec<LimbAngles> {
+        let twin = self.twin;
+        let limbs = retargeter.limb_angles(source, animation, &twin.scene, &self.as_twin());
+        let on_link = |limb: LimbAngles| {
+            let bone = twin.bones.iter().find(|bone| bone.node == limb.node)?;
+            let node = NodeId::new(bone.link);
+            Some(LimbAngles { node, ..limb })
+        };
+        let limbs = limbs.into_iter().filter(|limb| twin.has_legs || !limb.bone.is_of_leg());
+        limbs.filter_map(on_link).collect()
     }
 
     fn pose(&self, frame: usize, pose: &mut RobotPose) {

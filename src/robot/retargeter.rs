@@ -26,7 +26,7 @@ use crate::figure::robot_bones::RobotMap;
 use crate::figure::{Figure, Humanoid};
 use crate::options::setters;
 use crate::pose::{Binding, Pose};
-use crate::retarget::{Retargeter, Scale};
+use crate::retarget::{LimbAngles, Retargeter, Scale};
 use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Scene, Side};
 
@@ -196,6 +196,11 @@ impl RobotRetargeter {
         } else {
             second
         })
+    }
+
+    /// How far the limbs of the motion that was made last point from those of its source, frame by frame.
+    pub(crate) fn limb_angles(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> Vec<LimbAngles> {
+        self.measured(motion).limb_angles(&self.retargeter, source, animation)
     }
 
     /// A motion on its floor, and its report.

@@ -167,6 +167,14 @@ impl HumanoidBone {
         Self::from_name(&other).unwrap_or(self)
     }
 
+    /// Whether it is a thigh, a shin or a foot.
+    pub(crate) fn is_of_leg(self) -> bool {
+        matches!(
+            self.on(Side::Left),
+            Self::LeftUpperLeg | Self::LeftLowerLeg | Self::LeftFoot
+        )
+    }
+
     /// The bone of the left side, or of the right for `Side::Right`: `LeftHand` and right give `RightHand`.
     pub(crate) fn on(self, side: Side) -> Self {
         if self.side() == Some(side.opposite()) {

@@ -1,9 +1,12 @@
 //! The data of a robot: links, joints, inertia and shapes.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use glam::{DMat3, DQuat, DVec3, Mat4};
 use serde::Serialize;
 
-use super::Format;
+use super::{Format, Mesh};
 use crate::error::Diagnostic;
 
 /// A robot, as its file describes it: in metres and radians, +Z up.
@@ -195,6 +198,15 @@ pub enum ShapeKind {
         file: String,
         /// The least and the largest coordinates of its vertices, where the file is there and can be read.
         bounds: Option<[DVec3; 2]>,
+        /// What its coordinates are multiplied with.
+        scale: DVec3,
+        /// Where the file is, if it is there.
+        #[serde(skip)]
+        path: Option<PathBuf>,
+        /// Its triangles, in the frame of the shape, where
+        /// [`Importer::robot_meshes`](crate::Importer::robot_meshes) asks for them.
+        #[serde(skip)]
+        surface: Option<Arc<Mesh>>,
     },
 }
 

@@ -156,6 +156,28 @@ fn the_angles_of_the_limbs_are_those_of_the_report() {
     assert_eq!(retargeting.limb_angles(1), None);
 }
 
+/// The same of a robot, whose limbs start from links.
+#[test]
+fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
+    let robot = Importer::new().import_robot("fixtures/robots/h1.urdf").unwrap();
+    let links = robot.links.len();
+    let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
+    let Report::Robot(report) = &retargeting.clips()[0].report else {
+        panic!("the target is a robot");
+    };
+    let angles = retargeting.limb_angles(0).unwrap();
+    assert!(report.limbs.len() >= 8 && angles.len() >= report.limbs.len());
+    for limb in &report.limbs {
+        let found = angles.iter().find(|angles| angles.bone == limb.bone).unwrap();
+        assert!(found.node.index() < links && found.degrees.len() == report.frames);
+        let sum: f64 = found.degrees.iter().map(|degrees| f64::from(*degrees)).sum();
+        assert!(
+            (sum / report.frames as f64 - limb.mean_degrees).abs() < 1e-3,
+            "{limb:?}"
+        );
+    }
+}
+
 /// The program says what the library gives, for a character and for a robot.
 #[cfg(feature = "cli")]
 #[test]

@@ -161,7 +161,7 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
     await settled(page);
     const shown = await page.evaluate((bone) => {
       const { limbs, nodes, tick } = window.mocap.state.clips[1];
-      return limbs.bytes[limbs.nodes.findIndex((node) => nodes[node].bone?.name === bone) * limbs.frames + Math.round(tick)] * limbs.step;
+      return limbs.angles[limbs.nodes.findIndex((node) => nodes[node].bone?.name === bone) * limbs.frames + Math.round(tick)] * limbs.step;
     }, worst.bone);
     assert.ok(Math.abs(shown - worst.max_degrees) < 0.1, `${worst.bone}: ${shown}, ${worst.max_degrees}`);
     const colored = await page.locator("#view").screenshot();

@@ -217,7 +217,15 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
     assert.deepEqual(await page.evaluate(() => window.mocap.state.clips.map(({ name }) => name)), ["cmu_short on g1_29dof_rev_1_0"]);
     assert.equal(await page.evaluate(() => Boolean(window.mocap.state.clips[0].skin)), true, "its links have shapes");
     await page.click("#robot summary");
-    assert.equal(await page.locator("#robot-joint option").count(), 29);
+    assert.equal(await page.locator("#robot-joint optgroup").first().locator("option").count(), 29);
+    // The curve of a limb has the mean that the report has of it.
+    const limbs = await page.evaluate(() => window.desk.chosen.answer.retargeted.limbs.map(({ bone, mean_degrees: mean }) => [bone, mean]));
+    assert.ok(limbs.length >= 8);
+    for (const [bone, mean] of limbs.slice(0, 2)) {
+      await page.selectOption("#robot-joint", { label: bone });
+      const said = Number(/^([\d.]+)°/.exec(await page.textContent("#robot-speed"))[1]);
+      assert.ok(Math.abs(said - mean) < 0.06, `${bone}: ${said} and ${mean}`);
+    }
     await picture("robot");
     const found = arraysOf(readFileSync(await made(page, "#save-row [data-format=npz]")));
     const output = join(folder, "robot.npz");
@@ -228,6 +236,17 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
       assert.equal(found[name].length, values.length, name);
       assert.ok(off < 0.01, `${name} is ${off} off`);
     }
+    // Its meshes, dropped beside it: a tetrahedron, in text.
+    const corners = [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]];
+    const faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    const text = faces.map((face) => `facet normal 0 0 0\nouter loop\n${face.map((corner) => `vertex ${corners[corner].join(" ")}\n`).join("")}endloop\nendfacet\n`);
+    const stl = join(folder, "pelvis.STL");
+    writeFileSync(stl, `solid pelvis\n${text.join("")}endsolid\n`);
+    const bodies = await page.evaluate(() => Object.fromEntries(window.mocap.state.clips[0].skin.parts.map(({ name, count }) => [name, count])));
+    await page.click("#remove-all");
+    await drop(walk, g1, stl);
+    const meshes = await page.evaluate(() => Object.fromEntries(window.mocap.state.clips[0].skin.parts.map(({ name, count }) => [name, count])));
+    assert.deepEqual(meshes, { ...bodies, "pelvis link": 3 * faces.length });
     const rows = readFileSync(await made(page, "#save-row [data-format=csv]"), "utf8").trim().split("\n");
     assert.equal(rows.length, expected["root_pos.npy"].length / 3 + (/^[a-z]/i.test(rows[0]) ? 1 : 0));
     assert.deepEqual(trouble, []);

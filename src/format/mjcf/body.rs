@@ -9,7 +9,7 @@ use super::frame::{Inner, within};
 use super::mass::{Geoms, set_total};
 use super::sizes;
 use crate::error::Code;
-use crate::format::mesh_bounds::mesh_bounds;
+use crate::format::mesh_bounds::mesh_shape;
 use crate::format::text::{LineIndex, quote};
 use crate::format::warnings::Warnings;
 use crate::format::xml::Element;
@@ -331,16 +331,13 @@ impl<'a> Bodies<'a> {
     fn mesh(&self, attributes: &Attributes<'_, '_>) -> ShapeKind {
         let name = attributes.get("mesh").unwrap_or_default();
         match self.settings.meshes.get(name) {
-            Some(asset) => ShapeKind::Mesh {
-                bounds: mesh_bounds(self.source, &self.settings.mesh_folder, &asset.file).map(|[low, high]| {
-                    let (a, b) = (low * asset.scale, high * asset.scale);
-                    [a.min(b), a.max(b)]
-                }),
-                file: asset.file.clone(),
-            },
+            Some(asset) => mesh_shape(self.source, &self.settings.mesh_folder, &asset.file, asset.scale),
             None => ShapeKind::Mesh {
                 file: name.to_owned(),
                 bounds: None,
+                scale: DVec3::ONE,
+                path: None,
+                surface: None,
             },
         }
     }

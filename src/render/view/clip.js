@@ -14,8 +14,8 @@
 //   skin                 what skin.js describes, or null
 //   isTurned             whether the page shows it from behind what the file calls its front
 //   contacts             points of feet: node, bone, and intervals, lists of first and last frame at rest
-//   limbs                null, or how far limbs point from those of another clip: nodes (where they start), frames, bytes (of
-//                        each frame, limb after limb), step (degrees of a byte), mean, largest
+//   limbs                null, or how far limbs point from those of another clip: nodes (where they start), bones, frames, angles
+//                        (of each frame, limb after limb, in steps), step (in degrees), mean, largest
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick

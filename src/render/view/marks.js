@@ -36,12 +36,21 @@ export function drawContacts(canvas, clip, [from, to], isShown) {
 // The angle of the limb that starts at a node, in degrees; nothing where it is not compared.
 export function limbError({ limbs, nodes, tick }, id) {
   if (!limbs) return null;
-  let above = id;
-  while (above >= 0 && !nodes[above].bone) above = nodes[above].parent;
-  const limb = limbs.nodes.indexOf(above);
-  if (limb < 0) return null;
-  return limbs.bytes[limb * limbs.frames + Math.min(limbs.frames - 1, Math.round(tick))] * limbs.step;
+  const limb = limbOf({ limbs, nodes }, id);
+  return limb < 0 ? null : limbs.angles[limb * limbs.frames + Math.min(limbs.frames - 1, Math.round(tick))] * limbs.step;
 }
+
+// Which of the compared limbs a node is a part of, or -1: that which starts from it, or from the nearest joint above it. A
+// joint that is another bone begins a part of its own.
+export function limbOf({ limbs, nodes }, id) {
+  let above = id;
+  while (above >= 0 && !nodes[above].bone && !limbs.nodes.includes(above)) above = nodes[above].parent;
+  return limbs.nodes.indexOf(above);
+}
+
+// The angles of a limb in all frames, in degrees.
+export const limbAngles = ({ limbs }, limb) =>
+  Float64Array.from(limbs.angles.subarray(limb * limbs.frames, (limb + 1) * limbs.frames), (steps) => steps * limbs.step);
 
 function entry(name, color) {
   const swatch = make("span", { class: "swatch", "aria-hidden": "true" });

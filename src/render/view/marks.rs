@@ -26,11 +26,10 @@ impl Contact {
     }
 }
 
-/// The steps that a byte counts, in degrees.
-const STEP: f32 = 0.1;
+/// A step of an angle, in degrees.
+const STEP: f32 = 0.01;
 
-/// The limbs that are compared. Their block has a byte for each frame, limb after limb: the angle in steps, at most
-/// 255.
+/// The limbs that are compared. Their block has 16 bits for each frame, limb after limb: the angle in steps.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Limbs {
@@ -40,6 +39,8 @@ pub(super) struct Limbs {
     frames: usize,
     /// The joint that each limb starts from.
     nodes: Vec<usize>,
+    /// The bone that each is.
+    bones: Vec<&'static str>,
     /// Of all limbs and frames, in degrees.
     mean: f64,
     largest: f64,
@@ -58,6 +59,7 @@ impl Limbs {
             step: STEP,
             frames: angles.first().map_or(0, |limb| limb.degrees.len()),
             nodes: angles.iter().map(|limb| limb.node.index()).collect(),
+            bones: angles.iter().map(|limb| limb.bone.as_str()).collect(),
             mean: all().sum::<f64>() / all().count().max(1) as f64,
             largest: all().fold(0.0, f64::max),
         }
@@ -66,6 +68,6 @@ impl Limbs {
 
 pub(super) fn bytes_of(angles: &[LimbAngles]) -> Vec<u8> {
     let all = angles.iter().flat_map(|limb| &limb.degrees);
-    all.map(|degrees| (degrees / STEP).round().clamp(0.0, 255.0) as u8)
+    all.flat_map(|degrees| ((degrees / STEP).round() as u16).to_le_bytes())
         .collect()
 }

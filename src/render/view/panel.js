@@ -4,6 +4,7 @@ import { clamp, scale } from "./math.js";
 import { byId, css, lengthUnit, make, short } from "./dom.js";
 import { BONE_SIDES } from "./colors.js";
 import { Chart } from "./chart.js";
+import { limbAngles, limbError, limbOf } from "./marks.js";
 
 const AXES = ["X", "Y", "Z"];
 const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
@@ -25,6 +26,7 @@ export class Panel {
   constructor(state, { choose, activate, hover, seek }) {
     Object.assign(this, { state, choose, activate, hover });
     this.charts = ["position", "euler", "quaternion"].map((name) => new Chart(byId(`${name}-curves`), seek));
+    this.limbChart = new Chart(byId("limb-curves"), seek);
     byId("search").addEventListener("input", () => this.filter());
     byId("search").addEventListener("keydown", (event) => {
       if (event.key === "Enter") this.visible()[0]?.click();
@@ -127,7 +129,23 @@ export class Panel {
     byId("position-space").value = node.moves ? "local" : "world";
     byId("euler-title").textContent = node.turns ? "Euler angles, in the file’s order [°]" : "Euler angles [°]";
     this.showChain();
+    this.showLimb();
     this.showCurves();
+  }
+
+  // How far the limb of the joint points from the source's, where it is compared.
+  showLimb() {
+    const { clip, state } = this;
+    const limb = clip.limbs ? limbOf(clip, state.joint) : -1;
+    byId("limb").hidden = limb < 0;
+    this.limb = limb < 0 ? null : limbAngles(clip, limb);
+    if (!this.limb) return;
+    const sum = this.limb.reduce((sum, angle) => sum + angle, 0);
+    byId("limb-title").textContent = `${clip.limbs.bones[limb]} against the source [°]`;
+    const value = make("output", {});
+    byId("limb-legend").replaceChildren(make("span", {}, "now ", value), make("span", {}, `mean ${short(sum / this.limb.length)}`), make("span", {}, `at most ${short(this.limb.reduce((a, b) => Math.max(a, b), 0))}`));
+    for (const entry of byId("limb-legend").children) entry.style.setProperty("--curve", "var(--accent)");
+    this.limbNow = value;
   }
 
   showCurves() {
@@ -204,6 +222,7 @@ export class Panel {
     const units = [lengthUnit(this.clip.metresPerUnit), "°", ""];
     const [from, to] = this.part;
     this.charts.forEach((chart, i) => chart.show(shown[i], { filled, colors: this.letters[i].map(color), unit: units[i], from, to }));
+    if (this.limb) this.limbChart.show([this.limb], { filled: this.limb.length, colors: [getComputedStyle(document.documentElement).getPropertyValue("--accent")], unit: "°", from, to: Math.min(to, this.limb.length - 1) });
     this.drawnFrames = filled;
     this.showTick();
   }
@@ -224,6 +243,10 @@ export class Panel {
     const [from, to] = this.part;
     const share = to > from ? (clip.tick - from) / (to - from) : 0;
     this.charts.forEach((chart) => chart.point(share));
+    if (this.limb) {
+      this.limbChart.point(share);
+      this.limbNow.textContent = short(limbError(clip, id));
+    }
     const local = Array.from(clip.translation(id, clip.tick));
     const world = clip.filePosition(id);
     const metres = scale(world, clip.metresPerUnit);

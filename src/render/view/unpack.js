@@ -104,7 +104,7 @@ export function unpacked(description, source) {
   return {
     ...description,
     nodes,
-    limbs: description.limbs && { ...description.limbs, bytes: source.take(description.limbs.id) },
+    limbs: description.limbs && { ...description.limbs, angles: new Uint16Array(Uint8Array.from(source.take(description.limbs.id)).buffer) },
     skin: description.skin && source.skin(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
     // Loads one more block; false where there is none.

@@ -2,7 +2,9 @@
 
 /** Files that are read for themselves, and those that others refer to. */
 const MOTION = /\.(bvh|amc|c3d|trc|glb|gltf|vrm|vrma|fbx|mclip|usda|usdz|vmd|pmx|urdf|xml|mjcf)$/i;
-const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
+const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2|stl|obj|dae)$/i;
+const ROBOT = /\.(urdf|xml|mjcf)$/i;
+const MESH = /\.(stl|obj|dae)$/i;
 
 const folderOf = (path) => path.slice(0, path.lastIndexOf("/") + 1);
 
@@ -54,6 +56,14 @@ export async function droppedFiles(transfer) {
 /** The files of an input element, each with its path. */
 export const chosenFiles = (input) => Array.from(input.files, (file) => ({ file, path: file.webkitRelativePath || file.name }));
 
+/** The path of a file from a folder, such as "../meshes/a.stl". */
+function pathFrom(folder, path) {
+  const [from, to] = [folder.split("/").slice(0, -1), path.split("/")];
+  let same = 0;
+  while (same < from.length && same < to.length - 1 && from[same] === to[same]) same++;
+  return [...from.slice(same).map(() => ".."), ...to.slice(same)].join("/");
+}
+
 /**
  * Items in the order of their paths. A motion comes with what it may refer to: an .amc with the .asf of its folder, or
  * with any where its folder has none, a .gltf with the files below its folder. A single file is always an item, for its
@@ -76,8 +86,13 @@ export function itemsOf(all) {
       beside = near.length ? near : skeletons;
     }
     if (/\.gltf$/i.test(motion.path)) beside = sorted.filter((file) => file !== motion && BESIDE.test(file.path) && isBelow(file));
+    // The meshes of a robot may be in a folder beside that of its file.
+    if (ROBOT.test(motion.path)) beside = sorted.filter(({ path }) => MESH.test(path));
     const together = [motion, ...beside];
-    const nameOf = (file) => (isBelow(file) ? file.path.slice(folder.length) : file.path.split("/").pop());
+    const nameOf = (file) => {
+      if (isBelow(file)) return file.path.slice(folder.length);
+      return MESH.test(file.path) ? pathFrom(folder, file.path) : file.path.split("/").pop();
+    };
     return {
       path: motion.path,
       name: motion.path.split("/").pop(),

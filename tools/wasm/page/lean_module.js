@@ -80,11 +80,27 @@ function leanFont(bytes, start) {
   }
 }
 
-/** A copy of the module. `texts` are files of `mocap view` and `mocap survey`, which the page does not write. */
-export function leanModule(wasm, texts) {
+/** The fewest bytes of a table that is worth clearing; a shorter one might be found where something else is. */
+const LEAST_TABLE = 500;
+
+/**
+ * The tables of encodings in the source of the crate encoding_rs, but for those of Shift-JIS, in which names of MikuMikuDance are:
+ * nothing else is decoded with the crate, which links them all.
+ */
+export function unusedEncodings(source) {
+  const tables = source.matchAll(/static ([A-Z0-9_]+): \[u(8|16|32); \d+\] = \[([^\]]*)\]/g);
+  return Array.from(tables, ([, name, bits, list]) => {
+    if (/^(JIS0208|IBM_KANJI)/.test(name)) return Buffer.alloc(0);
+    const numbers = list.split(",").filter((word) => word.trim()).map(Number);
+    const Kind = { 8: Uint8Array, 16: Uint16Array, 32: Uint32Array }[bits];
+    return Buffer.from(Kind.from(numbers).buffer);
+  }).filter(({ length }) => length >= LEAST_TABLE);
+}
+
+/** A copy of the module. `parts` are texts of `mocap view` and `mocap survey`, which the page does not write, and unused tables. */
+export function leanModule(wasm, parts) {
   const bytes = Uint8Array.from(wasm);
-  for (const text of texts) {
-    const part = Buffer.from(text);
+  for (const part of parts.map((part) => Buffer.from(part))) {
     const at = placeOf(bytes, part);
     if (at >= 0) bytes.fill(0, at, at + part.length);
   }

@@ -2,8 +2,11 @@
 
 import { Chart } from "../../../src/render/view/chart.js";
 import { byId, make } from "../../../src/render/view/dom.js";
+import { limbAngles } from "../../../src/render/view/marks.js";
 
 const PERCENT = 100;
+/** The criterion of the verdict that bounds each limb. */
+const LIMB_CRITERION = "worst_limb_degrees";
 const percent = (fraction) => `${(PERCENT * fraction).toFixed(fraction < 0.01 ? 2 : 1)} %`;
 /** As many joints at a limit as are named. */
 const NAMED = 4;
@@ -32,14 +35,18 @@ export class RobotView {
     new ResizeObserver(() => this.showJoint()).observe(byId("robot-curve"));
   }
 
-  show({ answer }) {
+  show({ answer, clip }) {
     this.robot = answer?.robot ?? null;
     byId("robot").hidden = !this.robot;
     if (!this.robot) return;
+    this.limbs = clip?.data.limbs ?? null;
+    this.bounds = answer.retargeted.criteria.find(({ name }) => name === LIMB_CRITERION);
     const select = byId("robot-joint");
     const before = select.value;
-    select.replaceChildren(...this.robot.joints.map(({ name }, index) => make("option", { value: index }, name)));
-    if (this.robot.joints[before]) select.value = before;
+    const joints = this.robot.joints.map(({ name }, index) => make("option", { value: index }, name));
+    const limbs = (this.limbs?.bones ?? []).map((bone, index) => make("option", { value: `limb ${index}` }, bone));
+    select.replaceChildren(make("optgroup", { label: "Joints" }, ...joints), ...(limbs.length ? [make("optgroup", { label: "Limbs against the motion" }, ...limbs)] : []));
+    if ([...joints, ...limbs].some(({ value }) => value === before)) select.value = before;
     byId("robot-report").replaceChildren(...linesOf(answer.retargeted).map((line) => make("li", {}, line)));
     this.showJoint();
   }
@@ -48,6 +55,8 @@ export class RobotView {
   showJoint() {
     if (!this.robot || !byId("robot").open) return;
     const { frames, joints, positions } = this.robot;
+    const limb = /^limb (\d+)$/.exec(byId("robot-joint").value);
+    if (limb) return this.showLimb(Number(limb[1]));
     const index = Number(byId("robot-joint").value);
     const { lower, upper, velocity } = joints[index];
     const degrees = 180 / Math.PI;
@@ -56,6 +65,17 @@ export class RobotView {
     const limits = [lower, upper].filter((limit) => limit !== null);
     this.chart.show([row, ...limits.map(line)], { filled: frames, colors: [style("--accent"), style("--warn"), style("--warn")], unit: "°" });
     this.fastest(row, velocity);
+    this.point();
+  }
+
+  // How far a limb points from that of the motion, and the bounds of the verdict on its mean as lines.
+  showLimb(limb) {
+    const angles = limbAngles({ limbs: this.limbs }, limb);
+    const bounds = this.bounds ? [this.bounds.good, this.bounds.fair].filter(Number.isFinite) : [];
+    const line = (bound) => new Float64Array(angles.length).fill(bound);
+    this.chart.show([angles, ...bounds.map(line)], { filled: angles.length, colors: [style("--accent"), style("--warn"), style("--warn")], unit: "°" });
+    const mean = angles.reduce((sum, angle) => sum + angle, 0) / angles.length;
+    byId("robot-speed").textContent = `${mean.toFixed(1)}° in the mean, at most ${angles.reduce((a, b) => Math.max(a, b), 0).toFixed(1)}°${bounds.length === 2 ? `; good is up to ${bounds[0]}° in the mean, fair up to ${bounds[1]}°` : ""}`;
     this.point();
   }
 

@@ -210,6 +210,11 @@ fn keep(scenes: &mut Scenes, entry: Entry, assumptions: &[Assumption]) -> Result
     Ok((answer, Vec::new()))
 }
 
+/// The bodies of links are pictures, as the meshes of a glTF file are.
+fn robot_importer(options: &ReadOptions) -> Importer {
+    options.importer().robot_meshes(options.gltf_meshes)
+}
+
 /// As `mocap retarget` reads its character: glTF and VRM files are passed through, others give their skeleton.
 fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Entry, Failure> {
     // Where the meshes of the file are wanted, a mesh of the skeleton does no harm.
@@ -219,13 +224,14 @@ fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryF
     };
     match importer.read_character(file, others) {
         Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Arc::new(character)))),
-        Err(error) if error.code() == Code::UnknownFormat => match options.importer().read_robot(file.bytes, file.name)
-        {
-            Err(error) if error.code() == Code::UnknownFormat => {
-                Ok(Entry::new(options.importer().read_among(file, others)?, None))
+        Err(error) if error.code() == Code::UnknownFormat => {
+            match robot_importer(options).read_robot_among(file, others) {
+                Err(error) if error.code() == Code::UnknownFormat => {
+                    Ok(Entry::new(options.importer().read_among(file, others)?, None))
+                }
+                robot => Ok(Entry::of_robot(robot?, options.gltf_meshes)),
             }
-            robot => Ok(Entry::of_robot(robot?, options.gltf_meshes)),
-        },
+        }
         Err(error) => Err(error.into()),
     }
 }

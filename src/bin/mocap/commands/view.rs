@@ -311,7 +311,10 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
             (short_name(file), file, Target::from(scene))
         }
         (None, Some(file)) => {
-            let robot = Importer::new().import_robot(file)?;
+            let robot = Importer::new().robot_meshes(true).import_robot(file)?;
+            let of_meshes = |warning: &&Diagnostic| warning.code == Code::IgnoredMesh;
+            let of_meshes: Vec<Diagnostic> = robot.warnings.iter().filter(of_meshes).cloned().collect();
+            report::warnings(Some(file), &of_meshes);
             (robot.name.clone(), file, Target::from(robot))
         }
         (None, None) => return Ok(None),
