@@ -1,6 +1,7 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
- * change motions, put poses on another skeleton, play packed clips, lead a
- * figure by motion matching, make tables of joint angles and forces.
+ * change motions, put poses on another skeleton or a robot, play packed
+ * clips, lead a figure by motion matching, make tables of joint angles and
+ * forces.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -87,6 +88,11 @@ typedef struct mocap_controller mocap_controller;
  Moves poses of one skeleton onto another. Only pointers to it leave the library.
  */
 typedef struct mocap_retargeter mocap_retargeter;
+
+/*
+ Poses in, frames of a robot out. Only pointers to it leave the library.
+ */
+typedef struct mocap_robot_stream mocap_robot_stream;
 
 /*
  An open motion file. Only pointers to it leave the library.
@@ -632,6 +638,96 @@ size_t mocap_unmapped_count(const struct mocap_retargeter *retargeter);
  */
 const char *mocap_unmapped_text(const struct mocap_retargeter *retargeter,
                                 size_t bone);
+
+/*
+ Begins a motion on a robot that comes pose by pose, at `fps` poses a second, from 1 to 1000. `source` is the
+ skeleton of the poses, a humanoid; an animation of it shows where its floor is. `robot` is the path of a URDF or
+ MJCF file. `passes` is 2, for smooth joints and feet that stand, with frames that come 0.6 s later, or 1, with
+ 0.1 s.
+
+ Returns NULL where the robot cannot be read, and where one of the two is no humanoid; `mocap_error_text` says why.
+ The scene may be closed then. `mocap_robot_stream_free` frees it.
+
+ # Safety
+ `source` is an open scene, and `robot` is a text that ends with a zero byte.
+ */
+struct mocap_robot_stream *mocap_robot_stream_new(const struct mocap_scene *source,
+                                                  const char *robot,
+                                                  double fps,
+                                                  uint8_t passes);
+
+/*
+ Frees a stream, with the names of its joints. NULL is allowed.
+
+ # Safety
+ `stream` comes from `mocap_robot_stream_new`, was not freed before, and is used by no other thread.
+ */
+void mocap_robot_stream_free(struct mocap_robot_stream *stream);
+
+/*
+ How many seconds later a frame is given back; 0 for NULL.
+
+ # Safety
+ `stream` is NULL or a stream that lives.
+ */
+double mocap_robot_stream_delay(const struct mocap_robot_stream *stream);
+
+/*
+ How many joints the robot has; a frame has 7 numbers more. 0 for NULL.
+
+ # Safety
+ `stream` is NULL or a stream that lives.
+ */
+size_t mocap_robot_stream_joint_count(const struct mocap_robot_stream *stream);
+
+/*
+ The name of a joint, from 0, in the order of a frame; NULL beyond the last. The text lives as long as the stream.
+
+ # Safety
+ `stream` is NULL or a stream that lives.
+ */
+const char *mocap_robot_stream_joint_name(const struct mocap_robot_stream *stream,
+                                          size_t joint);
+
+/*
+ Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes
+ the frame whose time has come to `frame`, and whether there is one to `given`: MuJoCo's `qpos`, x, y and z of the
+ base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres. `count`
+ is how many numbers there is room for, at least 7 and one for each joint.
+
+ One thread at a time may use a stream.
+
+ # Safety
+ `stream` is a stream that no other thread uses, `source` points to 16 x `source_count` floats, `frame` to room for
+ `count` numbers, and `given` to a bool.
+ */
+enum mocap_status mocap_robot_stream_push(struct mocap_robot_stream *stream,
+                                          const float *source,
+                                          size_t source_count,
+                                          double *frame,
+                                          size_t count,
+                                          bool *given);
+
+/*
+ Ends a stream, and gives the frames that are left, one with each call, until `given` is false: as
+ `mocap_robot_stream_push` does.
+
+ # Safety
+ `stream` is a stream that no other thread uses, `frame` points to room for `count` numbers, and `given` to a bool.
+ */
+enum mocap_status mocap_robot_stream_pull(struct mocap_robot_stream *stream,
+                                          double *frame,
+                                          size_t count,
+                                          bool *given);
+
+/*
+ How well the frames sit on the robot that were given in the last 30 s, as JSON, with a verdict: the report of
+ `mocap robot --json`. "null" before the first. `mocap_text_free` frees it; NULL for NULL.
+
+ # Safety
+ `stream` is NULL or a stream that no other thread uses.
+ */
+char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 
 /*
  Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its

@@ -4,8 +4,8 @@
 //     std::vector<mocap::Matrix> matrices = walk.world(30.5);
 //
 // mocap.h says what each function does; what is said there of memory and of freeing holds by itself here. An object may
-// be moved and not copied. A `mocap::Scene` never changes, so any number of threads may ask it at once; a `mocap::Clip` and
-// a `mocap::Retargeter` belong to one thread at a time.
+// be moved and not copied. A `mocap::Scene` never changes, so any number of threads may ask it at once; a `mocap::Clip`, a
+// `mocap::Retargeter` and a `mocap::RobotStream` belong to one thread at a time.
 
 #ifndef MOCAP_HPP
 #define MOCAP_HPP
@@ -83,6 +83,7 @@ struct Close {
     void operator()(mocap_clip *clip) const noexcept { mocap_clip_close(clip); }
     void operator()(mocap_retargeter *retargeter) const noexcept { mocap_retargeter_free(retargeter); }
     void operator()(mocap_controller *controller) const noexcept { mocap_controller_free(controller); }
+    void operator()(mocap_robot_stream *stream) const noexcept { mocap_robot_stream_free(stream); }
     void operator()(mocap_table *table) const noexcept { mocap_table_free(table); }
     void operator()(char *text) const noexcept { mocap_text_free(text); }
 };
@@ -325,6 +326,65 @@ private:
 
     std::unique_ptr<mocap_retargeter, detail::Close> handle_;
     std::uint32_t target_count_;
+};
+
+/// A motion on a robot while it comes. The scene may go before it.
+class RobotStream {
+public:
+    /// `robot` is the path of a URDF or MJCF file, and `fps` the poses a second. With two passes frames are smooth and
+    /// come 0.6 s later, with one 0.1 s.
+    RobotStream(const Scene &source, const std::string &robot, double fps, std::uint8_t passes = 2)
+        : handle_(detail::opened(mocap_robot_stream_new(source.get(), robot.c_str(), fps, passes))),
+          size_(7 + mocap_robot_stream_joint_count(handle_.get()))
+    {
+    }
+
+    /// How many seconds later a frame is given back.
+    double delay() const noexcept { return mocap_robot_stream_delay(handle_.get()); }
+
+    /// The joints, in the order of a frame.
+    std::vector<std::string> joint_names() const
+    {
+        std::vector<std::string> names;
+        for (std::size_t joint = 0; joint + 7 < size_; joint++) {
+            names.emplace_back(detail::checked(mocap_robot_stream_joint_name(handle_.get(), joint)));
+        }
+        return names;
+    }
+
+    /// Takes the matrices of a pose to the parents. Returns MuJoCo's `qpos` of the frame whose time has come, or nothing.
+    std::vector<double> push(const std::vector<Matrix> &source)
+    {
+        std::vector<double> frame(size_);
+        bool given = false;
+        const float *from = source.empty() ? nullptr : source.front().data();
+        detail::check(mocap_robot_stream_push(handle_.get(), from, source.size(), frame.data(), frame.size(), &given));
+        frame.resize(given ? size_ : 0);
+        return frame;
+    }
+
+    /// Ends the stream. Returns the frames that are left one by one, then nothing.
+    std::vector<double> pull()
+    {
+        std::vector<double> frame(size_);
+        bool given = false;
+        detail::check(mocap_robot_stream_pull(handle_.get(), frame.data(), frame.size(), &given));
+        frame.resize(given ? size_ : 0);
+        return frame;
+    }
+
+    /// How well the frames of the last 30 s sit on the robot: JSON.
+    std::string report() const
+    {
+        const std::unique_ptr<char, detail::Close> text(detail::opened(mocap_robot_stream_report(handle_.get())));
+        return text.get();
+    }
+
+    const mocap_robot_stream *get() const noexcept { return handle_.get(); }
+
+private:
+    std::unique_ptr<mocap_robot_stream, detail::Close> handle_;
+    std::size_t size_;
 };
 
 /// A figure that is led by motion matching. The scenes and the bytes may go before it.

@@ -16,6 +16,7 @@ mod edit;
 mod handle;
 mod open;
 mod retarget;
+mod robot_stream;
 mod run;
 mod table;
 
@@ -46,6 +47,11 @@ pub use crate::open::{mocap_open_file, mocap_open_file_as, mocap_open_memory};
 pub use crate::retarget::{
     Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
     mocap_unmapped_text,
+};
+pub use crate::robot_stream::{
+    RobotStream, mocap_robot_stream_delay, mocap_robot_stream_free, mocap_robot_stream_joint_count,
+    mocap_robot_stream_joint_name, mocap_robot_stream_new, mocap_robot_stream_pull, mocap_robot_stream_push,
+    mocap_robot_stream_report,
 };
 pub use crate::run::{mocap_run, mocap_text_free};
 pub use crate::table::{

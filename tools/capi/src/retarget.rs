@@ -95,30 +95,13 @@ pub unsafe extern "C" fn mocap_retarget_pose(
         // SAFETY: the caller hands over NULL or a retargeter that it alone uses.
         let retargeter = unsafe { retargeter.as_mut() };
         let retargeter = retargeter.ok_or_else(|| Failure::argument("the retargeter is NULL"))?;
-        let (from, to) = (
-            retargeter.source.node_to_parent.len(),
-            retargeter.target.node_to_parent.len(),
-        );
-        if source.is_null() {
-            return Err(Failure::argument("source is NULL"));
-        }
-        if source_count != from {
-            let message = format!("source has {source_count} matrices, and its scene has {from} nodes");
-            return Err(Failure::argument(&message));
-        }
+        let to = retargeter.target.node_to_parent.len();
         if count < to {
             let message = format!("there is room for {count} matrices, and the target has {to} nodes");
             return Err(Failure::argument(&message));
         }
-        // SAFETY: the caller hands over `source_count` matrices, and a float array has the alignment of a float.
-        let matrices = unsafe { slice::from_raw_parts(source.cast::<Matrix>(), from) };
-        if matrices.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Failure::argument("a number of source is not finite"));
-        }
-        for (node, matrix) in retargeter.source.node_to_parent.iter_mut().zip(matrices) {
-            *node = Mat4::from_cols_array(matrix);
-        }
-        retargeter.source.update_world();
+        // SAFETY: the caller hands over `source_count` matrices.
+        unsafe { take(&mut retargeter.source, source, source_count) }?;
         retargeter.retargeter.pose(&retargeter.source, &mut retargeter.target);
         let pose = &retargeter.target;
         for (place, matrices) in [
@@ -159,6 +142,31 @@ pub unsafe extern "C" fn mocap_unmapped_text(retargeter: *const Retargeter, bone
         let text = text.ok_or_else(|| Failure::absent("unmapped bone", bone as u64, unmapped.len() as u64))?;
         Ok(text.as_ptr())
     })
+}
+
+/// Takes the matrices of all nodes to their parents into a pose.
+///
+/// # Safety
+/// `source` is NULL or points to 16 x `count` floats.
+pub(crate) unsafe fn take(pose: &mut Pose, source: *const f32, count: usize) -> Result<(), Failure> {
+    let nodes = pose.node_to_parent.len();
+    if source.is_null() {
+        return Err(Failure::argument("source is NULL"));
+    }
+    if count != nodes {
+        let message = format!("source has {count} matrices, and its scene has {nodes} nodes");
+        return Err(Failure::argument(&message));
+    }
+    // SAFETY: the caller hands over `count` matrices, and a float array has the alignment of a float.
+    let matrices = unsafe { slice::from_raw_parts(source.cast::<Matrix>(), nodes) };
+    if matrices.iter().flatten().any(|number| !number.is_finite()) {
+        return Err(Failure::argument("a number of source is not finite"));
+    }
+    for (node, matrix) in pose.node_to_parent.iter_mut().zip(matrices) {
+        *node = Mat4::from_cols_array(matrix);
+    }
+    pose.update_world();
+    Ok(())
 }
 
 /// # Safety

@@ -166,6 +166,26 @@ void controller(const mocap::Scene &walk, const mocap::Scene &hero)
     check(error_of([&] { mocap::Controller::open(hero, "nothing", 7); }) != "", "no database is opened");
 }
 
+void robot_stream(const mocap::Scene &walk, const std::string &robot)
+{
+    mocap::RobotStream stream(walk, robot, 30, 1);
+    check(std::fabs(stream.delay() - 0.1) < 1e-9, "one pass is a tenth of a second late");
+    check(stream.joint_names().size() == 19 && stream.report() == "null", "the robot has its joints");
+    std::size_t frames = 0;
+    for (int tick = 0; tick < 6; tick++) {
+        frames += stream.push(walk.local(tick)).empty() ? 0 : 1;
+    }
+    check(frames == 3, "a frame comes when its time has come");
+    for (std::vector<double> frame = stream.pull(); !frame.empty(); frame = stream.pull()) {
+        check(frame.size() == 7 + 19 && frame[2] > 0.5, "the robot stands");
+        frames++;
+    }
+    check(frames == 6 && stream.report().find("\"frames\":6") != std::string::npos, "no frame is lost");
+    check(error_of([&] { stream.push(walk.local(0)); }) != "", "nothing comes after the end");
+    check(error_of([&] { mocap::RobotStream(walk, robot, 0); }).find("from 1 to 1000") != std::string::npos, "a rate");
+    check(error_of([&] { mocap::RobotStream(walk, "none.urdf", 30); }) != "", "no robot");
+}
+
 void tables(const mocap::Scene &walk)
 {
     const mocap::Table angles(walk, "angles");
@@ -180,7 +200,7 @@ void tables(const mocap::Scene &walk)
 
 int main(int argc, char **argv)
 try {
-    check(argc == 6, "there are five files");
+    check(argc == 7, "there are six files");
     mocap::check_interface();
     lecture(argv[1]);
     const mocap::Scene walk = mocap::Scene::open(argv[2]);
@@ -191,6 +211,7 @@ try {
     clip(walk.converted(), argv[3]);
     retargeter(walk, mocap::Scene::open(argv[4]));
     controller(walk, mocap::Scene::open(argv[4]));
+    robot_stream(walk, argv[6]);
     check(mocap::version() == mocap_version(), "there is one version");
     std::printf("all is as it should be\n");
 } catch (const std::exception &error) {

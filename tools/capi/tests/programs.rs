@@ -121,7 +121,9 @@ fn a_cpp_program_leaves_freeing_to_owners() {
     let hero = "../../fixtures/skeletons/human_default.gltf";
     let output = prefix.join("mirrored.bvh");
     let _ = std::fs::remove_file(&output);
-    let files = [LECTURE, SHORT, packed.to_str().unwrap(), hero, output.to_str().unwrap()];
+    let robot = "../../fixtures/robots/h1.urdf";
+    let [packed, output] = [&packed, &output].map(|file| file.to_str().unwrap());
+    let files = [LECTURE, SHORT, packed, hero, output, robot];
     let expected = path_of_the_wrist(1) + "all is as it should be\n";
     assert_eq!(run(&program, &prefix, &files), expected);
 }

@@ -1,0 +1,235 @@
+//! A motion on a robot while it comes.
+
+use std::collections::VecDeque;
+use std::ffi::{CString, c_char};
+use std::ptr;
+
+use mocap::robot::{RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::{Importer, Pose};
+
+use crate::border::{self, Failure, Status, c_text, guard};
+use crate::handle::Scene;
+use crate::retarget::take;
+use crate::{opened, path_from, text};
+
+/// Numbers of the base in a frame: its position, and its rotation as w, x, y, z.
+const BASE: usize = 7;
+
+/// Poses in, frames of a robot out. Only pointers to it leave the library.
+pub struct RobotStream {
+    stream: SmoothRobotStream,
+    pose: Pose,
+    joints: Vec<CString>,
+    /// The frames that are left, once the stream has ended.
+    left: Option<VecDeque<Vec<f64>>>,
+}
+
+/// Begins a motion on a robot that comes pose by pose, at `fps` poses a second, from 1 to 1000. `source` is the
+/// skeleton of the poses, a humanoid; an animation of it shows where its floor is. `robot` is the path of a URDF or
+/// MJCF file. `passes` is 2, for smooth joints and feet that stand, with frames that come 0.6 s later, or 1, with
+/// 0.1 s.
+///
+/// Returns NULL where the robot cannot be read, and where one of the two is no humanoid; `mocap_error_text` says why.
+/// The scene may be closed then. `mocap_robot_stream_free` frees it.
+///
+/// # Safety
+/// `source` is an open scene, and `robot` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_new(
+    source: *const Scene,
+    robot: *const c_char,
+    fps: f64,
+    passes: u8,
+) -> *mut RobotStream {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over an open scene.
+        let source = unsafe { opened(source) }?.scene();
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let robot = path_from(unsafe { text(robot, "robot") }?)?;
+        if !matches!(passes, 1 | 2) {
+            return Err(Failure::argument(&format!("passes must be 1 or 2, got {passes}")));
+        }
+        let robot = Importer::new().import_robot(robot)?;
+        let options = RobotOptions::new().passes(passes);
+        let stream = RobotRetargeter::new(source, &robot, &options)?.stream(source, fps)?;
+        Ok(Box::into_raw(Box::new(RobotStream {
+            joints: stream.dof_names().iter().map(|name| c_text(name)).collect(),
+            pose: Pose::rest(source),
+            left: None,
+            stream,
+        })))
+    })
+}
+
+/// Frees a stream, with the names of its joints. NULL is allowed.
+///
+/// # Safety
+/// `stream` comes from `mocap_robot_stream_new`, was not freed before, and is used by no other thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_free(stream: *mut RobotStream) {
+    guard((), || {
+        if !stream.is_null() {
+            // SAFETY: the pointer comes from `Box::into_raw`, and the caller gives it up.
+            drop(unsafe { Box::from_raw(stream) });
+        }
+        Ok(())
+    });
+}
+
+/// How many seconds later a frame is given back; 0 for NULL.
+///
+/// # Safety
+/// `stream` is NULL or a stream that lives.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_delay(stream: *const RobotStream) -> f64 {
+    // SAFETY: the caller hands over NULL or a stream that lives.
+    guard(0.0, || Ok(unsafe { living(stream) }?.stream.delay()))
+}
+
+/// How many joints the robot has; a frame has 7 numbers more. 0 for NULL.
+///
+/// # Safety
+/// `stream` is NULL or a stream that lives.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_joint_count(stream: *const RobotStream) -> usize {
+    // SAFETY: the caller hands over NULL or a stream that lives.
+    guard(0, || Ok(unsafe { living(stream) }?.joints.len()))
+}
+
+/// The name of a joint, from 0, in the order of a frame; NULL beyond the last. The text lives as long as the stream.
+///
+/// # Safety
+/// `stream` is NULL or a stream that lives.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStream, joint: usize) -> *const c_char {
+    guard(ptr::null(), || {
+        // SAFETY: the caller hands over NULL or a stream that lives.
+        let joints = &unsafe { living(stream) }?.joints;
+        let name = joints.get(joint);
+        let name = name.ok_or_else(|| Failure::absent("joint", joint as u64, joints.len() as u64))?;
+        Ok(name.as_ptr())
+    })
+}
+
+/// Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes
+/// the frame whose time has come to `frame`, and whether there is one to `given`: MuJoCo's `qpos`, x, y and z of the
+/// base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres. `count`
+/// is how many numbers there is room for, at least 7 and one for each joint.
+///
+/// One thread at a time may use a stream.
+///
+/// # Safety
+/// `stream` is a stream that no other thread uses, `source` points to 16 x `source_count` floats, `frame` to room for
+/// `count` numbers, and `given` to a bool.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_push(
+    stream: *mut RobotStream,
+    source: *const f32,
+    source_count: usize,
+    frame: *mut f64,
+    count: usize,
+    given: *mut bool,
+) -> Status {
+    border::status(|| {
+        // SAFETY: the caller hands over NULL or a stream that it alone uses.
+        let stream = unsafe { alone(stream) }?;
+        stream.check_room(frame, count, given)?;
+        if stream.left.is_some() {
+            return Err(Failure::argument("the stream has ended with mocap_robot_stream_pull"));
+        }
+        // SAFETY: the caller hands over `source_count` matrices.
+        unsafe { take(&mut stream.pose, source, source_count) }?;
+        let found = stream.stream.push(&stream.pose).map(|motion| motion.qpos());
+        // SAFETY: there is room for a frame, and for whether there is one.
+        unsafe { put(found.as_deref(), frame, given) };
+        Ok(())
+    })
+}
+
+/// Ends a stream, and gives the frames that are left, one with each call, until `given` is false: as
+/// `mocap_robot_stream_push` does.
+///
+/// # Safety
+/// `stream` is a stream that no other thread uses, `frame` points to room for `count` numbers, and `given` to a bool.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_pull(
+    stream: *mut RobotStream,
+    frame: *mut f64,
+    count: usize,
+    given: *mut bool,
+) -> Status {
+    border::status(|| {
+        // SAFETY: the caller hands over NULL or a stream that it alone uses.
+        let stream = unsafe { alone(stream) }?;
+        stream.check_room(frame, count, given)?;
+        let size = stream.size();
+        let RobotStream { stream, left, .. } = stream;
+        let left = left.get_or_insert_with(|| frames(&stream.finish(), size));
+        // SAFETY: there is room for a frame, and for whether there is one.
+        unsafe { put(left.pop_front().as_deref(), frame, given) };
+        Ok(())
+    })
+}
+
+/// How well the frames sit on the robot that were given in the last 30 s, as JSON, with a verdict: the report of
+/// `mocap robot --json`. "null" before the first. `mocap_text_free` frees it; NULL for NULL.
+///
+/// # Safety
+/// `stream` is NULL or a stream that no other thread uses.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_robot_stream_report(stream: *const RobotStream) -> *mut c_char {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over NULL or a stream that lives.
+        let report = unsafe { living(stream) }?.stream.report();
+        let report = serde_json::to_string(&report).unwrap_or_default();
+        Ok(CString::new(report).unwrap_or_default().into_raw())
+    })
+}
+
+impl RobotStream {
+    /// The numbers of a frame.
+    fn size(&self) -> usize {
+        BASE + self.joints.len()
+    }
+
+    fn check_room(&self, frame: *mut f64, count: usize, given: *mut bool) -> Result<(), Failure> {
+        if frame.is_null() || given.is_null() {
+            return Err(Failure::argument("frame or given is NULL"));
+        }
+        if count < self.size() {
+            let message = format!("there is room for {count} numbers, and a frame has {}", self.size());
+            return Err(Failure::argument(&message));
+        }
+        Ok(())
+    }
+}
+
+fn frames(motion: &RobotMotion, size: usize) -> VecDeque<Vec<f64>> {
+    motion.qpos().chunks_exact(size).map(<[f64]>::to_vec).collect()
+}
+
+/// # Safety
+/// `frame` points to room for the numbers, and `given` to a bool.
+unsafe fn put(found: Option<&[f64]>, frame: *mut f64, given: *mut bool) {
+    // SAFETY: the caller says that there is room, and its memory is not that of the stream.
+    unsafe {
+        if let Some(numbers) = found {
+            ptr::copy_nonoverlapping(numbers.as_ptr(), frame, numbers.len());
+        }
+        given.write(found.is_some());
+    }
+}
+
+/// # Safety
+/// `stream` is NULL or a stream that lives.
+unsafe fn living<'a>(stream: *const RobotStream) -> Result<&'a RobotStream, Failure> {
+    // SAFETY: the caller hands over NULL or a stream that lives.
+    unsafe { stream.as_ref() }.ok_or_else(|| Failure::argument("the stream is NULL"))
+}
+
+/// # Safety
+/// `stream` is NULL or a stream that no other thread uses.
+unsafe fn alone<'a>(stream: *mut RobotStream) -> Result<&'a mut RobotStream, Failure> {
+    // SAFETY: the caller hands over NULL or a stream that it alone uses.
+    unsafe { stream.as_mut() }.ok_or_else(|| Failure::argument("the stream is NULL"))
+}
