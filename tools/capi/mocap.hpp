@@ -220,7 +220,7 @@ public:
         return texts(mocap_edit_report_count(get()), mocap_edit_report_text);
     }
 
-    /// "solved", "recorded" or "gait" as JSON, as `mocap_report` says it.
+    /// "inspect", "bones", "solved", "recorded" or "gait" as JSON, as `mocap_report` says it.
     std::string report(const std::string &what) const
     {
         const std::unique_ptr<char, detail::Close> json(detail::opened(mocap_report(get(), what.c_str())));
@@ -485,6 +485,14 @@ private:
 inline std::string run(const std::string &job)
 {
     const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_run(job.c_str())));
+    return report.get();
+}
+
+/// Compares a written file with the file that it was made of, as `mocap_verify` does; returns how far they are apart, as
+/// JSON.
+inline std::string verify(const std::string &source, const std::string &output)
+{
+    const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_verify(source.c_str(), output.c_str())));
     return report.get();
 }
 

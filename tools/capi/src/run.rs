@@ -1,9 +1,10 @@
 //! Whole jobs.
 
-use std::ffi::{CString, c_char};
+use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 
 use mocap::job::Job;
+use mocap::verify::Verifier;
 
 use crate::border::{Failure, guard};
 use crate::text;
@@ -12,6 +13,8 @@ use crate::text;
 /// JSON; `docs/job.schema.json` says what it may hold.
 ///
 ///     mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
+///
+/// A job with `survey` writes no motion: its report has a row for each clip, in `survey`.
 ///
 /// Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
 /// than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
@@ -30,10 +33,33 @@ pub unsafe extern "C" fn mocap_run(job: *const c_char) -> *mut c_char {
     })
 }
 
-/// Frees a text that `mocap_run` has returned. NULL is allowed.
+/// Compares a written file with the file that it was made of, as `mocap verify` does: what was done between them is
+/// read from the output, and done again.
+///
+/// Returns how far they are apart, as JSON with `max_error` in metres and `findings`; `mocap_text_free` frees it. NULL
+/// where they cannot be compared.
 ///
 /// # Safety
-/// `text` comes from `mocap_run`, and was not freed before.
+/// `source` and `output` are texts that end with a zero byte: paths in UTF-8.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_char) -> *mut c_char {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over texts with a zero byte at their end.
+        let (source, output) = unsafe { (text(source, "source")?, text(output, "output")?) };
+        let path = |path: &CStr, name: &str| {
+            let path = path.to_str().map(str::to_owned);
+            path.map_err(|_| Failure::argument(&format!("{name} is not UTF-8")))
+        };
+        let found = Verifier::new().files(path(source, "source")?, path(output, "output")?)?;
+        let report = serde_json::to_string(&found).unwrap_or_default();
+        Ok(CString::new(report).unwrap_or_default().into_raw())
+    })
+}
+
+/// Frees a text that `mocap_run`, `mocap_verify` or `mocap_report` has returned. NULL is allowed.
+///
+/// # Safety
+/// `text` comes from one of them, and was not freed before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_text_free(text: *mut c_char) {
     guard((), || {

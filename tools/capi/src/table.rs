@@ -4,6 +4,8 @@ use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use mocap::dump::Summary;
+use mocap::figure::Humanoid;
 
 use crate::border::{Failure, c_text, guard};
 use crate::handle::Scene;
@@ -133,6 +135,8 @@ pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
 /// - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
 ///   with their lengths and deviations, and `swaps`; `null` for other scenes;
 /// - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
+/// - "inspect": what `mocap info --json` prints: counts, clips, what is assumed, warnings;
+/// - "bones": which node is which bone of a humanoid, how sure that is, and why;
 /// - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
 ///
 /// `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
@@ -149,8 +153,10 @@ pub unsafe extern "C" fn mocap_report(scene: *const Scene, what: *const c_char) 
         let report = match what.to_bytes() {
             b"solved" => serde_json::to_string(&scene.metadata.solved.as_deref()),
             b"recorded" => serde_json::to_string(&scene.metadata.recorded.as_deref()),
+            b"inspect" => serde_json::to_string(&Summary::of(scene)),
+            b"bones" => serde_json::to_string(&Humanoid::of(scene)),
             b"gait" => serde_json::to_string(&Gait::of(scene)?),
-            _ => return Err(unknown(what, "solved, recorded or gait")),
+            _ => return Err(unknown(what, "inspect, bones, solved, recorded or gait")),
         };
         let report = report.map_err(|error| Failure::argument(&error.to_string()))?;
         Ok(c_text(&report).into_raw())

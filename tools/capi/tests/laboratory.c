@@ -1,6 +1,6 @@
 /* Asks a laboratory's file for what it has: forces, events, a skeleton from markers, angles, a walk.
  *
- *     laboratory plates.c3d markers.c3d walk.bvh
+ *     laboratory plates.c3d markers.c3d walk.bvh short.bvh output.glb
  */
 
 #include <math.h>
@@ -39,9 +39,29 @@ static void has(const mocap_scene *scene, const char *what, const char *expected
     mocap_text_free(report);
 }
 
+/* Surveys a file, writes it in another format, and compares both. */
+static void look(const char *path, const char *output)
+{
+    char job[4096];
+    snprintf(job, sizeof job, "{\"source\": {\"inputs\": [\"%s\"]}, \"survey\": {}}", path);
+    char *survey = mocap_run(job);
+    check(survey != NULL && strstr(survey, "\"survey\":[{") != NULL && strstr(survey, "\"joints\":31") != NULL, "a row");
+    mocap_text_free(survey);
+
+    snprintf(job, sizeof job, "{\"source\": {\"inputs\": [\"%s\"]}, \"write\": {\"output\": \"%s\"}}", path, output);
+    char *report = mocap_run(job);
+    check(report != NULL, "a job");
+    mocap_text_free(report);
+    char *verified = mocap_verify(path, output);
+    check(verified != NULL && strstr(verified, "\"findings\":[]") != NULL, "an output that is its source");
+    mocap_text_free(verified);
+    check(mocap_verify(path, "no such file") == NULL && strstr(mocap_error_text(), "no such file") != NULL, "no file");
+    check(mocap_verify(NULL, output) == NULL && strstr(mocap_error_text(), "source") != NULL, "no source");
+}
+
 int main(int count, char **arguments)
 {
-    check(count == 4, "three files are needed");
+    check(count == 6, "five files are needed");
 
     mocap_scene *plates = mocap_open_file(arguments[1]);
     check(plates != NULL, arguments[1]);
@@ -79,6 +99,9 @@ int main(int count, char **arguments)
         most = fmax(most, value(angles, row, "knee_angle_r", "deg"));
     check(most > 50 && most < 80, "knees of a walk bend by about 60 degrees");
     has(walk, "gait", "\"cadence\":");
+    has(walk, "inspect", "\"joints\":31,");
+    has(walk, "bones", "\"leftLowerLeg\":{\"joint\":");
+    look(arguments[4], arguments[5]);
     check(mocap_report(walk, "weather") == NULL, "no such report");
     check(mocap_table_values(NULL) == NULL && mocap_table_row_count(NULL) == 0 && mocap_table_rate(NULL) == 0, "no table");
     mocap_table_free(angles);

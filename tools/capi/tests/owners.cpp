@@ -122,6 +122,8 @@ void changes(const mocap::Scene &walk, const std::string &output)
                             output + "\"}}";
     check(mocap::run(job).find("\"files\"") != std::string::npos, "the job reports its files");
     check(mocap::Scene::open(output).node_count() == walk.node_count(), "and has written one");
+    check(mocap::verify("../../fixtures/real/cmu_short.bvh", output).find("\"findings\":[]") != std::string::npos,
+          "the output says what was done, and is that");
 }
 
 void clip(const mocap::Scene &metres, const std::string &path)
