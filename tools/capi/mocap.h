@@ -735,6 +735,8 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 
      mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 
+ A job with `survey` writes no motion: its report has a row for each clip, in `survey`.
+
  Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
  than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
 
@@ -744,10 +746,23 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 char *mocap_run(const char *job);
 
 /*
- Frees a text that `mocap_run` has returned. NULL is allowed.
+ Compares a written file with the file that it was made of, as `mocap verify` does: what was done between them is
+ read from the output, and done again.
+
+ Returns how far they are apart, as JSON with `max_error` in metres and `findings`; `mocap_text_free` frees it. NULL
+ where they cannot be compared.
 
  # Safety
- `text` comes from `mocap_run`, and was not freed before.
+ `source` and `output` are texts that end with a zero byte: paths in UTF-8.
+ */
+char *mocap_verify(const char *source,
+                   const char *output);
+
+/*
+ Frees a text that `mocap_run`, `mocap_verify` or `mocap_report` has returned. NULL is allowed.
+
+ # Safety
+ `text` comes from one of them, and was not freed before.
  */
 void mocap_text_free(char *text);
 
@@ -835,6 +850,8 @@ const double *mocap_table_values(const struct mocap_table *table);
  - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
    with their lengths and deviations, and `swaps`; `null` for other scenes;
  - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
+ - "inspect": what `mocap info --json` prints: counts, clips, what is assumed, warnings;
+ - "bones": which node is which bone of a humanoid, how sure that is, and why;
  - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
 
  `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
