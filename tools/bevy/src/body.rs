@@ -42,7 +42,7 @@ pub(crate) fn figure_of(
             ..Node::default()
         });
         entities.push(entity);
-        let below = children.into_iter().flat_map(|children| children.iter());
+        let below = children.into_iter().flat_map(RelationshipTarget::iter);
         let below: Vec<_> = below.map(|child| (child, Some(id))).collect();
         waiting.extend(below.into_iter().rev());
     }
