@@ -753,7 +753,7 @@ char *mocap_run(const char *job);
  where they cannot be compared.
 
  # Safety
- `source` and `output` are texts that end with a zero byte: paths in UTF-8.
+ `source` and `output` are texts that end with a zero byte.
  */
 char *mocap_verify(const char *source,
                    const char *output);

@@ -1,13 +1,13 @@
 //! Whole jobs.
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CString, c_char};
 use std::ptr;
 
 use mocap::job::Job;
 use mocap::verify::Verifier;
 
 use crate::border::{Failure, guard};
-use crate::text;
+use crate::{path_from, text};
 
 /// Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
 /// JSON; `docs/job.schema.json` says what it may hold.
@@ -40,17 +40,13 @@ pub unsafe extern "C" fn mocap_run(job: *const c_char) -> *mut c_char {
 /// where they cannot be compared.
 ///
 /// # Safety
-/// `source` and `output` are texts that end with a zero byte: paths in UTF-8.
+/// `source` and `output` are texts that end with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_char) -> *mut c_char {
     guard(ptr::null_mut(), || {
         // SAFETY: the caller hands over texts with a zero byte at their end.
         let (source, output) = unsafe { (text(source, "source")?, text(output, "output")?) };
-        let path = |path: &CStr, name: &str| {
-            let path = path.to_str().map(str::to_owned);
-            path.map_err(|_| Failure::argument(&format!("{name} is not UTF-8")))
-        };
-        let found = Verifier::new().files(path(source, "source")?, path(output, "output")?)?;
+        let found = Verifier::new().files(path_from(source)?, path_from(output)?)?;
         let report = serde_json::to_string(&found).unwrap_or_default();
         Ok(CString::new(report).unwrap_or_default().into_raw())
     })

@@ -190,6 +190,7 @@ unsafe fn mesh(mesh: &aiMesh, nodes: &[Node]) -> Result<Mesh, String> {
         texture_coords: Vec::new(),
         indices,
         bones,
+        morph_targets: Vec::new(),
         material_index: mesh.mMaterialIndex as usize,
     })
 }
