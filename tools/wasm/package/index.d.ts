@@ -452,7 +452,8 @@ export class Controller {
 
 /** The module, ready to read. */
 export class Mocap {
-  constructor(module: WebAssembly.Module);
+  /** In the main thread of Chromium `load()` makes it: there a module of more than 8 MB cannot be waited for. */
+  constructor(module: WebAssembly.Module, instance?: WebAssembly.Instance);
   /** Reads a file, or several that belong together, such as `.amc` and `.asf`. */
   read(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   read(files: File[], options?: ReadOptions): Scene;

@@ -17,8 +17,8 @@ class Instance {
   /** Why it has ended, if it has. */
   ended;
 
-  constructor(module) {
-    this.exports = new WebAssembly.Instance(module, {}).exports;
+  constructor(instance) {
+    this.exports = instance.exports;
   }
 
   /** Runs `call`. After a trap nothing in the instance can be relied on, so it ends. */
@@ -491,15 +491,27 @@ export class Controller {
 export class Mocap {
   #module;
   #instance;
+  /** What takes over where the instance has ended. */
+  #spare;
 
-  constructor(module) {
+  constructor(module, instance = new WebAssembly.Instance(module, {})) {
     this.#module = module;
-    this.#instance = new Instance(module);
+    this.#instance = new Instance(instance);
+    this.#keepSpare();
+  }
+
+  /** Chromium's main thread makes instances of a module of this size only where it need not wait for them. */
+  async #keepSpare() {
+    this.#spare = undefined;
+    this.#spare = await WebAssembly.instantiate(this.#module, {}).catch(() => undefined);
   }
 
   /** The instance; a fresh one where the last has ended. */
   get #alive() {
-    if (this.#instance.ended) this.#instance = new Instance(this.#module);
+    if (this.#instance.ended) {
+      this.#instance = new Instance(this.#spare ?? new WebAssembly.Instance(this.#module, {}));
+      this.#keepSpare();
+    }
     return this.#instance;
   }
 
@@ -566,5 +578,6 @@ export class Mocap {
 
 export async function load(source) {
   // A bundler finds the file by this expression, and puts it beside what it makes.
-  return new Mocap(await compile(source, () => new URL("mocap.wasm", import.meta.url), "mocap.wasm"));
+  const module = await compile(source, () => new URL("mocap.wasm", import.meta.url), "mocap.wasm");
+  return new Mocap(module, await WebAssembly.instantiate(module, {}));
 }
