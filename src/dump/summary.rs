@@ -61,7 +61,7 @@ impl<'a> ClipSummary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// That of a scene; channels, frames and duration are those of its first animation.
+    /// Summarises a scene. `channels`, `frames` and the durations are of its first animation.
     pub fn of(scene: &'a Scene) -> Self {
         let animation = scene.animations.first();
         let count = |kind| scene.nodes.iter().filter(|node| node.kind == kind).count();

@@ -2,7 +2,7 @@
 //!
 //! What a picture does not show is left out: corners within a fiftieth of the mesh's size become one where it has many
 //! ([Rossignac and Borrel 1993], vertex clustering), and corners whose faces look into one of six directions share a
-//! normal. A file that cannot be read is left out with a warning, and its link is drawn as it is without.
+//! normal. A file that cannot be read is left out with a warning, and its link is drawn without a mesh.
 
 mod collada;
 

@@ -19,7 +19,7 @@ impl Scene {
     /// Two vertices are equal if their positions are equal bit by bit, their normals differ by less than 1e-5, their
     /// texture coordinates are equal, and one set of bones moves them by equal weights. Assimp does not have the
     /// last condition, and so gives vertices of one bone to another where two links coincide. A mesh with morph targets
-    /// stays as it is, because they may part vertices that lie together.
+    /// is left alone: a target may move two vertices of one position apart.
     pub fn join_identical_vertices(&mut self) {
         for mesh in self.meshes.iter_mut().filter(|mesh| mesh.morph_targets.is_empty()) {
             join(mesh);

@@ -120,7 +120,7 @@ impl Limb {
 
     /// Whether the limb took another branch.
     fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> bool {
-        // The frame before stays as it is, and what comes after it changes from there.
+        // The last frame that must not change comes first: the limb is followed from it.
         let first = free.from.saturating_sub(1);
         let goals: Vec<Goals> = free.goals[first..].iter().map(|goals| self.own(goals)).collect();
         let as_it_is = self.track(kinematics, &goals, motion, first);

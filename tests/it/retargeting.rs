@@ -156,7 +156,7 @@ fn the_angles_of_the_limbs_are_those_of_the_report() {
     assert_eq!(retargeting.limb_angles(1), None);
 }
 
-/// The same of a robot, whose limbs start from links.
+/// A robot has a limb between links, and its angles come from there.
 #[test]
 fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
     let robot = Importer::new().import_robot("fixtures/robots/h1.urdf").unwrap();

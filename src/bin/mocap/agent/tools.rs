@@ -6,7 +6,7 @@ use super::protocol::Fault;
 
 /// A tool.
 pub(super) struct Tool {
-    /// Its name, which is that of its command, or the last word of it.
+    /// Its name: its command, or the command's last word.
     pub(super) name: &'static str,
     /// What the model of a client reads.
     pub(super) about: &'static str,

@@ -28,8 +28,8 @@ impl BlendShapes {
         }
     }
 
-    /// The targets of a mesh with a vertex for each of these corners. The matrices are those from the file's vertices
-    /// and normals to the mesh's.
+    /// The targets of a mesh that has one vertex for each of these corners. `to_mesh` takes positions and normals from
+    /// the file's space to the mesh's.
     pub(super) fn of(&mut self, source: &ufbx::Mesh, corners: &[usize], to_mesh: (DMat4, DMat4)) -> Vec<MorphTarget> {
         let channels = source.blend_deformers.iter().flat_map(|deformer| &deformer.channels);
         let mut channels = channels.peekable();
