@@ -13,6 +13,7 @@ mod depth_first;
 pub mod fbx;
 mod frames;
 pub mod gltf;
+mod inertial;
 mod mclip;
 mod mesh_bounds;
 pub(crate) mod mesh_surface;

@@ -15,6 +15,7 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, EulerRot};
 
+use super::inertial;
 use super::mesh_bounds::mesh_shape;
 use super::mimic::{self, NamedMimic};
 use super::text::{LineIndex, quote};
@@ -72,7 +73,7 @@ pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
                 .help("run `xacro FILE > robot.urdf`, of ROS or of `pip install xacro`, and name robot.urdf"),
         ));
     }
-    let (links, names) = reader.links(&root)?;
+    let (links, names) = reader.links(&root, warnings)?;
     let joints = reader.joints(&root, &names, warnings)?;
     let mimics: Vec<NamedMimic<'_, '_>> = joints
         .iter()
@@ -104,7 +105,11 @@ struct Tie<'a, 'input> {
 }
 
 impl Reader<'_> {
-    fn links<'a>(&self, root: &Element<'a, '_>) -> Result<(Vec<RobotLink>, HashMap<&'a str, usize>), Failure> {
+    fn links<'a>(
+        &self,
+        root: &Element<'a, '_>,
+        warnings: &mut Warnings,
+    ) -> Result<(Vec<RobotLink>, HashMap<&'a str, usize>), Failure> {
         let mut links = Vec::new();
         let mut names = HashMap::new();
         for element in root.all("link") {
@@ -129,7 +134,7 @@ impl Reader<'_> {
             links.push(RobotLink {
                 name: element.checked_name("name", name, self.limits)?,
                 inertial: match element.child("inertial") {
-                    Some(inertial) => read_inertial(&inertial)?,
+                    Some(inertial) => read_inertial(&inertial, name, warnings)?,
                     None => None,
                 },
                 shapes: shapes.filter_map(Result::transpose).collect::<Result<_, _>>()?,
@@ -241,7 +246,7 @@ fn origin(element: &Element<'_, '_>) -> Result<Placement, Failure> {
     })
 }
 
-fn read_inertial(element: &Element<'_, '_>) -> Result<Option<Inertial>, Failure> {
+fn read_inertial(element: &Element<'_, '_>, link: &str, warnings: &mut Warnings) -> Result<Option<Inertial>, Failure> {
     let Some(mass) = element.child("mass") else {
         return Ok(None);
     };
@@ -251,11 +256,12 @@ fn read_inertial(element: &Element<'_, '_>) -> Result<Option<Inertial>, Failure>
             *value = tensor.number(name)?.unwrap_or_default();
         }
     }
-    Ok(Some(Inertial {
+    let stated = Inertial {
         mass: mass.number("value")?.unwrap_or_default(),
         origin: origin(element)?,
         inertia,
-    }))
+    };
+    Ok(inertial::possible(stated, link, element, warnings))
 }
 
 fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warnings) -> Result<RobotJoint, Failure> {

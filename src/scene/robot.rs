@@ -320,6 +320,11 @@ impl Inertial {
         DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
     }
 
+    /// The moments of inertia about the principal axes.
+    pub(crate) fn moments(&self) -> DVec3 {
+        principal(self.matrix()).0
+    }
+
     /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the
     /// link.
     pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {

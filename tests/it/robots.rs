@@ -360,6 +360,69 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
     }
 }
 
+/// What is warned of, with the line.
+fn warned(text: &str) -> Vec<String> {
+    let line = |warning: &mocap::Diagnostic| warning.location.as_ref().map_or(0, |location| location.line);
+    let robot = read(text);
+    let warnings = robot.warnings.iter();
+    warnings
+        .map(|warning| format!("{}: {warning}", line(warning)))
+        .collect()
+}
+
+#[test]
+fn a_mass_that_no_body_has_is_warned_of() {
+    let sound = URDF.replace("izz=\"3\"", "izz=\"2.5\"");
+    let changed = |from: &str, to: &str| {
+        assert!(sound.contains(from), "{from}");
+        sound.replacen(from, to, 1)
+    };
+    assert_eq!(warned(&sound), Vec::<String>::new());
+    let negative = changed("mass value=\"2\"", "mass value=\"-2\"");
+    let message = "15: the link \"arm\" has a negative mass, which is left out; expected a mass of at least 0; found -2; \
+                   help: correct it; until then this part weighs nothing";
+    assert_eq!(warned(&negative), [message]);
+    assert!(read(&negative).links[1].inertial.is_none());
+    // Of a thin plate one moment is the sum of the other two.
+    let plate = changed("izz=\"2.5\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"", "izz=\"3\"");
+    assert!(warned(&plate).is_empty());
+    let upright = warned(&changed("ixx=\"1\"", "ixx=\"-1\""));
+    assert!(upright[0].starts_with("15: the link \"arm\" has a negative moment of inertia, which is left out; "));
+    let long = warned(&changed("izz=\"2.5\"", "izz=\"30\""));
+    assert!(
+        long[0].starts_with("15: the link \"arm\" has an inertia that no body has; expected no moment above the sum")
+    );
+
+    let of_mjcf = |inner: &str| {
+        warned(&format!(
+            "<mujoco><worldbody><body name=\"b\">\n{inner}</body></worldbody></mujoco>"
+        ))
+    };
+    for (inner, expected) in [
+        (
+            "<inertial pos=\"0 0 0\" mass=\"-3\"/>",
+            "2: the link \"b\" has a negative mass, ",
+        ),
+        (
+            "<geom size=\"0.1\" mass=\"-3\"/>",
+            "2: the link \"b\" has a negative mass, ",
+        ),
+        (
+            "<geom size=\"0.1\" density=\"-3\"/>",
+            "2: the link \"b\" has a negative density, ",
+        ),
+        (
+            "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 3\"/>",
+            "2: the link \"b\" has an inertia that no body has; expected no moment above the sum of the other two; \
+             found moments of 1.000e0, 1.000e0 and 3.000e0",
+        ),
+    ] {
+        let found = of_mjcf(inner);
+        assert!(found.len() == 1 && found[0].starts_with(expected), "{inner}: {found:?}");
+    }
+    assert!(of_mjcf("<geom size=\"0.1\" mass=\"0\"/>").is_empty());
+}
+
 fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
     let Ok(robot) = Importer::new().read_robot(bytes, "hostile.xml") else {
         return;

@@ -9,6 +9,7 @@ use super::frame::{Inner, within};
 use super::mass::{Geoms, set_total};
 use super::sizes;
 use crate::error::Code;
+use crate::format::inertial;
 use crate::format::mesh_bounds::mesh_shape;
 use crate::format::text::{LineIndex, quote};
 use crate::format::warnings::Warnings;
@@ -141,13 +142,16 @@ impl<'a> Bodies<'a> {
                 origin: inner.frame.then(&shape.origin),
                 ..shape
             };
-            geoms.add(&attributes, &shape, self.settings)?;
+            geoms.add(&attributes, &shape, self.settings, &name, warnings)?;
             shapes.push(shape);
         }
         let by_geoms = self.settings.inertia_from_geoms;
         let stated = body.child("inertial").filter(|_| by_geoms != InertiaFromGeoms::Always);
         let inertial = match stated {
-            Some(inertial) => Some(read_inertial(&self.settings.of(inertial, None)?)?),
+            Some(inertial) => {
+                let stated = read_inertial(&self.settings.of(inertial, None)?)?;
+                inertial::possible(stated, &name, &inertial, warnings)
+            }
             None if by_geoms == InertiaFromGeoms::Never => None,
             None => geoms.inertial(),
         };

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::attributes::{Attributes, Settings};
-use crate::format::Failure;
+use crate::format::warnings::Warnings;
+use crate::format::{Failure, inertial};
 use crate::scene::robot::{Inertial, Placement, RobotShape, ShapeKind};
 
 /// Of water, in kilograms per cubic metre: MuJoCo's default.
@@ -34,6 +35,8 @@ impl Geoms {
         attributes: &Attributes<'_, '_>,
         shape: &RobotShape,
         settings: &Settings,
+        body: &str,
+        warnings: &mut Warnings,
     ) -> Result<(), Failure> {
         let number = |name: &str| -> Result<Option<f64>, Failure> {
             let numbers = attributes.numbers(name, 1, 1)?;
@@ -42,7 +45,9 @@ impl Geoms {
         let group = number("group")?.unwrap_or_default();
         let [first, last] = settings.inertia_groups;
         let (mass, density) = (number("mass")?, number("density")?.unwrap_or(DENSITY));
-        if !(first..=last).contains(&group) || mass.unwrap_or(density) <= 0.0 {
+        let (quantity, stated) = mass.map_or(("density", density), |mass| ("mass", mass));
+        let weighs = (first..=last).contains(&group) && stated != 0.0;
+        if !weighs || inertial::is_negative(quantity, stated, body, &attributes.element, warnings) {
             return Ok(());
         }
         let Some((volume, moments)) = solid(&shape.kind) else {
