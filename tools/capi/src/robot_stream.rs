@@ -132,8 +132,7 @@ pub unsafe extern "C" fn mocap_robot_stream_push(
 ) -> Status {
     border::status(|| {
         // SAFETY: the caller hands over NULL or a stream that it alone uses.
-        let stream = unsafe { alone(stream) }?;
-        stream.check_room(frame, count, given)?;
+        let stream = unsafe { with_room(stream, frame, count, given) }?;
         if stream.left.is_some() {
             return Err(Failure::argument("the stream has ended with mocap_robot_stream_pull"));
         }
@@ -160,8 +159,7 @@ pub unsafe extern "C" fn mocap_robot_stream_pull(
 ) -> Status {
     border::status(|| {
         // SAFETY: the caller hands over NULL or a stream that it alone uses.
-        let stream = unsafe { alone(stream) }?;
-        stream.check_room(frame, count, given)?;
+        let stream = unsafe { with_room(stream, frame, count, given) }?;
         let size = stream.size();
         let RobotStream { stream, left, .. } = stream;
         let left = left.get_or_insert_with(|| frames(&stream.finish(), size));
@@ -191,17 +189,6 @@ impl RobotStream {
     fn size(&self) -> usize {
         BASE + self.joints.len()
     }
-
-    fn check_room(&self, frame: *mut f64, count: usize, given: *mut bool) -> Result<(), Failure> {
-        if frame.is_null() || given.is_null() {
-            return Err(Failure::argument("frame or given is NULL"));
-        }
-        if count < self.size() {
-            let message = format!("there is room for {count} numbers, and a frame has {}", self.size());
-            return Err(Failure::argument(&message));
-        }
-        Ok(())
-    }
 }
 
 fn frames(motion: &RobotMotion, size: usize) -> VecDeque<Vec<f64>> {
@@ -227,9 +214,24 @@ unsafe fn living<'a>(stream: *const RobotStream) -> Result<&'a RobotStream, Fail
     unsafe { stream.as_ref() }.ok_or_else(|| Failure::argument("the stream is NULL"))
 }
 
+/// A stream, once there is room for its next frame and for whether there is one.
+///
 /// # Safety
 /// `stream` is NULL or a stream that no other thread uses.
-unsafe fn alone<'a>(stream: *mut RobotStream) -> Result<&'a mut RobotStream, Failure> {
+unsafe fn with_room<'a>(
+    stream: *mut RobotStream,
+    frame: *mut f64,
+    count: usize,
+    given: *mut bool,
+) -> Result<&'a mut RobotStream, Failure> {
     // SAFETY: the caller hands over NULL or a stream that it alone uses.
-    unsafe { stream.as_mut() }.ok_or_else(|| Failure::argument("the stream is NULL"))
+    let stream = unsafe { stream.as_mut() }.ok_or_else(|| Failure::argument("the stream is NULL"))?;
+    if frame.is_null() || given.is_null() {
+        return Err(Failure::argument("frame or given is NULL"));
+    }
+    if count < stream.size() {
+        let message = format!("there is room for {count} numbers, and a frame has {}", stream.size());
+        return Err(Failure::argument(&message));
+    }
+    Ok(stream)
 }
