@@ -28,6 +28,7 @@ pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
 use self::hands::Meetings;
 use self::work::Work;
+use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes, flips};
 use crate::error::Result;
@@ -217,7 +218,7 @@ impl Clean {
             CleanPart::Noise => do_noise(work, meetings, report),
             CleanPart::Lengths => match lengths::hold(work) {
                 0 => String::new(),
-                held => format!("{held} bones that breathed got one length"),
+                held => format!("{} that breathed got one length", counted(held, "bone")),
             },
             CleanPart::Floor => {
                 let depth = depth::still(work);

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::flips;
 use super::frames::Frames;
-use super::quantity::degrees;
+use super::quantity::{counted, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Result};
@@ -83,10 +83,10 @@ impl fmt::Display for DespikeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} values replaced, in {} frames of {} joints; a rotation jumped by {} at most",
-            self.replaced,
-            self.frames.len(),
-            self.joints.len(),
+            "{} replaced, in {} of {}; a rotation jumped by {} at most",
+            counted(self.replaced, "value"),
+            counted(self.frames.len(), "frame"),
+            counted(self.joints.len(), "joint"),
             degrees(self.largest_rotation),
         )
     }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{and_below, figure_of};
 use super::concat::pair;
+use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::Result;
@@ -146,6 +147,11 @@ pub struct LayerReport {
 
 impl fmt::Display for LayerReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} joints in {} frames", self.joints, self.frames)
+        write!(
+            f,
+            "{} in {}",
+            counted(self.joints, "joint"),
+            counted(self.frames, "frame")
+        )
     }
 }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use self::partners::partners;
 use super::body::figure_of;
 use super::frames::Frames;
-use super::quantity::centimetres;
+use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
 use crate::error::{Code, Diagnostic, Result};
@@ -73,10 +73,10 @@ pub struct MirrorReport {
 
 impl fmt::Display for MirrorReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} pairs of joints exchanged", self.pairs)?;
+        write!(f, "{} of joints exchanged", counted(self.pairs, "pair"))?;
         if !self.without_partner.is_empty() {
-            let alone = self.without_partner.len();
-            write!(f, ", {alone} joints of one side have no partner")?;
+            let alone = counted(self.without_partner.len(), "joint");
+            write!(f, ", {alone} of one side without a partner")?;
         }
         if !self.asymmetric_joint.is_empty() {
             let off = centimetres(self.largest_asymmetry);

@@ -10,7 +10,7 @@ use super::body::body_of;
 use super::frames::Frames;
 use super::held::{LimbReport, hold};
 use super::limb::{Limb, LimbChain};
-use super::quantity::centimetres;
+use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
@@ -262,8 +262,8 @@ impl fmt::Display for PinReport {
         if self.contacts.is_empty() && self.left > 0 {
             return write!(
                 f,
-                "{} contacts left as they are: the limb is too short there",
-                self.left
+                "{} left as it was: the limb is too short there",
+                counted(self.left, "contact")
             );
         }
         if self.contacts.is_empty() {
@@ -285,7 +285,11 @@ impl fmt::Display for PinReport {
         )?;
         match self.left {
             0 => Ok(()),
-            left => write!(f, "; {left} contacts left as they are, where the limb is too short"),
+            left => write!(
+                f,
+                "; {} left as it was, where the limb is too short",
+                counted(left, "contact")
+            ),
         }
     }
 }

@@ -12,3 +12,9 @@ pub(super) fn metres(metres: impl Into<f64>) -> String {
 pub(super) fn degrees(degrees: impl Into<f64>) -> String {
     format!("{:.1} degrees", degrees.into())
 }
+
+/// A count with its noun, which takes an `s` but after 1.
+pub(super) fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}

@@ -128,7 +128,7 @@ fn a_frame_that_was_dropped_is_put_in() {
         }
         scene.animations[0].duration -= 1.0;
         let report = only(CleanPart::Time, &mut scene);
-        assert!(report.to_string().contains("1 dropped frames put in"), "{report}");
+        assert!(report.to_string().contains("1 dropped frame put in"), "{report}");
         assert_eq!(scene.animations[0].frame_count(), truth.animations[0].frame_count());
         // Another frame would be off by a step of the walk, which is a centimetre and more.
         assert!(
@@ -370,6 +370,36 @@ fn a_part_that_makes_a_measure_worse_is_taken_back() {
         "{report}"
     );
     assert_eq!((before.animations, report.before), (after.animations, report.after));
+}
+
+/// The clock of the program that made this take runs unevenly, and nothing turns by 20 degrees a second up to here.
+#[test]
+fn no_frame_is_put_into_a_body_at_rest() {
+    let mut before = mocap::import("fixtures/skeletons/rosemotion_robin.bvh").unwrap();
+    before.trim(0.0, 86.0);
+    let mut after = before.clone();
+    let report = only(CleanPart::Time, &mut after);
+    assert!(report.before.peak_speed < 0.05, "{report}");
+    assert_eq!(outcome(&report, CleanPart::Time), CleanOutcome::Nothing, "{report}");
+    assert_eq!(before.animations, after.animations);
+}
+
+/// The spine of the first moves as it was recorded, and without that its feet slide; the second runs on the spot, where
+/// a foot that is held is nowhere.
+#[test]
+fn feet_slide_no_more_and_stand_as_before() {
+    for (file, part) in [
+        ("perception_neuron_moving_positions.bvh", CleanPart::Lengths),
+        ("run.fbx", CleanPart::Contacts),
+    ] {
+        let mut scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
+        let report = only(part, &mut scene);
+        assert_eq!(outcome(&report, part), CleanOutcome::TakenBack, "{file}: {report}");
+        assert!(
+            report.before.skate.is_some() && report.before == report.after,
+            "{file}: {report}"
+        );
+    }
 }
 
 /// The nodes of both arms of CMU's skeletons, from the shoulder to the hand.

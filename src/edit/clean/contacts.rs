@@ -7,6 +7,7 @@ use super::work::Work;
 use crate::edit::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
 use crate::edit::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::edit::frames::Frames;
+use crate::edit::quantity::counted;
 use crate::error::Result;
 use crate::figure::contacts::ContactRule;
 use crate::math::velocity::velocities;
@@ -41,7 +42,7 @@ pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skat
     work.frames = Frames::new(&scene, animation, work.frames.nodes())?;
     Ok(match report.contacts {
         0 => String::new(),
-        contacts => format!("{contacts} contacts of the feet held"),
+        contacts => format!("{} of the feet held", counted(contacts, "contact")),
     })
 }
 

@@ -12,6 +12,7 @@ use super::pace::Bank;
 use super::smoother::Positions;
 use super::work::Work;
 use crate::edit::frames::Frames;
+use crate::edit::quantity::counted;
 use crate::ik::Goal;
 use crate::pose::{Pose, Trs};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
@@ -213,7 +214,7 @@ impl Meetings {
             work.frames = old;
             return String::new();
         }
-        format!("hands kept where they meet in {frames} frames")
+        format!("hands kept where they meet in {}", counted(frames, "frame"))
     }
 
     /// Brings the arms of a motion that was smoothed to where they meet, and says in how many frames.

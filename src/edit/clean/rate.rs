@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::work::Work;
 use crate::edit::frames::tracks;
+use crate::edit::quantity::counted;
 use crate::figure::contacts::points_of_feet;
 use crate::math::median::{median, wide_median};
 use crate::pose::Pose;
@@ -126,13 +127,6 @@ pub(super) fn told(work: &Work<'_>) -> Option<Told> {
             "{} fall as if the motion had {rate:.0} frames a second, not {stated:.0}",
             counted(rates.len(), "jump")
         ))),
-    }
-}
-
-fn counted(count: usize, what: &str) -> String {
-    match count {
-        1 => format!("one {what}"),
-        _ => format!("{count} {what}s"),
     }
 }
 

@@ -11,7 +11,7 @@ use super::measures::CleanMeasures;
 use super::noise::Smoothed;
 use super::time::Mended;
 use super::work::Work;
-use crate::edit::quantity::{centimetres, degrees};
+use crate::edit::quantity::{centimetres, counted, degrees};
 
 /// A part of a cleaning.
 ///
@@ -219,8 +219,13 @@ impl CleanReport {
         if part == CleanPart::Floor && optional(before.floor_slope, after.floor_slope, 0.3) {
             return Some("the floor would be steeper".to_owned());
         }
-        if part == CleanPart::Contacts && optional(before.skate, after.skate, 0.01) {
+        // Beside the floor of before, feet in contact were not all seen: what these slide tells nothing of a new one.
+        let moves_feet = matches!(part, CleanPart::Lengths | CleanPart::Contacts);
+        if moves_feet && optional(before.skate, after.skate, 0.01) {
             return Some("the feet would slide more".to_owned());
+        }
+        if moves_feet && before.skate.is_some() && after.skate.is_none() {
+            return Some("the feet would not stand any more".to_owned());
         }
         if part == CleanPart::Contacts && optional(before.uneven, after.uneven, 0.003) {
             return Some("the feet would be farther off their level".to_owned());
@@ -232,9 +237,9 @@ impl CleanReport {
 impl fmt::Display for Mended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
-            (self.filled, "held frames filled"),
-            (self.removed, "doubled frames taken out"),
-            (self.inserted, "dropped frames put in"),
+            (self.filled, "held frame", "filled"),
+            (self.removed, "doubled frame", "taken out"),
+            (self.inserted, "dropped frame", "put in"),
         ];
         let kinds = listed(&kinds);
         f.write_str(&kinds)?;
@@ -248,16 +253,20 @@ impl fmt::Display for Flips {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut done = Vec::new();
         if self.exchanged > 0 {
-            done.push(format!("left and right exchanged back in {} runs", self.exchanged));
+            done.push(format!(
+                "left and right exchanged back in {}",
+                counted(self.exchanged, "run")
+            ));
         }
         if self.runs > 0 {
             done.push(format!(
-                "{} runs of {} joints turned back or replaced",
-                self.runs, self.joints
+                "{} of {} turned back or replaced",
+                counted(self.runs, "run"),
+                counted(self.joints, "joint")
             ));
         }
         if self.spread > 0 {
-            done.push(format!("{} turns about the bone spread over 0.4 s", self.spread));
+            done.push(format!("{} about the bone spread over 0.4 s", counted(self.spread, "turn")));
         }
         f.write_str(&done.join(", "))
     }
@@ -271,15 +280,15 @@ impl fmt::Display for Smoothed {
         }
         if self.rotations > 0 {
             let noise = degrees(self.angle);
-            write!(f, "{} joints with noise of {noise} smoothed", self.rotations)?;
+            write!(f, "{} with noise of {noise} smoothed", counted(self.rotations, "joint"))?;
         }
         if self.positions > 0 {
             let comma = if self.rotations > 0 { ", " } else { "" };
             let noise = centimetres(self.distance);
             write!(
                 f,
-                "{comma}{} positions with noise of {noise} at most smoothed",
-                self.positions
+                "{comma}{} with noise of {noise} at most smoothed",
+                counted(self.positions, "position")
             )?;
         }
         Ok(())
@@ -303,10 +312,10 @@ impl fmt::Display for Levelled {
 }
 
 /// The kinds of which there are any, as a list.
-fn listed(kinds: &[(usize, &str)]) -> String {
-    let kinds = kinds.iter().filter(|(count, _)| *count > 0);
+fn listed(kinds: &[(usize, &str, &str)]) -> String {
+    let kinds = kinds.iter().filter(|(count, ..)| *count > 0);
     kinds
-        .map(|(count, what)| format!("{count} {what}"))
+        .map(|(count, noun, done)| format!("{} {done}", counted(*count, noun)))
         .collect::<Vec<_>>()
         .join(", ")
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{FootLockOptions, FootLockReport, foot_lock};
-use crate::edit::quantity::centimetres;
+use crate::edit::quantity::{centimetres, counted};
 use crate::edit::step::step;
 use crate::edit::{ContactOptions, Step, StepInput, StepKey, Takes};
 use crate::error::Result;
@@ -66,8 +66,8 @@ impl fmt::Display for FootLockReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} contacts; the feet slid {} in them, now {}; feet shifted by {} at most, hips lowered by {} at most",
-            self.contacts,
+            "{}; the feet slid {} in them, now {}; feet shifted by {} at most, hips lowered by {} at most",
+            counted(self.contacts, "contact"),
             centimetres(self.slide_before),
             centimetres(self.slide_after),
             centimetres(self.largest_shift),
@@ -79,7 +79,7 @@ impl fmt::Display for FootLockReport {
             self.speed_ratio, self.acceleration_ratio
         )?;
         if let given_way @ 1.. = self.given_way.iter().sum::<usize>() {
-            write!(f, ", for which they give way in {given_way} frames")?;
+            write!(f, ", for which they give way in {}", counted(given_way, "frame"))?;
         }
         if !self.largest_other_joint.is_empty() {
             let by = centimetres(self.largest_other_change);
