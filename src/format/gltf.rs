@@ -22,6 +22,7 @@ mod stream_size;
 mod streams;
 mod tracks;
 pub mod vrma;
+mod weights;
 mod write;
 
 use crate::format::{FormatInfo, WriteOption};

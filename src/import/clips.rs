@@ -103,6 +103,9 @@ pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
             .into());
     };
     scene.animations = vec![scene.animations.swap_remove(index)];
+    for animations in scene.weight_keys().filter(|animations| index < animations.len()) {
+        *animations = vec![animations.swap_remove(index)];
+    }
     scene.metadata.steps.push(AppliedStep::SelectClip { index });
     Ok(())
 }

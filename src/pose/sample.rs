@@ -1,6 +1,6 @@
 //! Samples the keys of one track, and the three tracks of one channel.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{FloatExt, Mat4, Quat, Vec3};
 
 use super::flat::of_flat;
 use crate::scene::{Channel, Keys};
@@ -133,6 +133,13 @@ impl Keys<Vec3> {
     /// value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
     pub fn sample(&self, tick: f64) -> Option<Vec3> {
         sample(self, Moment::new(tick), Vec3::lerp)
+    }
+}
+
+impl Keys<f32> {
+    /// The same of numbers.
+    pub fn sample(&self, tick: f64) -> Option<f32> {
+        sample(self, Moment::new(tick), f32::lerp)
     }
 }
 

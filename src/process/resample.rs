@@ -28,7 +28,10 @@ impl Scene {
         check_size(self, frames_per_second, limits)?;
         for index in 0..self.animations.len() {
             let cuts = self.cuts(index);
-            resample_animation(&mut self.animations[index], frames_per_second, &cuts);
+            let moments = resample_animation(&mut self.animations[index], frames_per_second, &cuts);
+            for keys in self.weight_keys().filter_map(|animations| animations.get_mut(index)) {
+                resample_keys(keys, &moments, Keys::<f32>::sample);
+            }
         }
         self.metadata.steps.push(AppliedStep::Resample { frames_per_second });
         Ok(())
@@ -72,7 +75,8 @@ fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
     figure::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
-fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) {
+/// Returns the moments that have keys now.
+fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) -> Vec<Moment> {
     let old_per_new = old_per_new(animation, frames_per_second);
     let last = (animation.duration / old_per_new + SAME_TICK).floor();
     let mut moments: Vec<_> = (0..=last as u64)
@@ -101,6 +105,7 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
     }
     animation.ticks_per_second = frames_per_second;
     animation.duration = moments.last().map_or(last, |moment| moment.new);
+    moments
 }
 
 /// A moment as a tick before resampling, and as a tick after it.

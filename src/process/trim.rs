@@ -36,6 +36,9 @@ impl Scene {
             }
             animation.duration = last - first;
         }
+        for keys in self.weight_keys().flatten() {
+            trim_keys(keys, first, last, Keys::<f32>::sample);
+        }
         self.metadata.steps.push(AppliedStep::Trim { first, last });
     }
 }

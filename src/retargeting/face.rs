@@ -10,6 +10,8 @@ impl Retargeting {
     pub(super) fn with_clips(&self) -> Scene {
         let mut scene = self.target.scene().into_owned();
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
+        // Those of the target's own animations.
+        scene.weight_keys().for_each(Vec::clear);
         if let Target::Robot(_) = self.target {
             scene.add_skeleton_mesh(SkeletonMesh::Skinned);
         }

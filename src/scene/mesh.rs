@@ -3,9 +3,9 @@
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use super::NodeId;
 #[cfg(doc)]
-use super::{Node, Scene};
+use super::Node;
+use super::{Keys, NodeId, Scene};
 
 /// The type of a mesh's faces.
 ///
@@ -92,6 +92,11 @@ pub struct MorphTarget {
     pub name: String,
     /// The weight at rest, which [`Mesh::vertices`] have already.
     pub weight: f32,
+    /// The weight over time in each of [`Scene::animations`](crate::Scene::animations), without keys where it stays at
+    /// rest; empty where no animation moves it. [`Scene::trim`](crate::Scene::trim) and
+    /// [`Scene::resample`](crate::Scene::resample) change them; other steps leave them as they were in the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub weight_keys: Vec<Keys<f32>>,
     /// The vertices that it moves, each once.
     pub vertex_ids: Vec<u32>,
     /// What it adds to the position of each of them at weight 1.
@@ -109,10 +114,19 @@ impl MorphTarget {
         Self {
             name: self.name.clone(),
             weight: self.weight,
+            weight_keys: self.weight_keys.clone(),
             vertex_ids: kept.iter().map(|(_, new)| *new).collect(),
             offsets: of(&self.offsets),
             normal_offsets: of(&self.normal_offsets),
         }
+    }
+}
+
+impl Scene {
+    /// The weights of all morph targets over time: of each target those of all animations.
+    pub(crate) fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
+        let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
+        targets.map(|target| &mut target.weight_keys)
     }
 }
 

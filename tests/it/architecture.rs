@@ -111,7 +111,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "render",
         &[
-            "error", "options", "scene", "math", "pose", "figure", "graph", "edit", "retarget",
+            "error", "options", "scene", "math", "pose", "figure", "compress", "graph", "edit", "retarget",
         ],
     ),
     (

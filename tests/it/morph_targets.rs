@@ -110,6 +110,97 @@ fn a_broken_target_leaves_the_mesh() {
     }
 }
 
+/// A triangle with the targets "up" and "down", whose weights an animation moves: at 0, 0.1 and 0.2 s these.
+fn moving(weights: &[f32], interpolation: &str) -> Scene {
+    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let numbers: Vec<u8> = corners
+        .iter()
+        .chain(&[0.0, 0.1, 0.2])
+        .chain(weights)
+        .flat_map(|number| number.to_le_bytes())
+        .collect();
+    use base64::Engine;
+    let buffer = base64::engine::general_purpose::STANDARD.encode(&numbers);
+    let (bytes, count) = (4 * weights.len(), weights.len());
+    let file = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"name":"a","mesh":0}}],"scenes":[{{"nodes":[0]}}],
+        "meshes":[{{"weights":[0.5,0],"extras":{{"targetNames":["up","down"]}},
+        "primitives":[{{"attributes":{{"POSITION":0}},"targets":[{{"POSITION":0}},{{"POSITION":0}}]}}]}}],
+        "animations":[{{"channels":[{{"sampler":0,"target":{{"node":0,"path":"weights"}}}}],
+        "samplers":[{{"input":1,"output":2,"interpolation":"{interpolation}"}}]}},{{"channels":[],"samplers":[]}}],
+        "buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{buffer}"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":12}},
+        {{"buffer":0,"byteOffset":48,"byteLength":{bytes}}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}},
+        {{"bufferView":1,"componentType":5126,"type":"SCALAR","count":3,"min":[0],"max":[0.2]}},
+        {{"bufferView":2,"componentType":5126,"type":"SCALAR","count":{count}}}]}}"#,
+        numbers.len()
+    );
+    let importer = Importer::new().gltf_meshes(true).morph_targets(true);
+    importer.read(file.as_bytes(), "triangle.gltf").unwrap()
+}
+
+/// The weights of both targets at a second of the first animation.
+fn weights_at(scene: &Scene, seconds: f64) -> [f32; 2] {
+    let tick = seconds * scene.animations[0].ticks_per_second;
+    let targets = &scene.meshes[0].morph_targets;
+    [0, 1].map(|target| targets[target].weight_keys[0].sample(tick).unwrap())
+}
+
+#[test]
+fn the_motion_of_targets_is_read() {
+    let near = |found: [f32; 2], expected: [f32; 2]| {
+        let far = |at: usize| (found[at] - expected[at]).abs();
+        assert!(far(0) < 1e-5 && far(1) < 1e-5, "{found:?}, not {expected:?}");
+    };
+    let mut scene = moving(&[0.0, 1.0, 0.5, 0.0, 1.0, 0.25], "LINEAR");
+    assert_eq!(scene.validate(), []);
+    let animation = &scene.animations[0];
+    assert!((animation.duration / animation.ticks_per_second - 0.2).abs() < 1e-6);
+    for (seconds, expected) in [(0.0, [0.0, 1.0]), (0.05, [0.25, 0.5]), (0.2, [1.0, 0.25])] {
+        near(weights_at(&scene, seconds), expected);
+    }
+    // The second animation moves neither.
+    let targets = &scene.meshes[0].morph_targets;
+    assert!(targets.iter().all(|target| target.weight_keys[1].is_empty()));
+    scene.resample(40.0, &mocap::Limits::default()).unwrap();
+    near(weights_at(&scene, 0.05), [0.25, 0.5]);
+    let tick = |seconds: f64| seconds * scene.animations[0].ticks_per_second;
+    let (first, last) = (tick(0.1), tick(0.2));
+    scene.trim(first, last);
+    near(weights_at(&scene, 0.0), [0.5, 0.0]);
+    near(weights_at(&scene, 0.1), [1.0, 0.25]);
+    let text = serde_json::to_string(&scene.meshes).unwrap();
+    assert_eq!(serde_json::from_str::<Vec<Mesh>>(&text).unwrap(), scene.meshes);
+
+    let stepped = moving(&[0.0, 1.0, 0.5, 0.0, 1.0, 0.25], "STEP");
+    near(weights_at(&stepped, 0.09), [0.0, 1.0]);
+    near(weights_at(&stepped, 0.1), [0.5, 0.0]);
+    // Tangents of 0: halfway a curve is halfway.
+    let mut tangents = Vec::new();
+    for pair in [[0.0, 1.0], [0.5, 0.0], [1.0, 0.25]] {
+        tangents.extend([0.0, 0.0, pair[0], pair[1], 0.0, 0.0]);
+    }
+    let curved = moving(&tangents, "CUBICSPLINE");
+    near(weights_at(&curved, 0.05), [0.25, 0.5]);
+    // 0.5 * (3 t^2 - 2 t^3) at a quarter of the way.
+    near(weights_at(&curved, 0.025), [0.078_125, 1.0 - 0.156_25]);
+}
+
+#[test]
+fn weights_that_cannot_be_read_stay_at_rest() {
+    for weights in [&[0.0, 1.0, 0.5][..], &[0.0, 1.0, f32::NAN, 0.0, 1.0, 0.25]] {
+        let scene = moving(weights, "LINEAR");
+        let targets = &scene.meshes[0].morph_targets;
+        assert!(targets.len() == 2 && targets.iter().all(|target| target.weight_keys.is_empty()));
+        assert!(
+            scene.warnings.iter().any(|warning| warning.code == Code::IgnoredMesh),
+            "{:?}",
+            scene.warnings
+        );
+    }
+}
+
 #[cfg(feature = "fbx")]
 #[test]
 fn blend_shapes_of_fbx_are_targets() {

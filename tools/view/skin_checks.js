@@ -1,7 +1,7 @@
 // Checks of what is drawn with a skin: vertices, textures, and files with faults.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { settled } from "./browser.js";
 
 const CHARACTERS = ["human_default.glb", "human_game_engine.glb", "human_vrm0.vrm", "arnaud.fbx"];
@@ -39,6 +39,33 @@ function plainRows({ json, bin }, accessor) {
   const stride = view.byteStride ?? columns * size;
   return Array.from({ length: accessor.count }, (_, row) => Array.from({ length: columns }, (_, column) =>
     bin[read](start + row * stride + column * size) / (accessor.normalized ? most : 1)));
+}
+
+/** The file with an animation that moves the weights of the morph targets of its first mesh that has them. */
+function withWeights({ json, bin }, times, weights) {
+  const node = json.nodes.findIndex(({ mesh }) => json.meshes[mesh]?.primitives.some(({ targets }) => targets));
+  const numbers = Buffer.from(new Float32Array([...times, ...weights.flat()]).buffer);
+  const start = 4 * Math.ceil(bin.length / 4);
+  const views = [[start, 4 * times.length], [start + 4 * times.length, numbers.length - 4 * times.length]].map(([byteOffset, byteLength]) => ({ buffer: 0, byteOffset, byteLength }));
+  const accessors = views.map(({ byteLength }, index) => ({
+    bufferView: json.bufferViews.length + index, componentType: 5126, count: byteLength / 4, type: "SCALAR",
+    ...(index ? {} : { min: [Math.min(...times)], max: [Math.max(...times)] }),
+  }));
+  const [input, output] = accessors.map((_, index) => json.accessors.length + index);
+  const animations = [{ channels: [{ sampler: 0, target: { node, path: "weights" } }], samplers: [{ input, output }] }];
+  const changed = { ...json, animations, bufferViews: [...json.bufferViews, ...views], accessors: [...json.accessors, ...accessors], buffers: [{ byteLength: start + numbers.length }] };
+  const text = Buffer.from(JSON.stringify(changed));
+  const chunks = [[0x4e4f534a, text, 0x20], [0x004e4942, Buffer.concat([bin, Buffer.alloc(start - bin.length), numbers]), 0]].map(([kind, bytes, filler]) => {
+    const padded = Buffer.concat([bytes, Buffer.alloc((4 - (bytes.length % 4)) % 4, filler)]);
+    const head = Buffer.alloc(8);
+    head.writeUInt32LE(padded.length, 0);
+    head.writeUInt32LE(kind, 4);
+    return Buffer.concat([head, padded]);
+  });
+  const head = Buffer.from("glTF\x02\0\0\0\0\0\0\0", "latin1");
+  const whole = Buffer.concat([head, ...chunks]);
+  whole.writeUInt32LE(whole.length, 8);
+  return whole;
 }
 
 /** Where a file's vertices are in the world, from its own numbers and the world matrices of its nodes, by their names;
@@ -200,6 +227,33 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
     const bare = await open(browser, pageOfFiles(bar));
     assert.equal(await bare.page.isVisible("#morphs"), false);
     await bare.close();
+  });
+
+  check("the file's own motion of morph targets plays until a slider is moved", async (browser) => {
+    const file = fixture("../characters/human_vrm0.vrm");
+    const source = gltf(file);
+    const moving = pageOfText.path("moving.glb");
+    writeFileSync(moving, withWeights(source, [0, 1], [[0, 1], [1, 0]]));
+    const worlds = worldsOf(moving, 0);
+    const { page, trouble, close } = await open(browser, pageOfFiles(moving));
+    const rate = await page.evaluate(() => window.mocap.state.clips[0].ticksPerSecond);
+    await page.click("#morphs summary");
+    const hasWeights = async (seconds, weights, what) => {
+      await page.evaluate((tick) => window.mocap.seek(tick), Math.round(seconds * rate));
+      await settled(page);
+      const [expected, found] = [skinned(source, worlds, weights), await onGpu(page)];
+      const error = Math.max(farthestFromNearest(found, expected, 0.01), farthestFromNearest(expected, found, 0.01));
+      assert.ok(error < 1e-5, `${what}, second ${seconds}: ${error} m`);
+      const shown = await page.locator("#morph-list input").evaluateAll((inputs) => inputs.map(({ value }) => Number(value)));
+      shown.forEach((value, index) => assert.ok(Math.abs(value - weights[index]) < 0.006, `${what}: ${shown}`));
+    };
+    for (const share of [0, 0.5, 1]) await hasWeights(share, [share, 1 - share], "in motion");
+    await page.locator("#morph-list input").nth(0).fill("0.25");
+    for (const share of [0, 0.5]) await hasWeights(share, [0.25, 0], "held");
+    await page.click("#morph-reset");
+    for (const share of [0.5, 0]) await hasWeights(share, [share, 1 - share], "in motion again");
+    assert.deepEqual(trouble, []);
+    await close();
   });
 
   check("a texture is shown, with its holes, and bends with the bones", async (browser) => {

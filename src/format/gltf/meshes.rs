@@ -25,7 +25,7 @@ use super::streams;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions, Source};
-use crate::scene::{Bone, Material, Mesh, Node, NodeId, Scene, Surface};
+use crate::scene::{Bone, Keys, Material, Mesh, Node, NodeId, Scene, Surface};
 
 /// The parts of a file that show something; each item is read by itself, so that one that is broken leaves the others.
 #[derive(Default, Deserialize)]
@@ -68,6 +68,15 @@ impl MeshJson {
             .flatten()
             .map(|name| name.as_str().unwrap_or_default().to_owned());
         names.collect()
+    }
+
+    /// Of each morph target of a node its weight in every animation, at seconds; nothing where they are not read.
+    fn motion(&self, file: &File<'_>, node: usize, options: &ReadOptions) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
+        let counts = self.primitives.iter().map(|primitive| primitive.targets.len());
+        match counts.max().filter(|count| options.morph_targets && *count > 0) {
+            Some(count) => file.weights(node, count),
+            None => Ok(Vec::new()),
+        }
     }
 }
 
@@ -276,9 +285,14 @@ fn read_all(
             name => name.to_owned(),
         };
         let names = mesh_json.target_names();
+        let motion = mesh_json.motion(file, node.index, options).unwrap_or_else(|fault| {
+            warnings.distinct(*fault);
+            Vec::new()
+        });
         let morphs = morph_targets::Stated {
             names: &names,
             weights,
+            motion: &motion,
             are_read: options.morph_targets,
         };
         for (number, primitive) in mesh_json.primitives.iter().enumerate() {

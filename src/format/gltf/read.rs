@@ -162,6 +162,9 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
             limit_exceeded(expected, found).at_pointer(format!("/animations/{index}"))
         })?;
         let mut animation = build_animation(name, tracks, step, &placed, &scene.nodes);
+        for keys in scene.weight_keys().filter_map(|animations| animations.get_mut(index)) {
+            animation.duration = animation.duration.max(put_at_ticks(keys, step));
+        }
         if let Some(frame_rate) = options.retime {
             animation.ticks_per_second = frame_rate;
         }
@@ -411,6 +414,15 @@ fn key_step(tracks: &[Track]) -> f64 {
 }
 
 /// Ticks for the times of keys, as strictly increasing as they are.
+/// Puts keys that are at seconds at ticks, and returns the last tick.
+fn put_at_ticks(keys: &mut Keys<f32>, step: f64) -> f64 {
+    let times: Vec<f32> = (0..keys.len()).map(|key| keys.tick(key) as f32).collect();
+    let ticks = ticks_of(&times, step);
+    let last = ticks.last().copied().filter(|_| ticks.len() > 1).unwrap_or(0.0);
+    *keys = self::keys(std::mem::take(&mut keys.values), ticks);
+    last
+}
+
 fn ticks_of(times: &[f32], step: f64) -> Vec<f64> {
     let mut ticks: Vec<f64> = times.iter().map(|time| tick_of(*time, step)).collect();
     for key in (1..ticks.len()).rev() {

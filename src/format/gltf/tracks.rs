@@ -151,59 +151,18 @@ impl File<'_> {
     }
 
     fn track(&self, animation: usize, channel: &Channel, node: usize, property: Property) -> Result<Track, Failure> {
-        let samplers = &self.root.animations[animation].samplers;
-        let pointer = format!("/animations/{animation}/samplers/{}", channel.sampler);
-        let sampler = samplers
-            .get(channel.sampler)
-            .ok_or_else(|| missing(&*pointer, "sampler", channel.sampler, samplers.len()))?;
         let columns = if property == Property::Rotation { 4 } else { 3 };
-        let (input, output) = (format!("{pointer}/input"), format!("{pointer}/output"));
-        let times = numbers(&self.root, &self.bytes, sampler.input, 1, &input)?;
-        let keys = numbers(&self.root, &self.bytes, sampler.output, columns, &output)?;
-        check_times(&times, &input)?;
-        let bend = match sampler.interpolation.as_deref() {
-            None | Some("LINEAR") => None,
-            Some("STEP") => Some(Bend::Step),
-            Some("CUBICSPLINE") => Some(Bend::Curve),
-            Some(other) => {
-                let message = "the interpolation does not exist";
-                return Err(invalid(format!("{pointer}/interpolation"), message)
-                    .expected_found("LINEAR, STEP or CUBICSPLINE", format!("\"{other}\""))
-                    .into());
-            }
-        };
-        let values_a_key = if bend == Some(Bend::Curve) { 3 } else { 1 };
-        if keys.len() != times.len() * columns * values_a_key {
-            let expected = format!("{} values for {} times", times.len() * values_a_key, times.len());
-            return Err(invalid(
-                output,
-                "the sampler has another number of values than its times ask for",
-            )
-            .expected_found(expected, format!("{}", keys.len() / columns))
-            .into());
-        }
-        if let Some(number) = keys.iter().find(|number| !is_plausible(**number)) {
-            return Err(implausible(output, *number).into());
-        }
+        let Sampled { keys, bend, output } = self.sampled(animation, channel, columns, columns)?;
         let is_scale = property == Property::Scale;
         if let Some(scale) = keys
+            .values
             .iter()
             .find(|scale| is_scale && bend.is_none() && is_degenerate(**scale))
         {
             return Err(degenerate(output, *scale).into());
         }
-        let keys = Keys {
-            times,
-            values: keys,
-            columns,
-        };
-        let budget = &self.bytes.budget;
         let key_times = keys.times.clone();
-        let straight = match bend {
-            None => keys,
-            Some(Bend::Step) => keys.step(budget, &output)?,
-            Some(Bend::Curve) => keys.curve(budget, &output)?,
-        };
+        let straight = keys.straight(bend, &self.bytes.budget, &output)?;
         let bends = bend.filter(|_| straight.times.len() != key_times.len());
         let vectors = || straight.values.chunks_exact(3).map(Vec3::from_slice).collect();
         let values = match property {
@@ -218,6 +177,63 @@ impl File<'_> {
             bent: bends.map(|bend| (bend, key_times)),
         })
     }
+
+    /// The keys of a channel, `width` numbers each, in an accessor of so many columns.
+    pub(super) fn sampled(
+        &self,
+        animation: usize,
+        channel: &Channel,
+        columns: usize,
+        width: usize,
+    ) -> Result<Sampled, Failure> {
+        let samplers = &self.root.animations[animation].samplers;
+        let pointer = format!("/animations/{animation}/samplers/{}", channel.sampler);
+        let sampler = samplers
+            .get(channel.sampler)
+            .ok_or_else(|| missing(&*pointer, "sampler", channel.sampler, samplers.len()))?;
+        let (input, output) = (format!("{pointer}/input"), format!("{pointer}/output"));
+        let times = numbers(&self.root, &self.bytes, sampler.input, 1, &input)?;
+        let values = numbers(&self.root, &self.bytes, sampler.output, columns, &output)?;
+        check_times(&times, &input)?;
+        let bend = match sampler.interpolation.as_deref() {
+            None | Some("LINEAR") => None,
+            Some("STEP") => Some(Bend::Step),
+            Some("CUBICSPLINE") => Some(Bend::Curve),
+            Some(other) => {
+                let message = "the interpolation does not exist";
+                return Err(invalid(format!("{pointer}/interpolation"), message)
+                    .expected_found("LINEAR, STEP or CUBICSPLINE", format!("\"{other}\""))
+                    .into());
+            }
+        };
+        let values_a_key = if bend == Some(Bend::Curve) { 3 } else { 1 };
+        if values.len() != times.len() * width * values_a_key {
+            let a_key = width / columns * values_a_key;
+            let expected = format!("{} values for {} times", times.len() * a_key, times.len());
+            return Err(invalid(
+                output,
+                "the sampler has another number of values than its times ask for",
+            )
+            .expected_found(expected, format!("{}", values.len() / columns))
+            .into());
+        }
+        if let Some(number) = values.iter().find(|number| !is_plausible(**number)) {
+            return Err(implausible(output, *number).into());
+        }
+        let keys = Keys {
+            times,
+            values,
+            columns: width,
+        };
+        Ok(Sampled { keys, bend, output })
+    }
+}
+
+/// The keys of a channel as the file has them, and the pointer to them.
+pub(super) struct Sampled {
+    pub(super) keys: Keys,
+    pub(super) bend: Option<Bend>,
+    pub(super) output: String,
 }
 
 /// Unit quaternions; one without a length is the one before.
@@ -256,13 +272,22 @@ fn check_times(times: &[f32], pointer: &str) -> Result<(), Failure> {
 }
 
 /// The keys of a sampler; those of a curve have an in-tangent, a value and an out-tangent each.
-struct Keys {
-    times: Vec<f32>,
-    values: Vec<f32>,
-    columns: usize,
+pub(super) struct Keys {
+    pub(super) times: Vec<f32>,
+    pub(super) values: Vec<f32>,
+    pub(super) columns: usize,
 }
 
 impl Keys {
+    /// Keys whose linear interpolation gives the same.
+    pub(super) fn straight(self, bend: Option<Bend>, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
+        match bend {
+            None => Ok(self),
+            Some(Bend::Step) => self.step(budget, pointer),
+            Some(Bend::Curve) => self.curve(budget, pointer),
+        }
+    }
+
     fn push(&mut self, time: f32, value: &[f32]) {
         if self.times.last().is_none_or(|last| time > *last) {
             self.times.push(time);

@@ -16,6 +16,8 @@
 //   contacts             points of feet: node, bone, and intervals, lists of first and last frame at rest
 //   limbs                null, or how far limbs point from those of another clip: nodes (where they start), bones, frames, angles
 //                        (of each frame, limb after limb, in steps), step (in degrees), mean, largest
+//   morphs               null, or the weights of morph targets that move: sliders (slider, least, step), frames, weights (steps above
+//                        the least of each frame, slider after slider)
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
@@ -94,6 +96,18 @@ export class Clip {
     });
     for (const [end, goal] of this.goals) reach(this, this.limbsToDrag.get(end), goal);
     this.drawn = this.nodes.map((_, id) => this.pagePosition(id));
+  }
+
+  // The weights of all sliders of the skin at a tick, as the file moves them.
+  morphWeights(tick) {
+    const { sliders, weights, frames } = this.morphs;
+    const all = this.skin.morphs.map(({ weight }) => weight);
+    const before = clamp(Math.floor(tick), 0, frames - 1);
+    sliders.forEach(({ slider, least, step }, row) => {
+      const [a, b] = [before, Math.min(before + 1, frames - 1)].map((frame) => weights[row * frames + frame]);
+      all[slider] = least + step * (a + (b - a) * clamp(tick - before, 0, 1));
+    });
+    return all;
   }
 
   // From the root to the node.

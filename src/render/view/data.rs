@@ -9,7 +9,8 @@ use super::super::euler;
 use super::super::figure::{Clip, DrawnClip, Side, body, links, shown as shown_nodes};
 use super::PageClip;
 use super::marks::{Contact, Limbs};
-use super::pack::{Part, Tracks};
+use super::morphs::MorphMotion;
+use super::pack::{Part, Storage, Tracks};
 use super::skin::Skin;
 use crate::error::visible;
 use crate::figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
@@ -46,6 +47,7 @@ pub(super) struct Description {
     pub(super) skin: Option<Skin>,
     contacts: Vec<Contact>,
     pub(super) limbs: Option<Limbs>,
+    pub(super) morphs: Option<MorphMotion>,
     nodes: Vec<NodeDescription>,
 }
 
@@ -103,7 +105,7 @@ struct Size {
 }
 
 /// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
-pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<Vec<u8>>) {
+pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (Description, Vec<Vec<u8>>) {
     let PageClip { clip, figure, glb, .. } = page;
     let scene = clip.scene;
     let figure = figure.map_or_else(|| Cow::Owned(Figure::new(scene)), Cow::Borrowed);
@@ -140,7 +142,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
         nodes[link.to].is_linked = true;
     }
     let has_skin = scene.meshes.iter().any(|mesh| !mesh.name.is_empty());
-    let packed = tracks.pack(size.reach / guesses.metres_per_unit);
+    let packed = tracks.pack(storage, size.reach / guesses.metres_per_unit, guesses.metres_per_unit);
     let description = Description {
         name: shown(clip.name),
         file: scene
@@ -176,6 +178,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
         limbs: page
             .limb_angles
             .map(|angles| Limbs::new(angles, format!("limbs-{index}"))),
+        morphs: None,
         nodes,
     };
     (description, packed.blocks)

@@ -10,12 +10,13 @@ export class MorphSliders {
   // `changed` is called when the skin is another.
   constructor(changed) {
     this.changed = changed;
-    byId("morph-reset").addEventListener("click", () => this.set(this.skin.morphs.map(({ weight }) => weight)));
+    byId("morph-reset").addEventListener("click", () => this.reset());
   }
 
-  // Shows those of a skin; none without one.
-  show(skin) {
-    this.skin = skin || null;
+  // Shows those of a clip; none where no skin is drawn.
+  show(clip) {
+    const { skin } = clip ?? {};
+    Object.assign(this, { clip, skin: skin || null });
     const morphs = skin ? skin.morphs : [];
     byId("morphs").hidden = !morphs.length;
     if (!morphs.length) return;
@@ -32,7 +33,20 @@ export class MorphSliders {
   turn(index) {
     const weights = [...morphWeights(this.skin)];
     weights[index] = Number(this.inputs[index].value);
+    this.skin.isHeld = true;
     this.set(weights);
+  }
+
+  // As the file has them: at rest, or in motion.
+  reset() {
+    const { clip, skin } = this;
+    skin.isHeld = false;
+    this.set(clip.morphs ? clip.morphWeights(clip.tick) : skin.morphs.map(({ weight }) => weight));
+  }
+
+  // After a picture: the sliders go with the motion.
+  follow() {
+    if (this.clip?.morphs && this.skin && !this.skin.isHeld && byId("morphs").open) this.showWeights();
   }
 
   set(weights) {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use crate::error::visible;
-use crate::scene::{Mesh, MorphTarget};
+use crate::scene::{AppliedStep, Keys, Mesh, MorphTarget, Scene};
 
 /// A slider; its bytes stand apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +21,78 @@ pub(super) struct Morph {
     count: usize,
     /// What one step adds, in the unit of the skin.
     step: f32,
+}
+
+/// The weights of the sliders that the motion of the file moves. Their block has 16 bits for each frame, slider after
+/// slider.
+#[derive(Debug, Serialize)]
+pub(super) struct MorphMotion {
+    /// The id of the element that holds the block.
+    pub(super) id: String,
+    frames: usize,
+    sliders: Vec<MovedSlider>,
+}
+
+/// Its weight is `least`, and so many times `step` above it.
+#[derive(Debug, Serialize)]
+struct MovedSlider {
+    slider: usize,
+    least: f32,
+    step: f32,
+}
+
+/// The largest size in bytes of the weights of all sliders.
+const LARGEST_MOTION: usize = 16 << 20;
+
+impl MorphMotion {
+    /// The motion of these sliders with its bytes; a note where it cannot be shown.
+    pub(super) fn new(
+        scene: &Scene,
+        frames: usize,
+        moves: &[(usize, Keys<f32>)],
+        id: String,
+    ) -> Result<Option<(Self, Vec<u8>)>, String> {
+        let is_other = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. } | AppliedStep::Retarget { .. });
+        if moves.is_empty() {
+            return Ok(None);
+        }
+        if scene.metadata.steps.iter().any(is_other) {
+            return Err("the morph targets stay still, because steps changed the motion".to_owned());
+        }
+        if 2 * frames * moves.len() > LARGEST_MOTION {
+            return Err(format!(
+                "the morph targets stay still: {} of them move in {frames} frames, and at most {} MB of it are put in a page",
+                moves.len(),
+                LARGEST_MOTION >> 20
+            ));
+        }
+        let mut motion = Self {
+            id,
+            frames,
+            sliders: Vec::new(),
+        };
+        let mut bytes = Vec::new();
+        for (slider, keys) in moves {
+            let weights: Vec<f32> = (0..frames).filter_map(|frame| keys.sample(frame as f64)).collect();
+            let least = weights.iter().copied().fold(f32::INFINITY, f32::min);
+            let most = weights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            let step = (most - least) / f32::from(u16::MAX);
+            let steps = |weight: f32| {
+                if step > 0.0 {
+                    ((weight - least) / step).round() as u16
+                } else {
+                    0
+                }
+            };
+            bytes.extend(weights.iter().flat_map(|weight| steps(*weight).to_le_bytes()));
+            motion.sliders.push(MovedSlider {
+                slider: *slider,
+                least,
+                step,
+            });
+        }
+        Ok(Some((motion, bytes)))
+    }
 }
 
 /// What a vertex of the skin is moved by.
@@ -36,7 +108,15 @@ pub(super) struct Morphs {
     are_left_out: bool,
     /// By the name and the bits of the weight at rest.
     known: HashMap<(String, u32), usize>,
-    sliders: Vec<(String, f32, Vec<Moved>)>,
+    sliders: Vec<Slider>,
+}
+
+/// One slider, and the weights that the first animation gives it.
+struct Slider {
+    name: String,
+    weight: f32,
+    moved: Vec<Moved>,
+    keys: Keys<f32>,
 }
 
 /// The sliders, and the parts of the block.
@@ -46,6 +126,8 @@ pub(super) struct PackedMorphs {
     /// Vertices and what is added to their positions.
     pub(super) moved: Vec<u8>,
     pub(super) normals: Vec<u8>,
+    /// The sliders that the motion moves.
+    pub(super) motion: Vec<(usize, Keys<f32>)>,
 }
 
 /// Steps of 1 in what is added to a normal, which is between -2 and 2.
@@ -79,18 +161,31 @@ impl Morphs {
         for target in &mesh.morph_targets {
             let key = (target.name.clone(), target.weight.to_bits());
             let slider = *self.known.entry(key).or_insert_with(|| {
-                self.sliders
-                    .push((visible(&target.name).into_owned(), target.weight, Vec::new()));
+                self.sliders.push(Slider {
+                    name: visible(&target.name).into_owned(),
+                    weight: target.weight,
+                    moved: Vec::new(),
+                    keys: target.weight_keys.first().cloned().unwrap_or_default(),
+                });
                 self.sliders.len() - 1
             });
-            self.sliders[slider].2.extend(moved_by(target, first as u32));
+            self.sliders[slider].moved.extend(moved_by(target, first as u32));
         }
     }
 
     pub(super) fn pack(self) -> PackedMorphs {
         let mut packed = PackedMorphs::default();
         let mut offsets = Vec::new();
-        for (name, weight, moved) in self.sliders {
+        for (index, slider) in self.sliders.into_iter().enumerate() {
+            let Slider {
+                name,
+                weight,
+                moved,
+                keys,
+            } = slider;
+            if !keys.is_empty() {
+                packed.motion.push((index, keys));
+            }
             let all = moved.iter().flat_map(|moved| moved.offset);
             let largest = all.fold(0.0_f32, |largest, value| largest.max(value.abs()));
             let step = largest / f32::from(i16::MAX);
@@ -140,6 +235,7 @@ mod tests {
                 vertex_ids: vec![1],
                 offsets: vec![offset],
                 normal_offsets: vec![Vec3::new(0.0, -1.0, 0.5)],
+                ..MorphTarget::default()
             }],
             ..Mesh::default()
         }

@@ -8,11 +8,17 @@
 //!
 //! The positions of all joints are compared with the source in every frame; a block whose joints are farther from it
 //! than [`MAX_ERROR`] allows is packed again with finer steps.
+//!
+//! In a page that is a file a block is a packed clip (`pack/clip_block.rs`) where that can be, which has less than half
+//! of the bytes and takes several times as long to write.
+
+mod clip_block;
 
 use std::ops::Range;
 
 use glam::{Quat, Vec3, Vec4};
 
+use self::clip_block::ClipBlocks;
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, Channel, Keys, Scene};
 
@@ -31,6 +37,14 @@ const LINEAR_PRECISION: f64 = 1e-5;
 /// The largest distance of a joint from its position in the file, as a fraction of the figure's reach.
 const MAX_ERROR: f64 = 1e-4;
 
+/// Keys of more bytes than this as 32-bit floats, those of half an hour at 120 frames a second, are packed within
+/// [`LONG_MAX_ERROR`] in a page that is a file.
+const LONG_BYTES: usize = 128 << 20;
+
+/// Of such a motion the largest distance of a joint from its position in the file, as a fraction of the figure's reach:
+/// 1.4 mm for a person, less than a pixel where the figure fills a screen of 1080 lines.
+const LONG_MAX_ERROR: f64 = 1.5e-3;
+
 /// A component of a rotation is left out only where it stays above this.
 const LEAST_LEFT_OUT: f32 = 0.5;
 
@@ -42,10 +56,19 @@ pub(super) enum Part {
     Scale,
 }
 
+/// How the blocks of long motions are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Storage {
+    /// As rows, which are written in a moment: for a player that is there already.
+    Rows,
+    /// As packed clips, which are small: for a file.
+    Clips,
+}
+
 /// A track with a value for every tick.
-struct Track<'a> {
-    node: usize,
-    part: Part,
+pub(super) struct Track<'a> {
+    pub(super) node: usize,
+    pub(super) part: Part,
     channel: &'a Channel,
     rest: Trs,
 }
@@ -59,7 +82,7 @@ struct Precision {
 }
 
 /// The numbers of one component in a run of frames.
-type Row = Vec<f32>;
+pub(super) type Row = Vec<f32>;
 
 /// The keys of a clip.
 pub(super) struct Packed {
@@ -98,16 +121,32 @@ impl<'a> Tracks<'a> {
         self.tracks.len() - 1
     }
 
-    /// Packs all of them, for a figure of this reach.
-    pub(super) fn pack(&self, reach: f64) -> Packed {
-        self.pack_above(EXACT_BYTES, reach)
+    /// Packs all of them, for a figure of this reach, in the file's unit.
+    pub(super) fn pack(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
+        match 4 * self.components() * self.frames <= EXACT_BYTES {
+            true => self.pack_blocks(true, None, reach),
+            false => self.pack_all(storage, reach, metres_per_unit),
+        }
     }
 
-    /// Packs all of them; keys of up to so many bytes stay exact.
-    fn pack_above(&self, exact_bytes: usize, reach: f64) -> Packed {
-        let components: usize = self.tracks.iter().map(|track| track.part.components()).sum();
+    /// The same of a motion of any length, of which nothing stays exact without need.
+    pub(super) fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
+        let clips = match storage {
+            Storage::Clips => ClipBlocks::new(self.scene, self.animation, &self.tracks, metres_per_unit),
+            Storage::Rows => None,
+        };
+        self.pack_blocks(false, clips, reach)
+    }
+
+    fn components(&self) -> usize {
+        self.tracks.iter().map(|track| track.part.components()).sum()
+    }
+
+    fn pack_blocks(&self, is_exact: bool, mut clips: Option<ClipBlocks>, reach: f64) -> Packed {
+        let components = self.components();
         let frames_per_block = (BLOCK_BYTES / (2 * components).max(1)).clamp(64, 1 << 16);
-        let is_exact = 4 * components * self.frames <= exact_bytes;
+        let is_long = 4 * components * self.frames > LONG_BYTES;
+        let clip_error = reach * if is_long { LONG_MAX_ERROR } else { MAX_ERROR };
         let mut packed = Packed {
             frames_per_block,
             blocks: Vec::new(),
@@ -117,6 +156,14 @@ impl<'a> Tracks<'a> {
         for first in (0..self.frames).step_by(frames_per_block) {
             let frames = first..self.frames.min(first + frames_per_block);
             let source: Vec<Vec<Row>> = self.tracks.iter().map(|track| track.rows(frames.clone())).collect();
+            let clip = clips
+                .as_mut()
+                .and_then(|clips| clips.pack(&self.tracks, &source, &frames, clip_error));
+            if let Some((bytes, distance)) = clip {
+                packed.blocks.push(bytes);
+                packed.max_error = packed.max_error.max(distance);
+                continue;
+            }
             let finer_and_finer: &[f64] = if is_exact { &[] } else { &[1.0, 1.0 / 16.0] };
             let coarsest = finer_and_finer.iter().find_map(|factor| {
                 let precision = Precision {
@@ -364,7 +411,9 @@ mod tests {
         }
         let bytes = |packed: &Packed| packed.blocks.iter().map(Vec::len).sum::<usize>();
         // The walker is about 30 units high.
-        let (exact, packed) = (tracks.pack(15.0), tracks.pack_above(0, 15.0));
+        assert_eq!(tracks.pack(Storage::Clips, 15.0, 0.06).max_error, 0.0);
+        let rows = |is_exact, reach| tracks.pack_blocks(is_exact, None, reach);
+        let (exact, packed) = (rows(true, 15.0), rows(false, 15.0));
         assert_eq!(exact.max_error, 0.0);
         assert!(
             packed.max_error > 0.0 && packed.max_error <= 1.5e-3,
@@ -378,7 +427,7 @@ mod tests {
             bytes(&exact)
         );
         // A bound that two bytes cannot hold takes finer steps, and an impossible one exact values.
-        let (fine, exact_too) = (tracks.pack_above(0, 0.15), tracks.pack_above(0, 1e-9));
+        let (fine, exact_too) = (rows(false, 0.15), rows(false, 1e-9));
         assert!(fine.max_error <= 1.5e-5 && bytes(&fine) > bytes(&packed));
         assert_eq!((exact_too.max_error, bytes(&exact_too)), (0.0, bytes(&exact)));
     }

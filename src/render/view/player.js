@@ -97,6 +97,7 @@ export class Player {
     }
     this.lastFrame = now;
     this.stage.draw();
+    this.morphs.follow();
     showSteps(this.state.clips, this.keep);
     this.showTime();
     this.panel.showTick();
@@ -232,7 +233,7 @@ export class Player {
     byId("download").disabled = !glb;
     byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
     this.panel.showClips();
-    this.morphs.show(this.stage.renderer.skins && this.clip.skin);
+    this.morphs.show(this.stage.renderer.skins ? this.clip : null);
     this.changed();
   }
 

@@ -65,6 +65,16 @@ export function morphSkin(skin, weights) {
   skin.changes = (skin.changes ?? 0) + 1;
 }
 
+// Moves the skins of clips as their files do, but for those whose sliders a person has moved.
+export function playMorphs(clips) {
+  for (const clip of clips) {
+    const { skin, morphs, tick } = clip;
+    if (!morphs || skin.isHeld || (skin.moved?.clip === clip && skin.moved.tick === tick)) continue;
+    skin.moved = { clip, tick };
+    morphSkin(skin, clip.morphWeights(tick));
+  }
+}
+
 // The weights of the sliders as they are now.
 export const morphWeights = (skin) => skin.weightsNow ?? skin.morphs.map(({ weight }) => weight);
 

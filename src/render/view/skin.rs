@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::morphs::{Morph, Morphs};
 use crate::error::visible;
 use crate::render::image_size::image_size;
-use crate::scene::{AlphaMode, Mesh, Primitive, Scene, Surface};
+use crate::scene::{AlphaMode, Keys, Mesh, Primitive, Scene, Surface};
 
 /// The largest size in bytes of a skin without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;
@@ -73,6 +73,8 @@ pub(super) struct TextureBlock {
 pub(super) struct PackedSkin {
     pub(super) skin: Skin,
     pub(super) bytes: Vec<u8>,
+    /// The sliders that the motion moves, with their weights.
+    pub(super) motion: Vec<(usize, Keys<f32>)>,
 }
 
 /// The skin of a scene, where it has one that can be shown, and what is not shown of it.
@@ -275,6 +277,7 @@ impl Packer {
         bytes.extend(self.normals.iter().flat_map(|number| number.to_le_bytes()));
         bytes.extend(morphs.normals);
         PackedSkin {
+            motion: morphs.motion,
             skin: Skin {
                 id: String::new(),
                 vertices: self.positions.len() / 3,

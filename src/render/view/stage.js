@@ -8,7 +8,7 @@ import { FlatRenderer } from "./renderer_2d.js";
 import { OrbitCamera } from "./camera.js";
 import { AT_REST, AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, errorColor, mix, sideColor } from "./colors.js";
 import { isAtRest, limbError } from "./marks.js";
-import { verticesOnPage } from "./skin.js";
+import { playMorphs, verticesOnPage } from "./skin.js";
 
 // Bones that have a label in the picture: not those of fingers, face and collar.
 const HAS_LABEL = /^(hips|spine|chest|upperChest|neck|head|(left|right)(UpperArm|LowerArm|Hand|UpperLeg|LowerLeg|Foot|Toes))$/;
@@ -44,6 +44,7 @@ export class Stage {
   draw() {
     const { state, view, camera, canvas } = this;
     for (const clip of state.clips) clip.pose(clip.tickAt(state.time));
+    playMorphs(state.clips.filter((clip) => this.showsSkin(clip)));
     this.fitCanvas();
     this.follow();
     this.fillBatches();

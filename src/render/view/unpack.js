@@ -1,5 +1,6 @@
 // The data of a page: blocks of bytes in base64, each with a run of frames of every track; pack.rs writes them.
 
+import { isPackedClip, unpackClip } from "./packed.js";
 import { unpackSkin } from "./skin.js";
 
 // The text of an element, which is dropped there, because it may be large.
@@ -47,8 +48,8 @@ export class Blocks {
 
 const [ALL_FOUR, NEGATIVE] = [4, 8];
 
-// Fills `count` frames of the tracks, from frame `first` on, from the bytes of a block.
-export function unpackBlock(bytes, tracks, first, count) {
+// Fills `count` frames of the tracks, from frame `first` on, from rows.
+function unpackRows(bytes, tracks, first, count) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let at = 0;
   const row = (values, size, component) => {
@@ -83,28 +84,31 @@ export function unpackBlock(bytes, tracks, first, count) {
 
 // The data of a clip from its description and the blocks that it names: tracks as arrays that `load` fills, block by block.
 export function unpacked(description, source) {
-  const { frames, framesPerBlock, blocks } = description;
+  const { frames, framesPerBlock, blocks, metresPerUnit } = description;
   const tracks = [];
-  const track = (value, size) => {
+  const track = (value, size, node) => {
     if (Array.isArray(value)) return { values: new Float32Array(value), keys: 1 };
-    tracks[value] = { values: new Float32Array(size * frames), size, keys: frames };
+    tracks[value] = { values: new Float32Array(size * frames), size, keys: frames, node };
     return tracks[value];
   };
-  const nodes = description.nodes.map((node) => ({
-    ...node, translation: track(node.translation, 3), rotation: track(node.rotation, 4), scale: track(node.scale, 3),
+  const nodes = description.nodes.map((node, id) => ({
+    ...node, translation: track(node.translation, 3, id), rotation: track(node.rotation, 4, id), scale: track(node.scale, 3, id),
   }));
   const isLoaded = new Uint8Array(blocks.length);
   const loadBlock = (block) => {
     if (block >= blocks.length || isLoaded[block]) return;
     isLoaded[block] = 1;
     const first = block * framesPerBlock;
-    unpackBlock(source.take(blocks[block]), tracks, first, Math.min(framesPerBlock, frames - first));
+    const bytes = source.take(blocks[block]);
+    const unpack = isPackedClip(bytes) ? unpackClip : unpackRows;
+    unpack(bytes, tracks, first, Math.min(framesPerBlock, frames - first), metresPerUnit);
   };
   let glb = null;
   return {
     ...description,
     nodes,
     limbs: description.limbs && { ...description.limbs, angles: new Uint16Array(Uint8Array.from(source.take(description.limbs.id)).buffer) },
+    morphs: description.morphs && { ...description.morphs, weights: new Uint16Array(Uint8Array.from(source.take(description.morphs.id)).buffer) },
     skin: description.skin && source.skin(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
     // Loads one more block; false where there is none.

@@ -27,12 +27,10 @@ export async function notShownOf(file) {
   const expressions = count(vrm0?.blendShapeMaster?.blendShapeGroups) || count(vrm1?.expressions?.preset) + count(vrm1?.expressions?.custom);
   const some = (list, is) => Array.isArray(list) && list.some((item) => is(item ?? {}));
   const hasTargets = some(gltf.meshes, ({ primitives }) => some(primitives, ({ targets }) => targets?.length));
-  const movesTargets = some(gltf.animations, ({ channels }) => some(channels, ({ target }) => target?.path === "weights"));
   const parts = [
     expressions && `${expressions} expressions`,
     (vrm0?.firstPerson || vrm1?.lookAt) && "look-at",
     (vrm0?.secondaryAnimation?.boneGroups?.length || springs) && "spring bones",
-    movesTargets && "the motion of morph targets",
   ].filter(Boolean);
   const sliders = hasTargets ? "Morph targets have sliders, beside the joints." : "";
   if (!parts.length) return sliders;

@@ -8,12 +8,14 @@ use super::super::file::is_plausible;
 use super::super::invalid::invalid;
 use super::Buffers;
 use crate::format::Failure;
-use crate::scene::MorphTarget;
+use crate::scene::{Keys, MorphTarget};
 
 /// The targets of a mesh in words: names, and the weights at rest.
 pub(super) struct Stated<'a> {
     pub(super) names: &'a [String],
     pub(super) weights: &'a [f32],
+    /// Of each target its weight in every animation, at seconds; empty where nothing moves them.
+    pub(super) motion: &'a [Vec<Keys<f32>>],
     /// Whether they are read, and not only their weights at rest.
     pub(super) are_read: bool,
 }
@@ -46,6 +48,12 @@ pub(super) fn read(
         let mut read = MorphTarget {
             name: name.cloned().unwrap_or_else(|| format!("target {}", index + 1)),
             weight: stated.weights.get(index).copied().unwrap_or_default(),
+            weight_keys: stated
+                .motion
+                .get(index)
+                .filter(|animations| animations.iter().any(|keys| !keys.is_empty()))
+                .cloned()
+                .unwrap_or_default(),
             ..MorphTarget::default()
         };
         for (vertex, &old) in kept.iter().enumerate() {

@@ -21,7 +21,7 @@ pub(super) struct Primitive {
     pub(super) material: Option<usize>,
     mode: Option<u32>,
     #[serde(default)]
-    targets: Vec<BTreeMap<String, usize>>,
+    pub(super) targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     extensions: Map<String, Value>,
     #[serde(default)]
