@@ -35,6 +35,32 @@ export function controllerChecks(check, { mocap, made, kept, real, filesOf, writ
     assert.ok(Math.abs(gone[0] - gone[1]) < 0.05, `${gone}`);
   });
 
+  check("controller", "a robot follows poses that come, and has a report", () => {
+    const walk = read("cmu_short.bvh");
+    const robot = kept(mocap.readCharacter(filesOf(real("../robots/h1.urdf"))));
+    const stream = walk.robotStream(robot, { fps: 30, passes: 1 });
+    assert.equal(stream.jointNames.length, 19);
+    assert.ok(Math.abs(stream.delay - 0.1) < 1e-9);
+    assert.equal(stream.report(), null);
+    const frames = [];
+    for (let tick = 0; tick < 12; tick += 1) frames.push(stream.push(walk.pose(tick).nodeToParent));
+    assert.deepEqual(frames.map((frame) => frame !== null), [...Array(12).keys()].map((tick) => tick >= 3));
+    assert.ok(frames.at(-1).rootPositions[2] > 0.5 && frames.at(-1).positions.length === 19);
+    const left = stream.finish();
+    assert.deepEqual([left.frames, left.positions.length, left.contacts.length], [3, 57, 3]);
+    const report = stream.report();
+    assert.deepEqual([report.frames, report.limit_violations], [12, 0]);
+    assert.throws(() => stream.push([1]), /the pose has 1 numbers/);
+    assert.throws(() => stream.push(new Float32Array(16 * walk.nodes.length).fill(NaN)), /not finite/);
+    assert.throws(() => walk.robotStream(robot, { fps: 0 }), /from 1 to 1000/);
+    assert.throws(() => walk.robotStream(robot, { passes: 3 }), /passes must be 1 or 2, got 3/);
+    assert.throws(() => walk.robotStream(robot, { feet: "off" }), /feet/);
+    assert.throws(() => walk.robotStream(robot, { characterBones: { leftFoot: "none" } }), /none/);
+    assert.throws(() => walk.robotStream(walk), /readCharacter/);
+    stream.free();
+    assert.throws(() => stream.finish(), { code: "freed" });
+  });
+
   check("controller", "a frame allocates nothing, and a figure stays while memory grows", async () => {
     const fresh = await load();
     const hero = fresh.read(filesOf(real("biovision_example1.bvh")));

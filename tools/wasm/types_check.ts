@@ -30,6 +30,9 @@ try {
   clip.sample(0.5 * clip.ticksPerSecond, new Float32Array(clip.poseLength)).at(10 * clip.nodes.length - 1);
   const { joints, positions } = motion.retarget(mocap.readCharacter("", "g1.urdf")).robotMotion();
   const angles: Float64Array = positions.subarray(0, joints.length);
+  using stream = motion.robotStream(mocap.readCharacter("", "g1.urdf"), { fps: 60, passes: 1, floor: "keep" });
+  const frame = stream.push(motion.pose(0).nodeToParent);
+  console.log(stream.delay, frame?.positions.length === stream.jointNames.length, stream.finish().contacts, stream.report());
   const small: Uint8Array = (await loadBvh())("HIERARCHY", { skeletonMesh: false });
   angles.set(small);
   using figure = character.controller([motion], { mirror: true });

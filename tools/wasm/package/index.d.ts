@@ -312,6 +312,11 @@ export class Scene {
   /** This motion on a character that `Mocap.readCharacter` has read. */
   retarget(character: Scene, options?: RetargetOptions): Scene;
   /**
+   * Begins a motion of this skeleton on a robot that comes pose by pose. With two passes, the default, joints are smooth and
+   * frames come 0.6 s later, with one 0.1 s. `fps` is from 1 to 1000, and the rate of the first animation by default.
+   */
+  robotStream(robot: Scene, options?: RobotStreamOptions): RobotStream;
+  /**
    * A figure of this character that is led by motion matching: by the motions of scenes, on any skeletons, or of a database
    * that `mocap index --pack` wrote. With `mirror`, motions of scenes are there with left and right exchanged too.
    */
@@ -417,6 +422,45 @@ export interface RobotMotion {
   rootRotations: Float64Array;
   /** The joints, in radians or metres. */
   positions: Float64Array;
+}
+
+export interface RobotStreamOptions {
+  fps?: number;
+  passes?: 1 | 2;
+  /** Whether feet are held still where those of the source stand. Default: `"lock"`. */
+  feet?: "lock" | "free";
+  /** Where the floor is: under the feet that stand, at height 0 of the source, or where the source has it. */
+  floor?: "auto" | "z=0" | "keep";
+  /** Bones of the motion. */
+  bones?: Bones;
+  /** Links of the robot. */
+  characterBones?: Bones;
+}
+
+/** Frames of a robot, with the numbers of `RobotMotion`. */
+export type RobotFrames = Pick<RobotMotion, "frames" | "contacts" | "rootPositions" | "rootRotations" | "positions">;
+
+/**
+ * A motion on a robot while it comes: poses in, frames out, `delay` seconds later. `free()` or `using` frees it at once, the
+ * garbage collector some time.
+ *
+ *     const stream = skeleton.robotStream(g1, { fps: 60 });
+ *     const frame = stream.push(skeleton.pose(tick).nodeToParent);    // 60 times a second
+ *     if (frame) send(frame.positions);
+ */
+export class RobotStream {
+  private constructor();
+  /** The joints, in the order of `positions`. */
+  readonly jointNames: string[];
+  readonly delay: number;
+  /** Takes the next pose: matrices of all nodes to their parents, 16 numbers each. Gives the frame whose time has come; null at first. */
+  push(nodeToParent: ArrayLike<number>): RobotFrames | null;
+  /** The frames that are left, at the end. */
+  finish(): RobotFrames;
+  /** How well the frames of the last 30 s sit on the robot, as `mocap robot --json` prints it; null before the first frame. */
+  report(): Record<string, unknown> | null;
+  free(): void;
+  [Symbol.dispose](): void;
 }
 
 /**

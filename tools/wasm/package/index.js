@@ -95,6 +95,10 @@ class Instance {
   freeController(controller) {
     if (!this.ended) this.exports.mocap_controller_free(controller);
   }
+
+  freeRobotStream(stream) {
+    if (!this.ended) this.exports.mocap_robot_stream_free(stream);
+  }
 }
 
 /** Frees the scenes that nobody holds. */
@@ -105,6 +109,9 @@ const forgottenClips = new FinalizationRegistry(({ instance, clip }) => instance
 
 /** Frees the figures that nobody holds. */
 const forgottenControllers = new FinalizationRegistry(({ instance, controller }) => instance.freeController(controller));
+
+/** Frees the motions on robots that nobody holds. */
+const forgottenRobotStreams = new FinalizationRegistry(({ instance, stream }) => instance.freeRobotStream(stream));
 
 /** Keys of one track: views into the module's memory. */
 class Keys {
@@ -220,6 +227,12 @@ export class Scene {
     return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
   }
 
+  robotStream(robot, options = {}) {
+    this.#checkOther(robot, "a robot is what readCharacter returns of URDF or MJCF", "the skeleton and the robot");
+    const request = { call: "robotStream", scene: this.#number, robot: robot.#number, options };
+    return new RobotStream(this.#instance, this.#instance.call(request).answer);
+  }
+
   controller(moves, { mirror = false } = {}) {
     this.#check();
     const request = { call: "controller", character: this.#number, mirror };
@@ -319,11 +332,8 @@ export class Scene {
   robotMotion() {
     this.#check();
     const { answer, bytes } = this.#instance.call({ call: "robotMotion", scene: this.#number });
-    const { frames, joints } = answer;
-    const numbers = new Float64Array(bytes.buffer);
-    const [root, turns] = [3 * frames, 7 * frames];
-    const rest = { rootPositions: numbers.subarray(0, root), rootRotations: numbers.subarray(root, turns), positions: numbers.subarray(turns) };
-    return { ...answer, joints: joints.map((joint) => ({ ...joint, velocity: joint.velocity ?? undefined })), ...rest };
+    const joints = answer.joints.map((joint) => ({ ...joint, velocity: joint.velocity ?? undefined }));
+    return { ...answer, joints, ...robotNumbers(answer.frames, bytes) };
   }
 
   toJson() {
@@ -402,6 +412,62 @@ export class PackedClip {
 
 /** Numbers of a trajectory, and of the root of a figure. */
 const [TRAJECTORY_FLOATS, ROOT_FLOATS] = [12, 4];
+
+/** The frames of a robot: positions of the base, its rotations, positions of the joints. */
+function robotNumbers(frames, bytes) {
+  const numbers = new Float64Array(bytes.buffer);
+  const [root, turns] = [3 * frames, 7 * frames];
+  return { rootPositions: numbers.subarray(0, root), rootRotations: numbers.subarray(root, turns), positions: numbers.subarray(turns) };
+}
+
+/** A motion on a robot while it comes, in the module's memory. */
+export class RobotStream {
+  #instance;
+  #number;
+  #freed = false;
+
+  constructor(instance, { stream, jointNames, delay }) {
+    this.#instance = instance;
+    this.#number = stream;
+    this.jointNames = jointNames;
+    this.delay = delay;
+    forgottenRobotStreams.register(this, { instance, stream }, this);
+  }
+
+  #call(call, files) {
+    if (this.#freed) throw new MocapError({ code: "freed", message: "the stream was freed", help: "begin another" });
+    return this.#instance.call({ call, stream: this.#number }, files);
+  }
+
+  #frames({ answer, bytes }) {
+    return { ...answer, ...robotNumbers(answer.frames, bytes) };
+  }
+
+  push(nodeToParent) {
+    const numbers = Float32Array.from(nodeToParent);
+    const frame = this.#frames(this.#call("robotPush", [new Uint8Array(numbers.buffer)]));
+    return frame.frames > 0 ? frame : null;
+  }
+
+  finish() {
+    return this.#frames(this.#call("robotFinish"));
+  }
+
+  report() {
+    return this.#call("robotReport").answer.report;
+  }
+
+  free() {
+    if (this.#freed) return;
+    this.#freed = true;
+    forgottenRobotStreams.unregister(this);
+    this.#instance.freeRobotStream(this.#number);
+  }
+
+  [dispose]() {
+    this.free();
+  }
+}
 
 /** A figure of motion matching in the module's memory. */
 export class Controller {

@@ -19,6 +19,7 @@ mod keys;
 mod laboratory;
 mod options;
 mod request;
+mod robot_streams;
 mod scenes;
 mod state;
 #[cfg(target_family = "wasm")]
@@ -135,6 +136,12 @@ pub extern "C" fn mocap_controller_follow(figure: u32) -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_controller_free(figure: u32) {
     with_state(|state| state.controllers.free(figure));
+}
+
+/// Frees a motion on a robot that comes. A number that is none is passed over.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_robot_stream_free(stream: u32) {
+    with_state(|state| state.robot_streams.free(stream));
 }
 
 /// After the module has ended: the address of what the panic said.

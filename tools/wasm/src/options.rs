@@ -383,7 +383,7 @@ enum ScaleName {
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "camelCase")]
-enum Feet {
+pub(crate) enum Feet {
     #[default]
     Lock,
     Free,

@@ -16,6 +16,7 @@ use crate::answer::SceneAt;
 use crate::failure::{Failure, Finding};
 use crate::laboratory::{self, Columns};
 use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, options_of};
+use crate::robot_streams;
 use crate::scenes::{Entry, Scenes};
 use crate::state::State;
 use crate::writing::{in_metres, write};
@@ -79,6 +80,19 @@ enum Request {
     /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the
     /// base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
     RobotMotion { scene: u32 },
+    /// Begins a motion on a robot that comes pose by pose.
+    RobotStream {
+        scene: u32,
+        robot: u32,
+        #[serde(default)]
+        options: Value,
+    },
+    /// Its next pose, the bytes of which are the file: matrices of all nodes to their parents, of 32 bits.
+    RobotPush { stream: u32 },
+    /// The frames of a stream that are left.
+    RobotFinish { stream: u32 },
+    /// The report of a stream.
+    RobotReport { stream: u32 },
     /// A packed clip, to be sampled.
     OpenClip { files: Vec<String> },
     /// A figure of a character, by motion matching: of the motions of a database, which is the file, or of scenes.
@@ -142,6 +156,22 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
         Request::Report { scene, report } => laboratory::report(&scenes.get(scene)?.scene, report),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
+        Request::RobotStream { scene, robot, options } => {
+            let robot = scenes.get(robot)?.robot.as_ref();
+            let robot =
+                robot.ok_or_else(|| Failure::argument("a robot is what readCharacter returns of URDF or MJCF"))?;
+            let source = &scenes.get(scene)?.scene;
+            let begun = state
+                .robot_streams
+                .add(source, robot, &options_of("robotStream", options)?)?;
+            Ok((json(&begun)?, Vec::new()))
+        }
+        Request::RobotPush { stream } => {
+            let pose = files.first().map_or(&[][..], Vec::as_slice);
+            state.robot_streams.push(stream, pose)
+        }
+        Request::RobotFinish { stream } => state.robot_streams.finish(stream),
+        Request::RobotReport { stream } => state.robot_streams.report(stream),
         Request::OpenClip { files: names } => {
             let (file, _) = memory_files(&names, files)?;
             Ok((json(&state.clips.open(file.bytes)?)?, Vec::new()))
@@ -409,11 +439,7 @@ fn robot_motion(entry: &Entry) -> Result<Answer, Failure> {
         joints: joints.collect(),
         contacts: &motion.contacts,
     };
-    let numbers = [motion.root_pos(), motion.root_rot(), motion.dof_pos.clone()].concat();
-    Ok((
-        json(&said)?,
-        numbers.iter().flat_map(|number| number.to_le_bytes()).collect(),
-    ))
+    Ok((json(&said)?, robot_streams::numbers(motion)))
 }
 
 fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &RetargetOptions) -> Result<Answer, Failure> {

@@ -6,6 +6,7 @@ use crate::clips::Clips;
 use crate::controllers::Controllers;
 use crate::failure::Failure;
 use crate::request;
+use crate::robot_streams::RobotStreams;
 use crate::scenes::Scenes;
 
 thread_local! {
@@ -19,6 +20,7 @@ pub(crate) struct State {
     pub(crate) scenes: Scenes,
     pub(crate) clips: Clips,
     pub(crate) controllers: Controllers,
+    pub(crate) robot_streams: RobotStreams,
     inputs: Vec<Vec<u8>>,
     json: Vec<u8>,
     bytes: Vec<u8>,

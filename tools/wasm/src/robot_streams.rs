@@ -1,0 +1,159 @@
+//! Motions on robots: of a whole clip, and streams, which JavaScript holds under numbers that are never used again.
+
+use std::collections::BTreeMap;
+
+use mocap::figure::{Humanoid, HumanoidMap};
+use mocap::glam::Mat4;
+use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, SmoothRobotStream};
+use mocap::{Pose, Scene};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::options::Feet;
+use crate::request::{Answer, json};
+
+/// Bytes of a matrix of 16 numbers of 32 bits.
+const MATRIX_BYTES: usize = 64;
+
+struct Entry {
+    stream: SmoothRobotStream,
+    pose: Pose,
+}
+
+#[derive(Default)]
+pub(crate) struct RobotStreams {
+    entries: BTreeMap<u32, Entry>,
+    last: u32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
+pub(crate) struct StreamOptions {
+    fps: Option<f64>,
+    passes: Option<u8>,
+    feet: Feet,
+    floor: Floor,
+    bones: HumanoidMap,
+    character_bones: HumanoidMap,
+}
+
+impl StreamOptions {
+    fn of_robot(&self, source: &Scene) -> Result<RobotOptions, Failure> {
+        let options = RobotOptions::new();
+        let passes = self.passes.unwrap_or(options.passes);
+        if !matches!(passes, 1 | 2) {
+            return Err(Failure::argument(format!("passes must be 1 or 2, got {passes}")));
+        }
+        let bones = Humanoid::of(source).with_map(source, self.bones.clone())?;
+        Ok(options
+            .passes(passes)
+            .lock_feet(self.feet == Feet::Lock)
+            .floor(self.floor)
+            .map(self.character_bones.clone())
+            .source(Some(bones)))
+    }
+}
+
+/// What JavaScript is told of a stream.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct StreamAt<'a> {
+    stream: u32,
+    joint_names: &'a [String],
+    delay: f64,
+}
+
+impl RobotStreams {
+    pub(crate) fn add(
+        &mut self,
+        source: &Scene,
+        robot: &Robot,
+        options: &StreamOptions,
+    ) -> Result<StreamAt<'_>, Failure> {
+        let rate = source.animations.first().map(|animation| animation.ticks_per_second);
+        let fps = options.fps.or(rate);
+        let fps =
+            fps.ok_or_else(|| Failure::argument("the scene has no motion whose rate could be taken: give fps"))?;
+        let stream = RobotRetargeter::new(source, robot, &options.of_robot(source)?)?.stream(source, fps)?;
+        let next = self.last.checked_add(1);
+        self.last = next.ok_or_else(|| Failure::argument("there were 2^32 streams; load the module again"))?;
+        let pose = Pose::rest(source);
+        let Entry { stream, .. } = self.entries.entry(self.last).or_insert(Entry { stream, pose });
+        Ok(StreamAt {
+            stream: self.last,
+            joint_names: stream.dof_names(),
+            delay: stream.delay(),
+        })
+    }
+
+    fn get(&mut self, stream: u32) -> Result<&mut Entry, Failure> {
+        let entry = self.entries.get_mut(&stream);
+        entry.ok_or_else(|| Failure::argument("the stream was freed"))
+    }
+
+    /// Takes the matrices of all nodes to their parents; the answer has the frame whose time has come, or none.
+    pub(crate) fn push(&mut self, stream: u32, matrices: &[u8]) -> Result<Answer, Failure> {
+        let Entry { stream, pose } = self.get(stream)?;
+        let nodes = pose.node_to_parent.len();
+        if matrices.len() != MATRIX_BYTES * nodes {
+            let message = format!(
+                "the pose has {} numbers, and the {nodes} nodes need {}",
+                matrices.len() / 4,
+                16 * nodes
+            );
+            return Err(Failure::argument(message));
+        }
+        let numbers = matrices.chunks_exact(4);
+        let numbers: Vec<f32> = numbers
+            .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap_or_default()))
+            .collect();
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(Failure::argument("a number of the pose is not finite"));
+        }
+        for (node, columns) in pose.node_to_parent.iter_mut().zip(numbers.chunks_exact(16)) {
+            *node = Mat4::from_cols_slice(columns);
+        }
+        pose.update_world();
+        match stream.push(pose) {
+            Some(motion) => frames(&motion),
+            None => frames(&RobotMotion::default()),
+        }
+    }
+
+    /// The frames that are left.
+    pub(crate) fn finish(&mut self, stream: u32) -> Result<Answer, Failure> {
+        frames(&self.get(stream)?.stream.finish())
+    }
+
+    pub(crate) fn report(&mut self, stream: u32) -> Result<Answer, Failure> {
+        #[derive(Serialize)]
+        struct Said {
+            report: Option<RobotReport>,
+        }
+        let report = self.get(stream)?.stream.report();
+        Ok((json(&Said { report })?, Vec::new()))
+    }
+
+    pub(crate) fn free(&mut self, stream: u32) {
+        self.entries.remove(&stream);
+    }
+}
+
+fn frames(motion: &RobotMotion) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    struct Frames<'a> {
+        frames: usize,
+        contacts: &'a [[bool; 2]],
+    }
+    let said = Frames {
+        frames: motion.frames(),
+        contacts: &motion.contacts,
+    };
+    Ok((json(&said)?, numbers(motion)))
+}
+
+/// The positions of the base, its rotations and the positions of the joints, each frame after frame.
+pub(crate) fn numbers(motion: &RobotMotion) -> Vec<u8> {
+    let numbers = [motion.root_pos(), motion.root_rot(), motion.dof_pos.clone()].concat();
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+}
