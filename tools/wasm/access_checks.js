@@ -33,11 +33,18 @@ export function accessChecks(pageCheck, { open, fixture }) {
           ["the empty page", async () => {}],
           ["a broken file", () => drop(fixture("broken/unknown_channel.bvh"))],
           ["a motion on a character", () => drop(fixture("real/cmu_short.bvh"), fixture("characters/human_vrm0.vrm"))],
+          ["morph targets", async () => { if (isPhone) await page.click("#panel-button"); await page.click("#morphs summary"); }],
           ["the files", () => isPhone && page.click("#desk-button")],
           ["the steps", async () => { await page.click("#opened .item >> text=cmu_short.bvh"); await page.click("#steps summary"); await page.waitForSelector("#step-name option", { state: "attached" }); }],
           ["a joint", async () => { if (isPhone) await page.click("#panel-button"); await page.click("#tree >> text=LeftArm"); }],
           ["the keys", () => page.click("#help-button")],
           ["a film", async () => { await page.keyboard.press("Escape"); await page.evaluate(() => window.desk.player.film.open()); }],
+          ["a robot", async () => {
+            await page.keyboard.press("Escape");
+            await drop(fixture("real/cmu_short.bvh"), fixture("robots/g1_29dof_rev_1_0.urdf"));
+            if (isPhone) await page.click("#desk-button");
+            await page.click("#robot summary");
+          }],
         ];
         for (const [state, reach] of states) {
           await reach();

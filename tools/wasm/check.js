@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, dirname, extname, join } from "node:path";
 import { parseArgs } from "node:util";
@@ -319,11 +319,15 @@ check("same", "changes are those of `mocap convert`", () => {
     assert.ok(expected, `the program does not take ${args}`);
     assertSame(changed.toGlb(), expected, JSON.stringify(options));
   }
-  const within = [{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]];
-  const withShell = [{ ...within[0], shellDistance: 0.03 }, [...within[1], "--shell-distance", "3cm"]];
-  for (const [options, args] of [within, withShell]) {
-    assertSame(read.toGlb(options), written(".glb", "convert", "--quiet", ...args, path), JSON.stringify(options));
-  }
+  const [options, args] = [{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]];
+  assertSame(read.toGlb(options), written(".glb", "convert", "--quiet", ...args, path), JSON.stringify(options));
+  // With a shell an arc tangent decides which keys are left out, and WebAssembly's differs in its last bit: other keys, the same bound.
+  const withShell = join(folder, "shell.glb");
+  writeFileSync(withShell, read.toGlb({ ...options, shellDistance: 0.03 }));
+  const ofProgram = written(".glb", "convert", "--quiet", ...args, "--shell-distance", "3cm", path).length;
+  const difference = Math.abs(readFileSync(withShell).length / ofProgram - 1);
+  assert.ok(difference < 0.03, `with a shell ${readFileSync(withShell).length} bytes, and ${ofProgram} by the program`);
+  assert.ok(program("verify", path, withShell, "--max-error", "1mm"), "with a shell the bound is not kept");
   assertSame(read.toBvh({ order: "XYZ", digits: 3 }), written(".bvh", "convert", "--quiet", "--order", "xyz", "--digits", "3", path), "BVH");
   assertSame(read.toCsv(), written(".csv", "fk", path, "-o"), "CSV");
 });

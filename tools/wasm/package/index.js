@@ -12,6 +12,11 @@ const dispose = Symbol.dispose ?? Symbol.for("Symbol.dispose");
 /** Files that others refer to. */
 const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
 
+/** Calls that the drop page does not make have an entrance of their own. */
+const OTHER = new Set([
+  "check", "run", "table", "report", "openClip", "controller", "robotStream", "robotPush", "robotFinish", "robotReport",
+]);
+
 /** One instance of the module, and the memory of its scenes. */
 class Instance {
   /** Why it has ended, if it has. */
@@ -64,7 +69,7 @@ class Instance {
         // An allocation may have moved the memory.
         new Uint8Array(exports.memory.buffer, address, input.length).set(input);
       }
-      const failed = exports.mocap_call();
+      const failed = OTHER.has(request.call) ? exports.mocap_call_other() : exports.mocap_call();
       const part = (index) => [exports.mocap_output(index) >>> 0, exports.mocap_output_length(index) >>> 0];
       const answer = JSON.parse(this.text(...part(0)));
       if (failed) throw new MocapError(answer.error, answer.warnings);

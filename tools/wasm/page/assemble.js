@@ -9,6 +9,7 @@ import { Script } from "node:vm";
 
 import { load } from "../package/index.js";
 import { fromBase85, toBase85 } from "./base85.js";
+import { leanCode } from "./lean_code.js";
 import { leanModule, unusedEncodings } from "./lean_module.js";
 import { fromLzma } from "./lzma.js";
 
@@ -71,7 +72,7 @@ const { packages } = JSON.parse(execFileSync("cargo", ["metadata", "--format-ver
 const encodings = packages.find(({ name }) => name === "encoding_rs");
 const tables = unusedEncodings(read(join(dirname(encodings.manifest_path), "src/data.rs")));
 if (!tables.length) throw new Error("the tables of encoding_rs are not found in its source");
-const wasm = Buffer.from(leanModule(whole, [view, survey].flatMap((folder) => readdirSync(folder).map((name) => join(folder, name))).filter((path) => /\.(js|css|html)$/.test(path)).map(read).concat(tables)));
+const wasm = leanCode(leanModule(whole, [view, survey].flatMap((folder) => readdirSync(folder).map((name) => join(folder, name))).filter((path) => /\.(js|css|html)$/.test(path)).map(read).concat(tables)));
 // A header with the size of the whole, which a pipe would not know.
 const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: wasm, maxBuffer: 2 * wasm.length });
 packed.writeBigUInt64LE(BigInt(wasm.length), 5);

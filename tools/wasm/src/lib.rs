@@ -56,13 +56,23 @@ pub extern "C" fn mocap_input(length: usize) -> *mut u8 {
     with_state(|state| state.input(length)).unwrap_or(std::ptr::null_mut())
 }
 
-/// Does what the first input asks for, and frees the inputs. 0: done; 1: it failed, and the answer says why.
+/// Does what the first input, a request, asks for, and frees the inputs. 0: done; 1: it failed, and the answer says
+/// why.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_call() -> u32 {
     if cfg!(target_family = "wasm") {
         remember_panics();
     }
     with_state(State::call).map_or(1, |done| u32::from(!done))
+}
+
+/// The same of what no page calls, so that the module of the drop page is without it: `page/lean_code.js`.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_call_other() -> u32 {
+    if cfg!(target_family = "wasm") {
+        remember_panics();
+    }
+    with_state(State::call_other).map_or(1, |done| u32::from(!done))
 }
 
 /// The address of the JSON (0) or of the bytes (1) of the last answer. They stay until the next call.

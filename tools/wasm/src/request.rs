@@ -9,6 +9,7 @@ use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed};
 use mocap::{Code, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -37,12 +38,6 @@ enum Request {
         #[serde(default)]
         options: Value,
     },
-    /// What is wrong with a file, and what it leaves open.
-    Check {
-        files: Vec<String>,
-        #[serde(default)]
-        options: Value,
-    },
     /// A changed copy of a scene.
     Convert {
         scene: u32,
@@ -62,8 +57,6 @@ enum Request {
     },
     /// The steps of [`Request::Edit`] and what each takes.
     Steps {},
-    /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
-    Run { job: Value, files: Vec<String> },
     /// A motion on a character, as a scene.
     Retarget {
         scene: u32,
@@ -71,15 +64,36 @@ enum Request {
         #[serde(default)]
         options: Value,
     },
-    /// Joint angles, ground reaction forces or analog channels.
-    Table { scene: u32, columns: Columns },
-    /// The gait of a walk, what a laboratory recorded, or how a skeleton was solved from markers.
-    Report { scene: u32, report: laboratory::Report },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
     /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the
     /// base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
     RobotMotion { scene: u32 },
+    /// A scene as a file: by the extension of a written format, or as csv, json or png.
+    Write {
+        scene: u32,
+        format: String,
+        #[serde(default)]
+        options: Value,
+    },
+}
+
+/// A call that the drop page does not make; see [`mocap_call_other`](crate::mocap_call_other).
+#[derive(Deserialize)]
+#[serde(tag = "call", rename_all = "camelCase", deny_unknown_fields)]
+enum OtherRequest {
+    /// What is wrong with a file, and what it leaves open.
+    Check {
+        files: Vec<String>,
+        #[serde(default)]
+        options: Value,
+    },
+    /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
+    Run { job: Value, files: Vec<String> },
+    /// Joint angles, ground reaction forces or analog channels.
+    Table { scene: u32, columns: Columns },
+    /// The gait of a walk, what a laboratory recorded, or how a skeleton was solved from markers.
+    Report { scene: u32, report: laboratory::Report },
     /// Begins a motion on a robot that comes pose by pose.
     RobotStream {
         scene: u32,
@@ -104,13 +118,6 @@ enum Request {
         #[serde(default)]
         mirror: bool,
     },
-    /// A scene as a file: by the extension of a written format, or as csv, json or png.
-    Write {
-        scene: u32,
-        format: String,
-        #[serde(default)]
-        options: Value,
-    },
 }
 
 /// The JSON and the bytes of an answer.
@@ -118,8 +125,7 @@ pub(crate) type Answer = (Vec<u8>, Vec<u8>);
 
 pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Result<Answer, Failure> {
     let scenes = &mut state.scenes;
-    let request = serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))?;
-    match request {
+    match parsed(request)? {
         Request::Read { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
             let options: ReadOptions = options_of("read", options)?;
@@ -134,10 +140,6 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
                 &[],
             )
         }
-        Request::Check { files: names, options } => {
-            let (file, others) = memory_files(&names, files)?;
-            check(&options_of("check", options)?, file, &others)
-        }
         Request::Convert { scene, options } => convert(scenes, scene, options_of("convert", options)?),
         Request::Edit {
             scene,
@@ -146,17 +148,28 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             bones,
         } => edit(scenes, scene, &steps, &others, bones),
         Request::Steps {} => Ok((json(&steps())?, Vec::new())),
-        Request::Run { job, files: names } => run(&job, &names, files),
         Request::Retarget {
             scene,
             character,
             options,
         } => retarget(scenes, scene, character, &options_of("retarget", options)?),
-        Request::Table { scene, columns } => laboratory::table(&scenes.get(scene)?.scene, columns),
-        Request::Report { scene, report } => laboratory::report(&scenes.get(scene)?.scene, report),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
-        Request::RobotStream { scene, robot, options } => {
+        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
+    }
+}
+
+pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+    let scenes = &mut state.scenes;
+    match parsed(request)? {
+        OtherRequest::Check { files: names, options } => {
+            let (file, others) = memory_files(&names, files)?;
+            check(&options_of("check", options)?, file, &others)
+        }
+        OtherRequest::Run { job, files: names } => run(&job, &names, files),
+        OtherRequest::Table { scene, columns } => laboratory::table(&scenes.get(scene)?.scene, columns),
+        OtherRequest::Report { scene, report } => laboratory::report(&scenes.get(scene)?.scene, report),
+        OtherRequest::RobotStream { scene, robot, options } => {
             let robot = scenes.get(robot)?.robot.as_ref();
             let robot =
                 robot.ok_or_else(|| Failure::argument("a robot is what readCharacter returns of URDF or MJCF"))?;
@@ -166,17 +179,17 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
                 .add(source, robot, &options_of("robotStream", options)?)?;
             Ok((json(&begun)?, Vec::new()))
         }
-        Request::RobotPush { stream } => {
+        OtherRequest::RobotPush { stream } => {
             let pose = files.first().map_or(&[][..], Vec::as_slice);
             state.robot_streams.push(stream, pose)
         }
-        Request::RobotFinish { stream } => state.robot_streams.finish(stream),
-        Request::RobotReport { stream } => state.robot_streams.report(stream),
-        Request::OpenClip { files: names } => {
+        OtherRequest::RobotFinish { stream } => state.robot_streams.finish(stream),
+        OtherRequest::RobotReport { stream } => state.robot_streams.report(stream),
+        OtherRequest::OpenClip { files: names } => {
             let (file, _) = memory_files(&names, files)?;
             Ok((json(&state.clips.open(file.bytes)?)?, Vec::new()))
         }
-        Request::Controller {
+        OtherRequest::Controller {
             character,
             motions,
             mirror,
@@ -188,8 +201,11 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             let figure = state.controllers.add(&character, database, &motions, mirror)?;
             Ok((json(&figure)?, Vec::new()))
         }
-        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
     }
+}
+
+fn parsed<T: DeserializeOwned>(request: &[u8]) -> Result<T, Failure> {
+    serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))
 }
 
 fn steps() -> Value {

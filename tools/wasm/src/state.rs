@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use crate::clips::Clips;
 use crate::controllers::Controllers;
 use crate::failure::Failure;
-use crate::request;
+use crate::request::{self, Answer};
 use crate::robot_streams::RobotStreams;
 use crate::scenes::Scenes;
 
@@ -45,13 +45,22 @@ impl State {
 
     /// Whether it was done.
     pub(crate) fn call(&mut self) -> bool {
+        self.call_with(request::answer)
+    }
+
+    /// The same of a call that the drop page does not make.
+    pub(crate) fn call_other(&mut self) -> bool {
+        self.call_with(request::answer_other)
+    }
+
+    fn call_with(&mut self, answer: impl Fn(&mut Self, &[u8], &[Vec<u8>]) -> Result<Answer, Failure>) -> bool {
         let mut inputs = std::mem::take(&mut self.inputs);
         self.bytes = Vec::new();
         let result = match inputs.is_empty() {
             true => Err(Failure::argument("there is no request")),
             false => {
                 let request = inputs.remove(0);
-                request::answer(self, &request, &inputs)
+                answer(self, &request, &inputs)
             }
         };
         let done = result.is_ok();
