@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { appendFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -431,6 +431,41 @@ check("a long take is packed, within the bound that the page states, and its cur
   assert.ok(largest > 0);
   await page.keyboard.press("j");
   await page.waitForFunction(() => window.mocap.state.clips[0].cached?.complete);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+// It writes 300 MB.
+if (values.all) check("the page of an hour has about 20 MB, within the bound that it states, and plays", async (browser) => {
+  const [head, text] = readFileSync(fixture("cmu_01_01"), "latin1").split(/(?<=Frame Time:.*\n)/);
+  const rows = text.trim().split("\n").map((row) => row.trim().split(/\s+/).map(Number));
+  const HOUR = 3600 * 120;
+  // There and back, with a slow sway, so that no two rounds are equal.
+  const rowAt = (frame) => {
+    const [at, sway] = [frame % (2 * rows.length), Math.sin(frame / 7001)];
+    return rows[at < rows.length ? at : 2 * rows.length - 1 - at].map((value, column) => (value + 0.3 * sway * ((column % 5) - 2)).toFixed(4)).join(" ");
+  };
+  const path = pageOfText.path("hour.bvh");
+  writeFileSync(path, head.replace(/(?<=Frames:\s*)\d+/, HOUR));
+  for (let first = 0; first < HOUR; first += 10_000) {
+    appendFileSync(path, Array.from({ length: Math.min(10_000, HOUR - first) }, (_, row) => `${rowAt(first + row)}\n`).join(""));
+  }
+  const address = pageOfFiles(path);
+  const { size } = statSync(fileURLToPath(address));
+  assert.ok(size < 21e6, `${size} bytes`);
+  const { page, trouble, close } = await open(browser, address);
+  const [stated, metres] = await page.evaluate(() => [window.mocap.state.clips[0].packingError, window.mocap.state.clips[0].metresPerUnit]);
+  assert.ok(stated > 0 && stated < 1.5e-3, `${stated} m`);
+  for (const at of [0, 4127, 4128, 200_000, HOUR - 1]) {
+    await page.evaluate((tick) => window.mocap.seek(tick), at);
+    await settled(page);
+    const expected = filePositions(path, at);
+    const drawn = await page.evaluate(() => window.mocap.drawn());
+    const largest = Math.max(...drawn.map((place, i) => metres * Math.hypot(...place.map((value, axis) => value - expected[i][axis]))));
+    assert.ok(largest <= stated + 1e-5, `tick ${at}: ${largest} m, the page states ${stated} m`);
+  }
+  await page.keyboard.press(" ");
+  await page.waitForFunction((before) => window.mocap.state.time > before, await page.evaluate(() => window.mocap.state.time));
   assert.deepEqual(trouble, []);
   await close();
 });
