@@ -17,6 +17,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod bend;
 mod bound;
 mod builder;
 pub(crate) mod clouds;
@@ -28,7 +29,7 @@ mod network;
 mod path;
 mod random;
 mod through;
-mod walk;
+pub(crate) mod walk;
 
 use serde::{Deserialize, Serialize};
 

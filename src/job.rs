@@ -18,8 +18,11 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod file_graph;
 mod files;
 mod form;
+mod graph;
+mod graph_job;
 mod maker;
 mod meshes;
 mod names;
@@ -32,13 +35,16 @@ mod smaller;
 mod source;
 mod survey;
 mod text;
+mod walk;
 mod writing;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+pub use self::file_graph::FileGraph;
 use self::files::Files;
+pub use self::graph::{GraphReport, Graphing};
 pub use self::maker::{Made, Maker};
 pub use self::names::JointNames;
 pub use self::onto::{Feet, Onto, OntoBody, RequiredVerdict};
@@ -50,6 +56,7 @@ pub use self::smaller::Smaller;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 pub use self::survey::Surveying;
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
+pub use self::walk::Walking;
 pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Result};
@@ -84,6 +91,13 @@ pub struct Job {
     /// in the table that `write` names, if it does.
     #[serde(skip_serializing_if = "is_default")]
     pub survey: Option<Surveying>,
+    /// How the moments of the inputs are compared: the output is their motion graph, and with `walk` a walk over it.
+    #[serde(skip_serializing_if = "is_default")]
+    pub graph: Option<Graphing>,
+    /// The walk over a motion graph that is the motion of the job: over that of `graph`, or over the file of one, which
+    /// is then the input.
+    #[serde(skip_serializing_if = "is_default")]
+    pub walk: Option<Walking>,
     /// The output.
     pub write: Writing,
 }
@@ -157,6 +171,9 @@ impl Job {
         if let Some(surveying) = &self.survey {
             return self.run_survey(surveying, Files { given, has_disk: true });
         }
+        if let (Some(graphing), None) = (&self.graph, &self.walk) {
+            return self.run_graph(graphing, Files { given, has_disk: true });
+        }
         let output = &self.write.output;
         self.check_one_file()?;
         let policy = self.policy();
@@ -170,8 +187,10 @@ impl Job {
             scene,
             clips,
             left_out,
+            walk,
             ..
         } = made;
+        report.walk = walk;
         written.save(output, &policy)?;
         // Not before, because a `.gltf` that a killed process has left says whose its buffer is.
         remove_unfinished(output);
@@ -214,7 +233,8 @@ impl Job {
     pub fn policy(&self) -> ReplacePolicy {
         let target = self.onto.as_ref().map(|onto| &onto.body().file);
         let inputs = self.source.inputs.iter().chain(&self.source.with).chain(target);
-        let inputs = inputs.map(AsRef::as_ref).chain(self.read.files());
+        let body = self.graph.iter().filter_map(|graphing| graphing.on.as_deref());
+        let inputs = inputs.map(AsRef::as_ref).chain(self.read.files()).chain(body);
         ReplacePolicy::new(inputs).force(self.write.force)
     }
 
@@ -283,10 +303,11 @@ impl Job {
     fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
         if let Some(surveying) = &self.survey {
             let (made, report) = self.survey(surveying, files)?;
-            let made = made
-                .into_iter()
-                .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
-            return Ok((Written::of(made.collect()), report));
+            return Ok((written(made), report));
+        }
+        if let (Some(graphing), None) = (&self.graph, &self.walk) {
+            let (made, report) = self.graph_of(graphing, files)?;
+            return Ok((written(made), report));
         }
         let (mut report, output) = (JobReport::default(), &self.write.output);
         let maker = Maker::of(self, files, &mut |said| report.hear(said))?;
@@ -296,8 +317,17 @@ impl Job {
         report.problem = maker.problem(&made.clips);
         report.leave_out(made.left_out);
         report.clips = made.clips;
+        report.walk = made.walk;
         Ok((written, report))
     }
+}
+
+/// Files that are made, in memory.
+fn written(made: Vec<(PathBuf, Vec<u8>)>) -> Written {
+    let files = made
+        .into_iter()
+        .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
+    Written::of(files.collect())
 }
 
 /// A step is a text, or an object with its name and its options.

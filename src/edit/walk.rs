@@ -15,6 +15,7 @@ use crate::figure::Figure;
 use crate::graph::Walk;
 use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;
+use crate::graph::walk::{Bend, smooth};
 use crate::pose::{Binding, Trs, have_the_same_joints};
 use crate::scene::{Animation, NodeId, Scene};
 
@@ -87,7 +88,12 @@ impl Walk {
         let count = (self.seconds() * rate + 1e-6).floor() as usize + 1;
         let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
         for frame in 0..count {
-            rows.push(joined.row(frame as f64 / rate, &space)?);
+            let seconds = frame as f64 / rate;
+            let mut row = joined.row(seconds, &space)?;
+            if let Some(bend) = Bend::at(&self.bends, seconds * self.rate) {
+                joined.carrier.apply(&placement(&bend, &space), &mut row);
+            }
+            rows.push(row);
         }
         let mut report = WalkReport {
             frames: count,
@@ -210,7 +216,7 @@ impl<'a> Joined<'a> {
                 let next = self.walk.pieces[self.piece + 1];
                 let from = own(self)?;
                 let to = self.clip_row(self.piece + 1, next.first as f64 - blend * (1.0 - part), space)?;
-                let weight = smooth(part as f32);
+                let weight = smooth(part) as f32;
                 let pairs = from.iter().zip(&to);
                 return Ok(pairs.map(|(from, to)| between(*from, *to, weight)).collect());
             }
@@ -229,12 +235,6 @@ impl<'a> Joined<'a> {
             .apply(&placement(&self.walk.placements[piece], space), &mut row);
         Ok(row)
     }
-}
-
-/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends, and is
-/// smaller between them than that of smoother curves, so that joints are hardly faster than in the clips.
-fn smooth(part: f32) -> f32 {
-    part * part * (3.0 - 2.0 * part)
 }
 
 /// The motion over the ground of an alignment, in the unit of the scene.

@@ -7,6 +7,8 @@
 //! Bessel's inequality the squares of these two coefficients add up to no more. A window has four numbers for each
 //! point, then, whose distance is never above that of the windows. Blocks of windows have boxes around them.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::clouds::{CloudSpace, Clouds};
@@ -15,61 +17,102 @@ use crate::math::wide;
 
 /// Windows of a block.
 pub(super) const BLOCK: usize = 16;
-/// Numbers that are compared at once.
+/// Windows, or blocks, that are compared at once; of numbers so many before it is looked whether they are near still.
 const LANES: usize = 8;
+
+/// A number of eight windows or of eight blocks.
+type Lanes = [f32; LANES];
 /// Numbers of a point: the two coefficients of its height and of its radius.
 const OF_POINT: usize = 4;
 /// What is added to the threshold for the rounding of numbers of 32 bits: a part of it, and metres.
 const SLACK: (f32, f32) = (1e-3, 1e-5);
 
-/// The numbers of the windows of a clip, those first that differ most.
+/// The numbers of the windows of a clip, those first that differ most. Where a window or a block is missing at the end,
+/// its numbers are infinite.
 #[derive(Clone, Debug)]
 pub(super) struct Bounds {
     width: usize,
-    rows: Vec<f32>,
-    /// Of each block the least and then the largest numbers.
-    boxes: Vec<f32>,
+    count: usize,
+    /// Eight windows side by side: their first numbers, their second ones, and so on.
+    windows: Vec<Lanes>,
+    /// Eight blocks side by side: the least and the largest of each number.
+    boxes: Vec<[Lanes; 2]>,
 }
+
+/// Some windows of a clip and of another one, or of the same.
+pub(super) type Rectangle = [Range<usize>; 2];
 
 impl Bounds {
     /// Those of all clips.
     pub(super) fn of(space: &CloudSpace, window: &Window, clips: &[Clouds]) -> Vec<Self> {
         let all: Vec<Vec<f32>> = crate::math::spread::spread(clips, |clip| numbers(space, window, clip));
         let order = order(&all, space.weights.len() * OF_POINT);
-        let width = order.len().next_multiple_of(LANES);
-        let sorted = |numbers: Vec<f32>| {
-            let mut rows = Vec::with_capacity(numbers.len() / order.len() * width);
-            for row in numbers.chunks_exact(order.len()) {
-                rows.extend(order.iter().map(|column| row[*column]));
-                rows.resize(rows.len().next_multiple_of(width), 0.0);
-            }
-            let boxes = rows.chunks(BLOCK * width).flat_map(|block| box_around(block, width));
-            Self {
-                width,
-                boxes: boxes.collect(),
-                rows,
-            }
-        };
-        all.into_iter().map(sorted).collect()
+        all.into_iter().map(|numbers| Self::sorted(&numbers, &order)).collect()
     }
 
-    /// Whether a window of one block may be within `threshold` metres of one of a block of another clip.
-    pub(super) fn may_be_near(&self, block: usize, other: &Self, other_block: usize, threshold: f32) -> bool {
-        let limit = (threshold * (1.0 + SLACK.0) + SLACK.1).powi(2);
-        let around = |bounds: &'_ Self, block: usize| 2 * block * bounds.width..2 * (block + 1) * bounds.width;
-        let (own, others) = (
-            &self.boxes[around(self, block)],
-            &other.boxes[around(other, other_block)],
-        );
-        if !are_boxes_near(own, others, limit) {
-            return false;
-        }
-        let rows = |bounds: &'_ Self, block: usize| {
-            let start = block * BLOCK * bounds.width;
-            start..(start + BLOCK * bounds.width).min(bounds.rows.len())
+    /// Rows of numbers, in another order of columns, side by side.
+    fn sorted(numbers: &[f32], order: &[usize]) -> Self {
+        let (width, count) = (order.len().next_multiple_of(LANES), numbers.len() / order.len());
+        let value = |window: usize, column: usize| match order.get(column) {
+            Some(column) => numbers[window * order.len() + column],
+            None => 0.0,
         };
-        let (own, others) = (&self.rows[rows(self, block)], &other.rows[rows(other, other_block)]);
-        is_any_near(own, others, self.width, limit)
+        let side_by_side = |group: usize, column: usize| -> Lanes {
+            std::array::from_fn(|lane| match group * LANES + lane {
+                window if window < count => value(window, column),
+                _ => f32::INFINITY,
+            })
+        };
+        let around = |block: usize, column: usize| {
+            let windows = block * BLOCK..((block + 1) * BLOCK).min(count);
+            windows.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], window| {
+                let value = value(window, column);
+                [least.min(value), most.max(value)]
+            })
+        };
+        let boxes = |group: usize, column: usize| -> [Lanes; 2] {
+            let mut lanes = [[f32::INFINITY; LANES]; 2];
+            let blocks = group * LANES..((group + 1) * LANES).min(count.div_ceil(BLOCK));
+            for (lane, block) in blocks.enumerate() {
+                [lanes[0][lane], lanes[1][lane]] = around(block, column);
+            }
+            lanes
+        };
+        let columns = |groups: usize| (0..groups).flat_map(move |group| (0..width).map(move |column| (group, column)));
+        let blocks = count.div_ceil(BLOCK);
+        Self {
+            width,
+            count,
+            windows: columns(count.div_ceil(LANES))
+                .map(|(group, column)| side_by_side(group, column))
+                .collect(),
+            boxes: columns(blocks.div_ceil(LANES))
+                .map(|(group, column)| boxes(group, column))
+                .collect(),
+        }
+    }
+
+    /// The windows of a block, and of another clip those that may be within `threshold` metres of one of these: of each
+    /// block there a rectangle around all such pairs. With `apart`, both are of one clip, and the second window begins
+    /// so many frames after the first at least.
+    pub(super) fn near(&self, block: usize, other: &Self, threshold: f32, apart: Option<usize>) -> Vec<Rectangle> {
+        let limit = (threshold * (1.0 + SLACK.0) + SLACK.1).powi(2);
+        let first = block * BLOCK;
+        let least = apart.map_or(0, |apart| first + apart);
+        let own = &self.boxes[block / LANES * self.width..][..self.width];
+        let mut found = Vec::new();
+        for group in least / BLOCK / LANES..other.boxes.len() / other.width.max(1) {
+            let boxes = &other.boxes[group * other.width..][..other.width];
+            let distances = box_distances(own, block % LANES, boxes, limit);
+            for (lane, distance) in distances.into_iter().enumerate() {
+                let second = (group * LANES + lane) * BLOCK;
+                if distance <= limit && second + BLOCK > least {
+                    let near = near_windows((self, first), (other, second), limit, apart);
+                    found.extend(near);
+                }
+            }
+        }
+        found
     }
 }
 
@@ -128,67 +171,83 @@ fn order(all: &[Vec<f32>], width: usize) -> Vec<usize> {
     order
 }
 
-/// The least and the largest numbers of some rows.
-fn box_around(rows: &[f32], width: usize) -> Vec<f32> {
-    let mut around = vec![f32::INFINITY; width];
-    around.resize(2 * width, f32::NEG_INFINITY);
-    let (least, most) = around.split_at_mut(width);
-    for row in rows.chunks_exact(width) {
-        for ((value, least), most) in row.iter().zip(&mut *least).zip(&mut *most) {
-            *least = least.min(*value);
-            *most = most.max(*value);
-        }
-    }
-    around
-}
-
 wide::dispatch! {
-    /// Whether two boxes are within the root of `limit`.
-    fn are_boxes_near(a: &[f32], b: &[f32], limit: f32) -> bool {
-        let width = a.len() / 2;
-        let mut sum = 0.0;
-        for start in (0..width).step_by(LANES) {
-            let mut lanes = [0.0; LANES];
-            for (lane, sum) in lanes.iter_mut().enumerate() {
-                let column = start + lane;
-                let (below, above) = (a[column] - b[width + column], b[column] - a[width + column]);
-                let apart = if below > above { below } else { above };
-                let apart = if apart > 0.0 { apart } else { 0.0 };
-                *sum = apart * apart;
+    /// How far a block is from eight others, squared, or a part of that where it is more than `limit` for all.
+    fn box_distances(own: &[[Lanes; 2]], lane: usize, others: &[[Lanes; 2]], limit: f32) -> Lanes {
+        let mut sums = [0.0; LANES];
+        for start in (0..own.len().min(others.len())).step_by(LANES) {
+            for column in start..start + LANES {
+                let (least, most) = (own[column][0][lane], own[column][1][lane]);
+                let [other_least, other_most] = &others[column];
+                for place in 0..LANES {
+                    let (below, above) = (least - other_most[place], other_least[place] - most);
+                    let apart = if below > above { below } else { above };
+                    let apart = if apart > 0.0 { apart } else { 0.0 };
+                    sums[place] += apart * apart;
+                }
             }
-            sum += lanes.iter().sum::<f32>();
-            if sum > limit {
-                return false;
+            if are_all_above(&sums, limit) {
+                break;
             }
         }
-        true
+        sums
     }
 }
 
 wide::dispatch! {
-    /// Whether any two rows are within the root of `limit`.
-    fn is_any_near(a: &[f32], b: &[f32], width: usize, limit: f32) -> bool {
-        for row in a.chunks_exact(width) {
-            for other in b.chunks_exact(width) {
-                let mut sum = 0.0;
-                for (row, other) in row.chunks_exact(LANES).zip(other.chunks_exact(LANES)) {
-                    let mut lanes = [0.0; LANES];
-                    for (lane, sum) in lanes.iter_mut().enumerate() {
-                        let apart = row[lane] - other[lane];
-                        *sum = apart * apart;
+    /// The rectangle around the pairs of windows of two blocks that are within the root of `limit`.
+    fn near_windows(
+        own: (&Bounds, usize),
+        other: (&Bounds, usize),
+        limit: f32,
+        apart: Option<usize>,
+    ) -> Option<Rectangle> {
+        let ((own, first), (other, second)) = (own, other);
+        let width = own.width;
+        let mut near: Option<Rectangle> = None;
+        for row in first..(first + BLOCK).min(own.count) {
+            let (lane, numbers) = (row % LANES, &own.windows[row / LANES * width..]);
+            for column in (second..(second + BLOCK).min(other.count)).step_by(LANES) {
+                let others = &other.windows[column / LANES * width..];
+                let mut sums = [0.0; LANES];
+                for start in (0..width).step_by(LANES) {
+                    for place in start..start + LANES {
+                        let number = numbers[place][lane];
+                        for (sum, other) in sums.iter_mut().zip(&others[place]) {
+                            let apart = number - other;
+                            *sum += apart * apart;
+                        }
                     }
-                    sum += lanes.iter().sum::<f32>();
-                    if sum > limit {
+                    if are_all_above(&sums, limit) {
                         break;
                     }
                 }
-                if sum <= limit {
-                    return true;
+                for (place, sum) in sums.into_iter().enumerate() {
+                    let column = column + place;
+                    if sum <= limit && apart.is_none_or(|apart| column >= row + apart) {
+                        near = Some(match near {
+                            None => [row..row + 1, column..column + 1],
+                            Some([rows, columns]) => [
+                                rows.start..row + 1,
+                                columns.start.min(column)..columns.end.max(column + 1),
+                            ],
+                        });
+                    }
                 }
             }
         }
-        false
+        near
     }
+}
+
+/// Whether eight numbers are above a limit.
+#[inline(always)]
+fn are_all_above(numbers: &Lanes, limit: f32) -> bool {
+    let mut are = true;
+    for number in numbers {
+        are &= *number > limit;
+    }
+    are
 }
 
 #[cfg(test)]
@@ -208,12 +267,13 @@ mod tests {
             let count = window.count(&clip);
             let exact = window.distances(&space, (&clip, 0..count), (&clip, 0..count));
             let bounds = Bounds::of(&space, &window, std::slice::from_ref(&clip)).remove(0);
-            let rows: Vec<&[f32]> = bounds.rows.chunks_exact(bounds.width).collect();
+            let row = |window: usize| {
+                let numbers = &bounds.windows[window / LANES * bounds.width..][..bounds.width];
+                numbers.iter().map(move |lanes| lanes[window % LANES])
+            };
             for (cell, exact) in exact.iter().enumerate() {
-                let (row, other) = (rows[cell / count], rows[cell % count]);
-                let bound = row
-                    .iter()
-                    .zip(other)
+                let bound = row(cell / count)
+                    .zip(row(cell % count))
                     .map(|(a, b)| (a - b) * (a - b))
                     .sum::<f32>()
                     .sqrt();

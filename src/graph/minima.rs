@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::bound::{BLOCK, Bounds};
+use super::bound::{BLOCK, Bounds, Rectangle};
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use crate::math::spread::spread;
@@ -49,9 +49,9 @@ pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], thre
                 is_same: *first == second,
                 threshold,
             };
-            let is_near = |other| bounds[*first].may_be_near(*block, &bounds[second], other, threshold);
-            for columns in runs(blocks(second), |other| pair.has_pairs(*block, other) && is_near(other)) {
-                let minima = pair.minima(*block, columns).into_iter();
+            let apart = (*first == second).then(|| window.frames());
+            for near in bounds[*first].near(*block, &bounds[second], threshold, apart) {
+                let minima = pair.minima(near).into_iter();
                 found.extend(minima.map(|(starts, distance)| Minimum {
                     clips: [*first, second],
                     starts,
@@ -66,18 +66,6 @@ pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], thre
     found
 }
 
-/// Blocks in a row for which `is_wanted` holds, as ranges of at most a tile.
-fn runs(blocks: usize, mut is_wanted: impl FnMut(usize) -> bool) -> Vec<Range<usize>> {
-    let mut runs: Vec<Range<usize>> = Vec::new();
-    for block in (0..blocks).filter(|block| is_wanted(*block)) {
-        match runs.last_mut() {
-            Some(run) if run.end == block && run.len() < TILE / BLOCK => run.end += 1,
-            _ => runs.push(block..block + 1),
-        }
-    }
-    runs
-}
-
 /// Two clips that are compared.
 struct Pair<'a> {
     space: &'a CloudSpace,
@@ -88,16 +76,9 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Whether two blocks have windows that are a pair.
-    fn has_pairs(&self, block: usize, other: usize) -> bool {
-        !self.is_same || (other + 1) * BLOCK > block * BLOCK + self.window.frames()
-    }
-
-    /// The minima of a block of rows and some blocks of columns.
-    fn minima(&self, block: usize, blocks: Range<usize>) -> Vec<([usize; 2], f32)> {
+    /// The minima of some rows and some columns.
+    fn minima(&self, [rows, columns]: Rectangle) -> Vec<([usize; 2], f32)> {
         let [height, width] = self.clips.map(|clip| self.window.count(clip));
-        let rows = block * BLOCK..((block + 1) * BLOCK).min(height);
-        let columns = blocks.start * BLOCK..(blocks.end * BLOCK).min(width);
         // A row and a column more on each side are neighbours.
         let above = rows.start.saturating_sub(1)..(rows.end + 1).min(height);
         let beside = columns.start.saturating_sub(1)..(columns.end + 1).min(width);

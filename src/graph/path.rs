@@ -94,6 +94,7 @@ impl Network<'_> {
             for exit in exits {
                 if let Some(end) = self.end(&path, &state, exit.from[1]) {
                     walk.stay_until(end);
+                    walk.bends = self.bends(&walk, &path);
                     return Ok(walk);
                 }
                 state = self.stay(&path, &state, exit.from[1]);
@@ -107,6 +108,7 @@ impl Network<'_> {
                 return Err(refuse("no walk of the graph gets on along the path").into());
             }
         }
+        walk.bends = self.bends(&walk, &path);
         Ok(walk)
     }
 

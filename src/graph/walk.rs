@@ -1,5 +1,7 @@
 //! A walk over a graph: pieces of clips, one after another.
 
+use glam::DVec2;
+
 use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
@@ -18,6 +20,8 @@ pub struct Walk {
     pub window: usize,
     /// How each piece is moved over the ground.
     pub(crate) placements: Vec<Alignment>,
+    /// How each frame is moved over the ground so that it is on the path; none of a walk without one.
+    pub(crate) bends: Vec<Bend>,
     /// The length that was asked for, in seconds; what is beyond is cut.
     pub(crate) length: f64,
 }
@@ -51,6 +55,7 @@ impl Walk {
             rate: network.rate,
             window: network.window.frames(),
             placements: vec![placement],
+            bends: Vec::new(),
             length: f64::INFINITY,
         }
     }
@@ -85,4 +90,35 @@ impl Walk {
     pub fn seconds(&self) -> f64 {
         (self.frames() as f64 / self.rate).min(self.length)
     }
+}
+
+/// How a frame of a walk is moved over the ground: turned about where the figure is, and shifted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bend {
+    pub(super) centre: DVec2,
+    pub(super) moved: DVec2,
+    pub(super) turn: f64,
+}
+
+impl Bend {
+    /// The bend at a frame and a fraction.
+    pub(crate) fn at(bends: &[Self], frame: f64) -> Option<Alignment> {
+        let last = bends.len().checked_sub(1)?;
+        let first = (frame.max(0.0) as usize).min(last);
+        let (from, to, part) = (bends[first], bends[(first + 1).min(last)], frame - first as f64);
+        let part = part.clamp(0.0, 1.0);
+        let (centre, moved) = (from.centre.lerp(to.centre, part), from.moved.lerp(to.moved, part));
+        let turn = from.turn + part * (to.turn - from.turn);
+        Some(Alignment {
+            turn,
+            offset: centre + moved - DVec2::from_angle(turn).rotate(centre),
+            distance: 0.0,
+        })
+    }
+}
+
+/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends, and is
+/// smaller between them than that of smoother curves, so that joints are hardly faster than in the clips.
+pub(crate) fn smooth(part: f64) -> f64 {
+    part * part * (3.0 - 2.0 * part)
 }

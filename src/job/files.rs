@@ -1,11 +1,11 @@
 //! Where the files of a job are: on a disk, or in memory.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Onto;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::files::read_text;
-use crate::import::{Importer, MemoryFile};
+use crate::files::{ReplacePolicy, read_text, write_file};
+use crate::import::{self, Importer, MemoryFile};
 use crate::process::SkeletonMesh;
 use crate::retargeting::Target;
 use crate::scene::Scene;
@@ -39,6 +39,14 @@ impl<'a> Files<'a> {
         };
         let text = read.map_err(|error| Diagnostic::new(Code::InvalidValue, error.to_string()));
         text.map_err(|error| Error::from(error).with_path(path))
+    }
+
+    /// The text of a file that is neither a pipe nor a device, of a size within the limits of reading.
+    pub(super) fn regular_text(&self, path: &Path) -> Result<String> {
+        match self.find(path).is_none() && self.has_disk {
+            true => import::read_text(path),
+            false => self.text(path),
+        }
     }
 
     /// The body that motions are put on. `mesh` is what shows the skeleton of a character without meshes.
@@ -84,4 +92,25 @@ fn missing(path: &Path) -> Error {
         path.display().to_string()
     );
     Diagnostic::new(Code::MissingFile, message).into()
+}
+
+/// Refuses outputs that would replace an input, and two of one name.
+pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let outputs: Vec<&PathBuf> = outputs.collect();
+    for (number, path) in outputs.iter().enumerate() {
+        policy.check_inputs(path)?;
+        if outputs[..number].contains(path) {
+            let message = format!("two outputs are called {}; give each its own name", path.display());
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+    }
+    Ok(())
+}
+
+/// Writes files, where none of them may be somebody's.
+pub(super) fn write_all(policy: &ReplacePolicy, made: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+    for (path, bytes) in made {
+        policy.check_bytes(path, bytes)?;
+    }
+    made.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
 }

@@ -14,7 +14,7 @@ use super::onto::import_onto;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
 use super::{Job, JointNames, Onto, meshes, names};
 use crate::convert::{Conversion, FirstFrame};
-use crate::edit::EditStep;
+use crate::edit::{EditStep, WalkReport};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::is_at_rest_for;
 use crate::figure::{Figure, Humanoid, HumanoidMap};
@@ -75,6 +75,8 @@ pub struct Made {
     pub humanoid: Option<Humanoid>,
     /// How well each motion is kept on the other body.
     pub clips: Vec<Report>,
+    /// What the walk over a motion graph is, where the motion is one.
+    pub walk: Option<WalkReport>,
     /// The motions of several for one output that could not be put on the other body, and why.
     pub left_out: Vec<(PathBuf, Diagnostic)>,
 }
@@ -93,6 +95,9 @@ impl<'a> Maker<'a> {
     pub(super) fn of(job: &Job, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
         let names = job.source.with.iter().map(|file| file.display().to_string());
         EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
+        if let Some(walking) = &job.walk {
+            job.check_walk(walking)?;
+        }
         let (form, target) = match &job.onto {
             None => (Form::of_motion(&job.write)?, None),
             Some(onto) => {
@@ -201,6 +206,7 @@ impl<'a> Maker<'a> {
     /// with the file.
     pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
         match &self.target {
+            _ if self.job.walk.is_some() => self.make_walk(output, hear),
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
                 let motion = one(motions)?;
@@ -208,6 +214,21 @@ impl<'a> Maker<'a> {
                 self.make_of(source, motion, output, hear)
             }
         }
+    }
+
+    /// Makes the output of the walk over a motion graph.
+    fn make_walk(&self, output: &Path, hear: Hear<'_>) -> Result<Made> {
+        let walking = self.job.walk.clone().unwrap_or_default();
+        let (scene, report) = self.job.walk_of(&walking, self.files, output, hear)?;
+        let input = one(&self.job.source.inputs[..1])?;
+        let mut source = self.prepare(scene, input, hear)?;
+        let name = output.file_stem().unwrap_or_default();
+        source.name = name.to_string_lossy().into_owned();
+        let made = self.make_of(source, input, output, hear)?;
+        Ok(Made {
+            walk: Some(report),
+            ..made
+        })
     }
 
     /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
@@ -234,6 +255,7 @@ impl<'a> Maker<'a> {
             scene: Some(scene),
             humanoid: Some(humanoid),
             clips: Vec::new(),
+            walk: None,
             left_out: Vec::new(),
         })
     }

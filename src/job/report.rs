@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::Said;
-use crate::edit::EditReport;
+use super::{GraphReport, Said};
+use crate::edit::{EditReport, WalkReport};
 use crate::error::Diagnostic;
 use crate::format::{Achieved, Renamed, Written};
 use crate::retargeting::Report;
@@ -56,6 +56,12 @@ pub struct JobReport {
     /// The rows of a survey.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub survey: Vec<ClipRow>,
+    /// How large the motion graph is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub graph: Option<GraphReport>,
+    /// What the walk over a motion graph is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walk: Option<WalkReport>,
     /// What is worse than the job allows: the files are written nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::files::Files;
+use super::files::{Files, check_outputs, write_all};
 use super::{Job, JobReport, OutputFile, Reading, Sources, Writing, file_name, is_default};
 use crate::error::{Code, Diagnostic, Result};
-use crate::files::write_file;
 use crate::import::Importer;
 use crate::math::spread::spread;
 use crate::process::SkeletonMesh;
@@ -231,21 +230,10 @@ impl Job {
     pub(super) fn run_survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<JobReport> {
         let policy = self.policy();
         let table = Some(&self.write.output).filter(|output| !output.as_os_str().is_empty());
-        let outputs: Vec<&PathBuf> = surveying.html.iter().chain(&surveying.sarif).chain(table).collect();
-        for (number, path) in outputs.iter().enumerate() {
-            policy.check_inputs(path)?;
-            if outputs[..number].contains(path) {
-                let message = format!("two outputs are called {}; give each its own name", path.display());
-                return Err(Diagnostic::new(Code::InvalidValue, message).into());
-            }
-        }
+        let outputs = surveying.html.iter().chain(&surveying.sarif).chain(table);
+        check_outputs(&policy, outputs)?;
         let (made, report) = self.survey(surveying, files)?;
-        for (path, bytes) in &made {
-            policy.check_bytes(path, bytes)?;
-        }
-        for (path, bytes) in &made {
-            write_file(path, bytes)?;
-        }
+        write_all(&policy, &made)?;
         Ok(report)
     }
 

@@ -36,6 +36,8 @@ pub struct Followed {
     pub mean_distance: f64,
     /// At most.
     pub largest_distance: f64,
+    /// How far it looked from where the path leads, in degrees in the mean.
+    pub mean_angle: f64,
     /// Whether it came to the end of the path.
     pub has_arrived: bool,
 }
@@ -76,13 +78,16 @@ impl Controller {
         };
         let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
         let frames = (seconds * FEATURE_RATE) as usize;
-        let (mut along, mut sum, jumps) = (0.0, 0.0, self.jumps());
+        let (mut along, jumps) = (0.0, self.jumps());
+        let mut before = self.position();
         for _ in 0..frames {
             record.add(self.pose());
             let position = self.position().xz().as_dvec2();
-            along = nearest(&path, position, along, speed * LOOKED_AT);
-            let distance = path.at(along).distance(position);
-            sum += distance;
+            along = path.nearest(position, along, speed * LOOKED_AT);
+            let (distance, direction) = (path.at(along).distance(position), path.direction(along));
+            let angle = direction.angle_to(self.forward().xz().as_dvec2()).abs().to_degrees();
+            followed.mean_distance += distance;
+            followed.mean_angle += angle;
             followed.largest_distance = followed.largest_distance.max(distance);
             followed.frames += 1;
             if path.length() - along < ARRIVED {
@@ -92,9 +97,13 @@ impl Controller {
             let ahead = AHEAD.map(|frames| along + speed * frames as f64 / FEATURE_RATE);
             let positions = ahead.map(|along| on_ground(path.at(along)));
             let directions = ahead.map(|along| on_ground(path.direction(along)));
+            let step = self.position().distance(before);
+            before = self.position();
+            self.correct(on_ground(path.at(along)), on_ground(direction), step);
             self.update(&Trajectory::new(positions, directions));
         }
-        followed.mean_distance = sum / followed.frames.max(1) as f64;
+        followed.mean_distance /= followed.frames.max(1) as f64;
+        followed.mean_angle /= followed.frames.max(1) as f64;
         followed.jumps = self.jumps() - jumps;
         Ok((record.animation(character), followed))
     }
@@ -121,15 +130,4 @@ fn line(points: &[Vec2], speed: f32) -> Result<Polyline> {
     let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
     let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
     Err(diagnostic.expected_found(expected, message).into())
-}
-
-/// How far along the point nearest to a position is, from `from` to `beyond` after it.
-fn nearest(path: &Polyline, position: DVec2, from: f64, beyond: f64) -> f64 {
-    const STEPS: usize = 50;
-    let along = |step: usize| (from + beyond * step as f64 / STEPS as f64).min(path.length());
-    let candidates = (0..=STEPS).map(along);
-    let distance = |along: &f64| path.at(*along).distance_squared(position);
-    candidates
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .unwrap_or(from)
 }

@@ -31,6 +31,8 @@ const WEIGHTS: [i32; WIDTH - 3 * LIMBS] = [6, 2, 2, 2];
 pub struct FindOptions {
     /// How many are found at most. Default: 10.
     pub count: usize,
+    /// How many parts of one clip are found at most: with 1, other clips are not crowded out. Default: any number.
+    pub per_clip: Option<usize>,
     /// Whether what is like the mirror image of the query is found too. Default: `true`.
     pub mirror: bool,
     /// The clips that are looked at, by their rows. Default: all.
@@ -41,6 +43,7 @@ impl Default for FindOptions {
     fn default() -> Self {
         Self {
             count: 10,
+            per_clip: None,
             mirror: true,
             condition: None,
         }
@@ -50,6 +53,7 @@ impl Default for FindOptions {
 setters! {
     FindOptions {
         count: usize,
+        per_clip: Option<usize>,
         mirror: bool,
         condition: Option<Condition>,
     }
@@ -96,7 +100,8 @@ impl Database {
                 .flat_map(|(samples, mirrored)| parts(clip, samples, *mirrored))
                 .collect();
             parts.sort_by_key(|part| (part.cost, part.first, part.mirrored));
-            found.extend(apart(&parts, options.count).iter().map(|part| part.found(clip, query)));
+            let count = options.per_clip.map_or(options.count, |most| most.min(options.count));
+            found.extend(apart(&parts, count).iter().map(|part| part.found(clip, query)));
             found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             found.truncate(options.count);
         }

@@ -1,7 +1,8 @@
-//! The frame nearest to a query, exactly: boxes around 16, 64 and 1,024 frames. A box is left out where its nearest
-//! point is farther than the best frame so far. Holden's demonstration has boxes around consecutive frames. Here the
-//! frames are split in halves along the feature in which they spread most, and the halves again, as in a k-d tree
-//! (Friedman, Bentley and Finkel, 1977), so that boxes are small.
+//! The frame nearest to a query, exactly: a tree of boxes around 8, 64, 512, ... frames. A box is left out where its
+//! nearest point is farther than the best frame so far; of eight boxes the nearest is looked into first. Holden's
+//! demonstration has boxes around consecutive frames. Here the frames are split in halves along the feature in which
+//! they spread most, and the halves again, as in a k-d tree (Friedman, Bentley and Finkel, 1977), so that boxes are
+//! small. Eight frames, or boxes, stand side by side in memory, and are compared at once.
 //!
 //! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
 //! a weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller
@@ -23,12 +24,27 @@ const GROUPS: [(Range<usize>, f32); 7] = [
     (15..21, 1.0),
     (21..27, 1.5),
 ];
-/// Frames of a box, the large ones first; each a multiple of the next.
-const SIZES: [usize; 3] = [1024, 64, 16];
+/// Frames of the smallest boxes, and boxes of the next larger one.
+const FAN: usize = 8;
+/// Levels of boxes at most: of 8^11 frames, more than 32 bits count.
+const LEVELS: usize = 11;
 /// Frames at the end of a clip that are not found: after them there is a third of a second at most.
 const ENDS: usize = 20;
 
 type Row = [f32; FEATURES];
+
+/// A number of eight frames, or of eight boxes.
+type Lanes = [f32; FAN];
+
+/// Eight frames, or as many as there are: what is missing is infinitely far.
+type Leaf = [Lanes; FEATURES];
+
+/// Eight boxes: their least and their largest values.
+#[derive(Clone, Debug)]
+struct Boxes {
+    least: Leaf,
+    most: Leaf,
+}
 
 /// The frames of a database, to find the one nearest to a query.
 ///
@@ -51,9 +67,9 @@ pub struct FeatureTree {
     /// The frames that can be found, so that those of a box stand together.
     frames: Vec<u32>,
     /// Their features.
-    rows: Vec<Row>,
-    /// For each of [`SIZES`] the least and the largest values of the frames of each box.
-    boxes: [Vec<[Row; 2]>; 3],
+    leaves: Vec<Leaf>,
+    /// The boxes around leaves, then those around eight of these, and so on until there are eight at most.
+    levels: Vec<Vec<Boxes>>,
 }
 
 impl FeatureTree {
@@ -81,14 +97,34 @@ impl FeatureTree {
             *row = std::array::from_fn(|column| (row[column] - mean[column]) / scale[column]);
         }
         halve(&mut frames, &rows);
-        let rows: Vec<Row> = frames.iter().map(|frame| rows[*frame as usize]).collect();
-        let boxes = SIZES.map(|size| rows.chunks(size).map(bounds).collect());
+        let row = |frame: &u32| &rows[*frame as usize];
+        let leaves = frames.chunks(FAN).map(|frames| side_by_side(frames.iter().map(row)));
+        let leaves = leaves.collect();
+        let mut around: Vec<[Row; 2]> = frames
+            .chunks(FAN)
+            .map(|frames| bounds(frames.iter().map(|frame| [row(frame); 2])))
+            .collect();
+        let mut levels = Vec::new();
+        while !around.is_empty() {
+            let boxes = around.chunks(FAN).map(|boxes| Boxes {
+                least: side_by_side(boxes.iter().map(|[least, _]| least)),
+                most: side_by_side(boxes.iter().map(|[_, most]| most)),
+            });
+            levels.push(boxes.collect());
+            if around.len() <= FAN {
+                break;
+            }
+            let larger = around
+                .chunks(FAN)
+                .map(|boxes| bounds(boxes.iter().map(|[least, most]| [least, most])));
+            around = larger.collect();
+        }
         Self {
             mean,
             scale,
             frames,
-            rows,
-            boxes,
+            leaves,
+            levels,
         }
     }
 
@@ -123,108 +159,159 @@ struct Best {
 
 wide::dispatch! {
     fn search(tree: &FeatureTree, query: &Row, best: &mut Best) {
-        // The nearest of the largest boxes first, for an early limit.
-        let mut nearest = (0, f32::INFINITY);
-        for (index, bounds) in tree.boxes[0].iter().enumerate() {
-            let distance = to_box(query, bounds, nearest.1);
-            if distance < nearest.1 {
-                nearest = (index, distance);
-            }
-        }
-        look_into(tree, query, best, nearest.0);
-        for (index, bounds) in tree.boxes[0].iter().enumerate() {
-            if index != nearest.0 && to_box(query, bounds, best.distance) < best.distance {
-                look_into(tree, query, best, index);
-            }
-        }
-    }
-}
-
-/// Looks at the frames of one of the largest boxes.
-#[inline(always)]
-fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, large: usize) {
-    let boxes = |level: usize, within: usize, of: usize| {
-        let each = SIZES[of] / SIZES[level];
-        within * each..((within + 1) * each).min(tree.boxes[level].len())
-    };
-    for middle in boxes(1, large, 0) {
-        if to_box(query, &tree.boxes[1][middle], best.distance) >= best.distance {
-            continue;
-        }
-        for small in boxes(2, middle, 1) {
-            if to_box(query, &tree.boxes[2][small], best.distance) >= best.distance {
+        let Some(top) = tree.levels.len().checked_sub(1) else { return };
+        // Of each level the eight boxes that are looked into, and how far those are that were not yet.
+        let mut open = [(0, [f32::INFINITY; FAN]); LEVELS];
+        open[top] = (0, to_boxes(query, &tree.levels[top][0], best.distance));
+        let mut level = top;
+        loop {
+            let (place, distances) = &mut open[level];
+            let (lane, distance) = least(distances);
+            if distance >= best.distance {
+                if level == top {
+                    return;
+                }
+                level += 1;
                 continue;
             }
-            let frames = small * SIZES[2]..((small + 1) * SIZES[2]).min(tree.rows.len());
-            for place in frames {
-                let distance = squared_distance(query, &tree.rows[place]);
-                let frame = tree.frames[place] as usize;
-                if distance < best.distance && !best.except.contains(&frame) {
-                    (best.frame, best.distance) = (frame, distance);
+            distances[lane] = f32::INFINITY;
+            let within = *place * FAN + lane;
+            match level {
+                0 => look_into(tree, query, best, within),
+                _ => {
+                    level -= 1;
+                    open[level] = (within, to_boxes(query, &tree.levels[level][within], best.distance));
                 }
             }
         }
     }
 }
 
-/// Lanes that are summed side by side.
-const LANES: usize = 8;
+/// Looks at the frames of a leaf.
+#[inline(always)]
+fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, leaf: usize) {
+    let distances = to_frames(query, &tree.leaves[leaf]);
+    for (lane, distance) in distances.into_iter().enumerate() {
+        if distance < best.distance {
+            let frame = tree.frames[leaf * FAN + lane] as usize;
+            if !best.except.contains(&frame) {
+                (best.frame, best.distance) = (frame, distance);
+            }
+        }
+    }
+}
+
+/// The smallest of eight numbers, and which it is.
+#[inline(always)]
+fn least(numbers: &Lanes) -> (usize, f32) {
+    let mut least = (0, numbers[0]);
+    for (lane, number) in numbers.iter().enumerate() {
+        if *number < least.1 {
+            least = (lane, *number);
+        }
+    }
+    least
+}
+
+/// Sums that are made side by side, so that none waits for the one before.
+const SUMS: usize = 4;
 /// The first of the numbers that are summed first, those of the trajectory: what they add is more than the limit for
 /// almost every box.
 const FIRST: usize = 11;
 
 /// The sum of the squares of all differences.
-#[inline(always)]
 fn squared_distance(a: &Row, b: &Row) -> f32 {
-    let mut sums = [0.0; LANES];
+    let mut sums = [0.0; SUMS];
     for column in (FIRST..FEATURES).chain(0..FIRST) {
         let difference = a[column] - b[column];
-        sums[column % LANES] += difference * difference;
+        sums[column % SUMS] += difference * difference;
     }
-    sum(sums)
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
-/// The same to the nearest point of a box, or a part of it that reaches the limit.
+/// The same to eight frames.
 #[inline(always)]
-fn to_box(query: &Row, [least, most]: &[Row; 2], limit: f32) -> f32 {
-    let mut sums = [0.0; LANES];
-    let outside = |column: usize| {
-        let value = query[column];
-        let (below, above) = (least[column] - value, value - most[column]);
-        let outside = if below > above { below } else { above };
-        if outside > 0.0 { outside } else { 0.0 }
-    };
+fn to_frames(query: &Row, frames: &Leaf) -> Lanes {
+    let mut sums = [[0.0; FAN]; SUMS];
     for column in FIRST..FEATURES {
-        let outside = outside(column);
-        sums[column % LANES] += outside * outside;
+        add(&mut sums[column % SUMS], query[column], &frames[column]);
     }
-    let part = sum(sums);
-    if part >= limit {
+    for column in 0..FIRST {
+        add(&mut sums[column % SUMS], query[column], &frames[column]);
+    }
+    total(&sums)
+}
+
+#[inline(always)]
+fn add(sum: &mut Lanes, value: f32, others: &Lanes) {
+    for (sum, other) in sum.iter_mut().zip(others) {
+        let difference = value - other;
+        *sum += difference * difference;
+    }
+}
+
+/// The same to the nearest points of eight boxes, or a part of it where that reaches the limit for all of them.
+#[inline(always)]
+fn to_boxes(query: &Row, boxes: &Boxes, limit: f32) -> Lanes {
+    let mut sums = [[0.0; FAN]; SUMS];
+    for column in FIRST..FEATURES {
+        add_outside(&mut sums[column % SUMS], query[column], boxes, column);
+    }
+    let part = total(&sums);
+    if least(&part).1 >= limit {
         return part;
     }
     for column in 0..FIRST {
-        let outside = outside(column);
-        sums[column % LANES] += outside * outside;
+        add_outside(&mut sums[column % SUMS], query[column], boxes, column);
     }
-    sum(sums)
+    total(&sums)
 }
 
 #[inline(always)]
-fn sum([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
+fn add_outside(sum: &mut Lanes, value: f32, boxes: &Boxes, column: usize) {
+    let (least, most) = (&boxes.least[column], &boxes.most[column]);
+    for lane in 0..FAN {
+        let (below, above) = (least[lane] - value, value - most[lane]);
+        let outside = if below > above { below } else { above };
+        let outside = if outside > 0.0 { outside } else { 0.0 };
+        sum[lane] += outside * outside;
+    }
+}
+
+/// The sums of eight frames or boxes, in the order of [`squared_distance`].
+#[inline(always)]
+fn total([a, b, c, d]: &[Lanes; SUMS]) -> Lanes {
+    let mut total = [0.0; FAN];
+    for lane in 0..FAN {
+        total[lane] = (a[lane] + c[lane]) + (b[lane] + d[lane]);
+    }
+    total
+}
+
+/// Up to eight rows, number by number.
+fn side_by_side<'a>(rows: impl Iterator<Item = &'a Row>) -> Leaf {
+    let mut lanes = [[f32::INFINITY; FAN]; FEATURES];
+    for (lane, row) in rows.enumerate() {
+        for (numbers, value) in lanes.iter_mut().zip(row) {
+            numbers[lane] = *value;
+        }
+    }
+    lanes
 }
 
 /// Puts frames that are near each other together: those below and above the middle of the number in which they are
 /// farthest apart, and so on. Where they are divided a box ends.
 fn halve(frames: &mut [u32], rows: &[Row]) {
-    let Some(size) = SIZES.into_iter().find(|size| frames.len() > *size) else {
+    if frames.len() <= FAN {
         return;
-    };
-    let [least, most] = bounds(frames.iter().map(|frame| &rows[*frame as usize]));
+    }
+    let [least, most] = bounds(frames.iter().map(|frame| [&rows[*frame as usize]; 2]));
     let extent = |column: &usize| most[*column] - least[*column];
     let widest = (0..FEATURES)
         .max_by(|a, b| extent(a).total_cmp(&extent(b)))
         .unwrap_or(0);
+    let size = std::iter::successors(Some(FAN), |size| size.checked_mul(FAN));
+    let size = size.take_while(|size| *size < frames.len()).last().unwrap_or(FAN);
     let middle = (frames.len() / 2).next_multiple_of(size);
     let value = |frame: &u32| rows[*frame as usize][widest];
     frames.select_nth_unstable_by(middle, |a, b| value(a).total_cmp(&value(b)).then(a.cmp(b)));
@@ -233,13 +320,13 @@ fn halve(frames: &mut [u32], rows: &[Row]) {
     halve(above, rows);
 }
 
-/// The box around frames.
-fn bounds<'a>(rows: impl IntoIterator<Item = &'a Row>) -> [Row; 2] {
+/// The box around boxes: of each its least and its largest values, which are the same of a frame.
+fn bounds<'a>(boxes: impl Iterator<Item = [&'a Row; 2]>) -> [Row; 2] {
     let mut bounds = [[f32::INFINITY; FEATURES], [f32::NEG_INFINITY; FEATURES]];
-    for row in rows {
+    for [least, most] in boxes {
         for column in 0..FEATURES {
-            bounds[0][column] = bounds[0][column].min(row[column]);
-            bounds[1][column] = bounds[1][column].max(row[column]);
+            bounds[0][column] = bounds[0][column].min(least[column]);
+            bounds[1][column] = bounds[1][column].max(most[column]);
         }
     }
     bounds

@@ -34,6 +34,17 @@ impl Polyline {
         (to - from).normalize()
     }
 
+    /// How far along the point nearest to a position is, from `from` to `beyond` after it.
+    pub(crate) fn nearest(&self, position: DVec2, from: f64, beyond: f64) -> f64 {
+        const STEPS: usize = 50;
+        let along = |step: usize| (from + beyond * step as f64 / STEPS as f64).min(self.length());
+        let candidates = (0..=STEPS).map(along);
+        let distance = |along: &f64| self.at(*along).distance_squared(position);
+        candidates
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap_or(from)
+    }
+
     /// The two points between which a distance ends, and the fraction of their distance that is behind it.
     fn piece(&self, along: f64) -> (DVec2, DVec2, f64) {
         let next = self.lengths.partition_point(|length| *length <= along);

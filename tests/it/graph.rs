@@ -6,8 +6,12 @@ use std::collections::BTreeSet;
 use mocap::edit::{Step, StepInput, Trim, Turn};
 use mocap::glam::Vec3;
 use mocap::graph::{GraphBuilder, GraphOptions, MotionGraph, Walk};
+use mocap::job::Job;
 use mocap::scene::NodeId;
-use mocap::{Pose, Scene};
+use mocap::{Code, MemoryFile, Pose, Scene};
+use serde_json::json;
+
+use crate::program::Folder;
 
 fn clip(name: &str) -> Scene {
     mocap::import(format!("fixtures/real/{name}")).unwrap()
@@ -245,8 +249,7 @@ fn a_graph_comes_back_from_its_text_and_contradictions_are_refused() {
 
 #[test]
 fn clips_of_several_skeletons_are_put_on_one_body() {
-    let folder =
-        crate::program::Folder::of_real(&["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "cmu_short.bvh"]);
+    let folder = Folder::of_real(&["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "cmu_short.bvh"]);
     let clips = "cmu_12_01_walk.bvh motionbuilder_vicon_walk.bvh";
     folder.refuses(&format!("graph {clips} -o graph.json"), 2, "--on BODY");
     folder.succeeds(&format!(
@@ -275,4 +278,108 @@ fn clips_of_several_skeletons_are_put_on_one_body() {
         1,
         "changed since the graph was made",
     );
+}
+
+/// The command, the job that it prints, and the job in memory make the same files; a job makes a walk of clips at once.
+#[test]
+fn graphs_and_walks_are_jobs() {
+    let folder = Folder::of_real(&["cmu_12_01_walk.bvh"]);
+    let print = |line: &str| {
+        let printed = folder.run(&format!("{line} --print-job"));
+        assert!(printed.status.success(), "{line}");
+        folder.write("job.json", &printed.stdout);
+    };
+    let graph = "graph cmu_12_01_walk.bvh --threshold 5cm -o graph.json --matrix matrix.png";
+    folder.succeeds(graph);
+    let (text, picture) = (folder.read("graph.json"), folder.read("matrix.png"));
+    print(graph);
+    folder.refuses("run job.json --dry-run", 2, "a graph changes nothing");
+    folder.succeeds("run job.json --force");
+    assert!(folder.read("graph.json") == text && folder.read("matrix.png") == picture);
+
+    folder.succeeds("graph walk graph.json --seconds 7 --seed 2 -o long.bvh");
+    let long = folder.read("long.bvh");
+    print("graph walk graph.json --seconds 7 --seed 2 -o again.bvh");
+    folder.succeeds("run job.json");
+    assert!(folder.read("again.bvh") == long);
+    folder.succeeds("graph walk graph.json --seconds 7 -o dry.bvh --dry-run");
+    assert!(!folder.path("dry.bvh").exists());
+
+    let clip = folder.read("cmu_12_01_walk.bvh");
+    let files = [("cmu_12_01_walk.bvh", &clip), ("graph.json", &text)];
+    let given = files.map(|(name, bytes)| MemoryFile { name, bytes });
+    let in_memory = |job: &serde_json::Value| {
+        let job = Job::from_json(&job.to_string()).unwrap();
+        let (written, report) = job.run_in_memory(&given).unwrap();
+        (written.into_bytes().unwrap(), report)
+    };
+    let walk = json!({"seconds": 7, "seed": 2});
+    let of_graph = json!({"source": {"inputs": ["graph.json"]}, "walk": walk, "write": {"output": "long.bvh"}});
+    let clips = json!({"inputs": ["cmu_12_01_walk.bvh"]});
+    let of_clips =
+        json!({"source": clips, "graph": {"threshold": 0.05}, "walk": walk, "write": {"output": "long.bvh"}});
+    for job in [&of_graph, &of_clips] {
+        let (bytes, report) = in_memory(job);
+        assert!(bytes == long, "{job}");
+        assert!((report.walk.unwrap().seconds - 7.0).abs() < 0.01);
+    }
+    let job = json!({"source": clips, "graph": {"threshold": 0.05}, "write": {"output": "graph.json"}});
+    let (bytes, report) = in_memory(&job);
+    assert!(bytes == text);
+    let of_file = MotionGraph::from_json(std::str::from_utf8(&text).unwrap()).unwrap();
+    let graph = report.graph.unwrap();
+    assert_eq!((graph.clips, graph.transitions), (1, of_file.transitions.len()));
+    assert!(graph.left_out.is_empty() && graph.kept_seconds <= graph.seconds);
+    let alone = Job::from_json(&of_graph.to_string()).unwrap();
+    assert_eq!(alone.run_in_memory(&given[1..]).unwrap_err().code(), Code::MissingFile);
+}
+
+#[test]
+fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
+    let file = "fixtures/real/cmu_12_01_walk.bvh";
+    let walk = |walk: &str| format!(r#""graph": {{}}, "walk": {walk}, "write": {{"output": "a.bvh"}}"#);
+    let source = format!(r#""source": {{"inputs": ["{file}"]}}"#);
+    for (rest, what) in [
+        (r#""graph": {}, "steps": ["mirror"]"#.to_owned(), "changes no motion"),
+        (
+            r#""graph": {}, "write": {"output": "a.glb"}"#.to_owned(),
+            "must end in .json",
+        ),
+        (r#""graph": {"matrix": "a.bvh"}"#.to_owned(), ".png or .npy"),
+        (r#""graph": {"rate": -1}"#.to_owned(), "frame rate"),
+        (r#""graph": {"window": 1e9}"#.to_owned(), "a window must have"),
+        (r#""graph": {"threshold": 1e-9}"#.to_owned(), "no two moments"),
+        (r#""graph": {"on": "none.bvh"}"#.to_owned(), "none.bvh"),
+        (walk("{}"), "one of seconds"),
+        (walk(r#"{"seconds": 5, "path": [[0, 0], [1, 0]]}"#), "one of seconds"),
+        (walk(r#"{"seconds": 1e30}"#), "at most 86400"),
+        (walk(r#"{"path": [[0, 0], [1e30, 0]]}"#), "a path is at most"),
+        (walk(r#"{"through": ["cmu_12_01_walk", "turn"]}"#), "no clip turn"),
+        (walk(r#"{"seconds": 5}"#).replace("a.bvh", "out/"), "a folder"),
+        (
+            walk(r#"{"seconds": 5}"#).replace(r#""a.bvh""#, r#""a.bvh", "verify": true"#),
+            "write.verify",
+        ),
+        (
+            walk(r#"{"seconds": 5}"#).replace(r#""graph": {},"#, ""),
+            "no motion graph",
+        ),
+    ] {
+        let job = format!("{{{source}, {rest}}}");
+        let error = Job::from_json(&job).unwrap().make(&[]).unwrap_err();
+        assert!(error.to_string().contains(what), "{job}: {error}");
+    }
+    for (inputs, rest, what) in [
+        ("", r#""graph": {}"#, "no input"),
+        (r#""fixtures/real""#, r#""graph": {}"#, "is a folder"),
+        (
+            r#""a.json", "b.json""#,
+            r#""walk": {"seconds": 5}, "write": {"output": "a.bvh"}"#,
+            "over one graph",
+        ),
+    ] {
+        let job = format!(r#"{{"source": {{"inputs": [{inputs}]}}, {rest}}}"#);
+        let error = Job::from_json(&job).unwrap().make(&[]).unwrap_err();
+        assert!(error.to_string().contains(what), "{job}: {error}");
+    }
 }

@@ -67,7 +67,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 /// What `--print-job` gives for a command of `mocap --help`, by the least arguments that it takes.
 #[test]
 fn every_command_prints_its_job_or_says_why_it_has_none() {
-    const JOBS: [(&str, &str); 7] = [
+    const JOBS: [(&str, &str); 8] = [
         ("convert", "a.bvh a.glb"),
         ("edit", "a.bvh -o a.glb --step mirror"),
         ("clean", "a.bvh -o a.glb"),
@@ -75,6 +75,7 @@ fn every_command_prints_its_job_or_says_why_it_has_none() {
         ("retarget", "a.bvh hero.gltf -o b.gltf"),
         ("robot", "a.bvh --robot h1.urdf -o a.csv"),
         ("survey", "a.bvh -o rows.csv"),
+        ("graph", "a.bvh -o graph.json"),
     ];
     let help = mocap(&["--help".to_owned()]).stdout;
     let help = String::from_utf8(help).unwrap();

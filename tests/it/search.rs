@@ -251,6 +251,19 @@ fn the_commands_index_and_find() {
     assert!(found[0]["distance"].as_f64().unwrap() < 0.02, "{found}");
     assert_eq!(found[0]["mirrored"], false);
     assert!(found.as_array().unwrap().len() <= 3);
+    let output = folder.run(&format!("find moves.mdb --like {WALK}@1.0s..1.5s --json --per-clip 1"));
+    let once: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let files: Vec<&str> = once
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|part| part["file"].as_str().unwrap())
+        .collect();
+    assert!(
+        files.len() == 2 && files[0].ends_with(WALK) && files[1] != files[0],
+        "{files:?}"
+    );
+    folder.refuses(&format!("find moves.mdb --like {WALK} --per-clip 0"), 2, "per-clip");
     let table = folder.run(&format!("find moves.mdb --pose {WALK}@1s --where seconds>3 -n 2"));
     let table = String::from_utf8(table.stdout).unwrap();
     assert!(table.starts_with("distance  second") && table.contains(WALK), "{table}");

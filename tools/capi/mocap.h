@@ -735,7 +735,8 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 
      mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 
- A job with `survey` writes no motion: its report has a row for each clip, in `survey`.
+ A job with `survey` writes no motion: its report has a row for each clip, in `survey`. One with `graph` writes the
+ motion graph of its inputs as JSON, one with `walk` a motion that walks over it; `docs/motion-graphs.md` has both.
 
  Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
  than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.

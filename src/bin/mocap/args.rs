@@ -35,7 +35,7 @@ pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
-pub(crate) use self::graph::{AimArgs, GraphArgs, GraphCommand, ThroughArg, WalkArgs};
+pub(crate) use self::graph::{GraphArgs, GraphCommand, WalkArgs};
 pub(crate) use self::live::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
@@ -140,7 +140,7 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats,
-    /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget and robot prints it
+    /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),

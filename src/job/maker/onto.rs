@@ -79,6 +79,7 @@ impl Maker<'_> {
             written,
             scene: None,
             humanoid: None,
+            walk: None,
             left_out: Vec::new(),
             clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
         })

@@ -10,6 +10,7 @@ mod arrow;
 mod convert;
 mod edit;
 mod errors;
+mod graph;
 mod ik;
 mod packed;
 mod picture;
@@ -42,6 +43,8 @@ mod _mocap {
     use super::convert::convert;
     #[pymodule_export]
     use super::edit::{contacts, edit, edit_all, prepare, write};
+    #[pymodule_export]
+    use super::graph::{Graph, graph, read_graph};
     #[pymodule_export]
     use super::ik::{bend, chain, two_bone};
     #[pymodule_export]

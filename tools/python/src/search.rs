@@ -56,7 +56,7 @@ impl Database {
 
     /// What is most like a part of an animation, or the pose at its first moment, as JSON.
     #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
-    #[pyo3(signature = (scene, animation, part, is_pose, count, mirror, condition))]
+    #[pyo3(signature = (scene, animation, part, is_pose, count, per_clip, mirror, condition))]
     fn find(
         &self,
         py: Python<'_>,
@@ -65,6 +65,7 @@ impl Database {
         part: (Option<f64>, Option<f64>),
         is_pose: bool,
         count: usize,
+        per_clip: Option<usize>,
         mirror: bool,
         condition: Option<&str>,
     ) -> PyResult<String> {
@@ -72,7 +73,8 @@ impl Database {
             .map(str::parse)
             .transpose()
             .map_err(|error: Error| to_python(py, &error))?;
-        let options = FindOptions::new().count(count).mirror(mirror).condition(condition);
+        let options = FindOptions::new().count(count).per_clip(per_clip);
+        let options = options.mirror(mirror).condition(condition);
         let found = py.detach(|| -> mocap::Result<_> {
             let mut range = TimeRange::default();
             (range.first, range.last) = (part.0.map(Moment::Seconds), part.1.map(Moment::Seconds));

@@ -509,7 +509,8 @@ export class Mocap {
   /**
    * Does a job on files in memory, as `mocap run` does it on a disk: `{source: {inputs: ["walk.bvh"]}, steps: ["mirror"],
    * write: {output: "walk.glb"}}`. `mocap run --schema` prints what a job may hold, `--print-job` the job of a command line.
-   * Nothing is written: the files of the output are in the answer.
+   * Nothing is written: the files of the output are in the answer. A job with `graph` compares motions to a motion graph, one
+   * with `walk: {seconds: 60}` makes a walk over it, of the clips at once or of a graph and its clips.
    */
   run(job: object, files: File[]): JobReport;
   /** The steps of `Scene.edit`, with what each does and takes. */
@@ -543,6 +544,10 @@ export interface JobReport {
   clips?: object[];
   /** The rows of a survey. */
   survey?: object[];
+  /** How large the motion graph is. */
+  graph?: { clips: number; transitions: number; seconds: number; kept_seconds: number; left_out: string[] };
+  /** What the walk over a motion graph is: when its transitions begin in seconds, the distance of the farthest in metres. */
+  walk?: { frames: number; seconds: number; transitions: number[]; largest_distance: number; feet: object | null };
   /** What is worse than the job allows. */
   problem?: string;
 }

@@ -60,11 +60,7 @@ impl Call<'_> {
                     args.force.force = self.check_outputs([Some(&args.output)])?;
                     return self.made([Some(&args.output)], || commands::graph::summary_of_walk(args, &given));
                 }
-                None => {
-                    let outputs = [args.output.as_ref(), args.matrix.as_ref()];
-                    args.force.force = self.check_outputs(outputs)?;
-                    return self.made(outputs, || commands::graph::summary(args));
-                }
+                None => return self.graph(args.job(), &args.inputs),
             },
             Command::Survey(_) | Command::Sheet(_) => return self.look(&args),
             Command::Convert(args) => commands::convert::job(args, &given)?,
@@ -195,6 +191,15 @@ impl Call<'_> {
         Ok(answer)
     }
 
+    /// A graph, and the matrix of its distances.
+    fn graph(&mut self, mut job: Job, inputs: &InputArgs) -> Result<Answer, Failure> {
+        let graph = Some(job.write.output.clone()).filter(|output| !output.as_os_str().is_empty());
+        let matrix = job.graph.as_ref().and_then(|graphing| graphing.matrix.clone());
+        let outputs = [graph.as_ref(), matrix.as_ref()];
+        job.write.force = self.check_outputs(outputs)?;
+        self.made(outputs, || commands::graph::summary(job, inputs))
+    }
+
     fn run_job(&mut self) -> Result<Answer, Failure> {
         let other = self
             .arguments
@@ -218,6 +223,10 @@ impl Call<'_> {
             job.check_survey()?;
             let args = self.run_args()?;
             return self.survey(&job, &args.inputs, &args.spread);
+        }
+        if job.graph.is_some() && job.walk.is_none() {
+            let args = self.run_args()?;
+            return self.graph(job, &args.inputs);
         }
         if job.write.is_folder() {
             return self.folder(&job, is_dry);
@@ -296,6 +305,7 @@ fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
         "warnings": found.warnings.iter().take(MOST_CLIPS).map(ToString::to_string).collect::<Vec<_>>(),
         "steps": found.steps.iter().take(MOST_CLIPS).map(ToString::to_string).collect::<Vec<_>>(),
         "clips": clips.take(MOST_CLIPS).collect::<Vec<_>>(),
+        "walk": found.walk.as_ref().map(value),
         "error": found.error.as_ref().map(value),
         "verification": found.verification.as_ref().map(|found| {
             json!({

@@ -69,7 +69,7 @@ impl Args {
         parsed.unwrap_or_else(|error| {
             if asks_for_job(&error) {
                 report::complain(
-                    "--print-job: only convert, edit, clean, retarget and robot, which write motion, are jobs; leave it out",
+                    "--print-job: only convert, edit, clean, retarget, robot, survey and graph are jobs; leave it out",
                 );
                 std::process::exit(2);
             }

@@ -1,5 +1,6 @@
 //! The options of `mocap index`, `mocap find` and `mocap match`.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -55,6 +56,9 @@ pub(crate) struct FindArgs {
     /// How many are found at most
     #[arg(short = 'n', long, value_name = "N", default_value = "10")]
     pub(crate) count: usize,
+    /// How many parts of one clip are found at most: with 1, every clip once
+    #[arg(long, value_name = "N")]
+    pub(crate) per_clip: Option<NonZeroUsize>,
     /// Leave out what is like the mirror image
     #[arg(long)]
     pub(crate) no_mirror: bool,

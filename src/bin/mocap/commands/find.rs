@@ -1,6 +1,7 @@
 //! `mocap find`: what in a database is most like a part of a motion, or a pose.
 
 use std::io::Write;
+use std::num::NonZeroUsize;
 
 use mocap::Scene;
 use mocap::matching::{FindOptions, Found, Query};
@@ -34,6 +35,7 @@ pub(crate) fn summary(args: &FindArgs) -> Result<serde_json::Value, Failure> {
 fn options(args: &FindArgs) -> FindOptions {
     FindOptions::new()
         .count(args.count)
+        .per_clip(args.per_clip.map(NonZeroUsize::get))
         .mirror(!args.no_mirror)
         .condition(args.condition.clone())
 }

@@ -121,11 +121,13 @@ impl Done {
     fn words(&self) -> String {
         match self {
             Self::Followed(followed) => format!(
-                "{} frames, {} jumps; a path of {:.1} m: {:.2} m off it in the mean, {:.2} m at most{}",
+                "{} frames, {} jumps; a path of {:.1} m: {:.2} m and {:.0} degrees off it in the mean, {:.2} m at \
+                 most{}",
                 followed.frames,
                 followed.jumps,
                 followed.length,
                 followed.mean_distance,
+                followed.mean_angle,
                 followed.largest_distance,
                 if followed.has_arrived {
                     ""

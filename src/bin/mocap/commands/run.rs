@@ -28,6 +28,10 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
         given.refuse(&["dry-run"], "a survey changes nothing")?;
         return super::survey::of_job(&job, args);
     }
+    if job.graph.is_some() && job.walk.is_none() {
+        given.refuse(&["dry-run"], "a graph changes nothing")?;
+        return super::graph::of_job(job, args);
+    }
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
         return many::run(&job, given, &args.inputs, &args.spread, args.resume);
@@ -101,6 +105,9 @@ fn tell(job: &Job, found: &JobReport, is_dry: bool) {
             clip.verdict().as_str(),
             clip.mean_degrees()
         ));
+    }
+    if let Some(walk) = &found.walk {
+        report::say(&walk.to_string());
     }
     if let Some(verification) = &found.verification {
         report::say(&super::verify::summary(verification));

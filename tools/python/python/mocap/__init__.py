@@ -29,6 +29,7 @@ from ._errors import (
     OptionError,
     UnknownOptionError,
 )
+from ._graph import Graph, graph
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, changed, metres, names_of
 from ._packed import PackedClip
@@ -46,6 +47,7 @@ __all__ = [
     "FileError",
     "FileIsFolderError",
     "FilePermissionError",
+    "Graph",
     "LimitError",
     "MissingFileError",
     "MocapError",
@@ -69,6 +71,7 @@ __all__ = [
     "edit",
     "examine",
     "from_arrays",
+    "graph",
     "ik",
     "index",
     "read",

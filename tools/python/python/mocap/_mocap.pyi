@@ -11,6 +11,7 @@ from ._options import ReadOptions, WriteOptions
 __all__ = [
     "ArrowTable",
     "Database",
+    "Graph",
     "Node",
     "PackedClip",
     "Picture",
@@ -28,6 +29,7 @@ __all__ = [
     "edit_all",
     "examine",
     "extensions",
+    "graph",
     "index",
     "metres_in",
     "pack",
@@ -37,6 +39,7 @@ __all__ = [
     "read",
     "read_bytes",
     "read_database",
+    "read_graph",
     "retarget",
     "run",
     "scene_of",
@@ -184,11 +187,23 @@ class Database:
         part: tuple[float | None, float | None],
         is_pose: bool,
         count: int,
+        per_clip: int | None,
         mirror: bool,
         condition: str | None,
     ) -> str: ...
     def write(self, path: str | os.PathLike[str], overwrite: bool) -> None: ...
 
+@final
+class Graph:
+    def about_json(self) -> str: ...
+    def transitions(self) -> NDArray[np.int64]: ...
+    def distances(self) -> NDArray[np.float32]: ...
+    def matrix(self, first: int, second: int) -> tuple[int, int, NDArray[np.float32]]: ...
+    def walk(self, walking: str) -> tuple[Scene, str]: ...
+    def write(self, path: str | os.PathLike[str], overwrite: bool) -> None: ...
+
+def graph(paths: list[str | os.PathLike[str]], graphing: str, space: str, read: ReadOptions) -> Graph: ...
+def read_graph(path: str | os.PathLike[str], space: str, read: ReadOptions) -> Graph: ...
 def index(paths: list[str | os.PathLike[str]], mirror: bool, pack: bool, read: ReadOptions) -> Database: ...
 def read_database(path: str | os.PathLike[str]) -> Database: ...
 def survey(paths: list[str], records: list[str], options: str, read: ReadOptions) -> Survey: ...

@@ -69,6 +69,7 @@ class Database:
         pose: bool = False,
         animation: int = 0,
         count: int = 10,
+        per_clip: int | None = None,
         mirror: bool = True,
         where: str | None = None,
     ) -> list[dict[str, Any]]:
@@ -82,6 +83,7 @@ class Database:
             pose: Whether the pose at ``first`` is looked for, and not a part.
             animation: The number of the animation, from 0.
             count: How many are found at most.
+            per_clip: How many parts of one clip are found at most: with 1, every clip once.
             mirror: Whether what is like the mirror image is found too.
             where: Look at the clips for which this holds, as ``"walking > 0.5"``.
 
@@ -91,7 +93,7 @@ class Database:
         """
         if pose and first is None:
             raise ValueError("first is the second of the pose")
-        text = self._native.find(scene._native, animation, (first, last), pose, count, mirror, where)
+        text = self._native.find(scene._native, animation, (first, last), pose, count, per_clip, mirror, where)
         found: list[dict[str, Any]] = json.loads(text)
         return found
 

@@ -1,0 +1,303 @@
+//! Motion graphs with the clips of their files.
+
+use std::path::{Path, PathBuf};
+
+use super::files::Files;
+use super::graph::Graphing;
+use super::said::{Hear, say_warnings};
+use super::walk::Walking;
+use super::{Reading, SourceSpace, Sources};
+use crate::convert::{Conversion, FirstFrame};
+use crate::edit::WalkReport;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::graph::{GraphBuilder, MotionGraph, Walk};
+use crate::import::Importer;
+use crate::process::SkeletonMesh;
+use crate::retargeting::{Retargeting, RetargetingOptions};
+use crate::scene::Scene;
+
+/// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
+///
+/// ```
+/// use mocap::job::{FileGraph, Graphing, Reading, SourceSpace, Walking};
+///
+/// let (read, space) = (Reading::default(), SourceSpace::default());
+/// let found = FileGraph::compare(&Graphing::default(), &read, &space, &["fixtures/real/cmu_12_01_walk.bvh".into()])?;
+/// let walking: Walking = serde_json::from_str(r#"{"seconds": 6}"#).unwrap(); // longer than the clip
+/// let (scene, report) = found.walk(&walking)?;
+/// assert_eq!((scene.animations[0].frame_count(), report.frames), (721, 721)); // 6 s at 120 Hz
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FileGraph {
+    graph: MotionGraph,
+    builder: GraphBuilder,
+    read: Reading,
+    space: SourceSpace,
+    body: Option<Body>,
+}
+
+/// Where a graph of files on a disk is.
+const ON_DISK: Files<'static> = Files {
+    given: &[],
+    has_disk: true,
+};
+
+impl FileGraph {
+    /// Compares the motions of files, all of one skeleton or, with [`Graphing::on`], of humanoids.
+    ///
+    /// # Errors
+    /// As [`Importer::import`], with the file; [`Code::InvalidValue`] where the skeletons differ, and where there is no
+    /// graph.
+    pub fn compare(graphing: &Graphing, read: &Reading, space: &SourceSpace, paths: &[PathBuf]) -> Result<Self> {
+        let source = Sources {
+            inputs: paths.to_vec(),
+            space: space.clone(),
+            ..Sources::default()
+        };
+        let clips = Clips::compare(graphing, (read, &source), ON_DISK, &mut |_| {})?;
+        let graph = clips.graph()?;
+        Ok(Self::new(graph, clips))
+    }
+
+    /// The graph of a file, with the clips that it names.
+    ///
+    /// # Errors
+    /// As [`Importer::import`], with the file; [`Code::InvalidGraph`] where the file is no graph, and where a clip has
+    /// changed since.
+    pub fn open(file: &Path, read: &Reading, space: &SourceSpace) -> Result<Self> {
+        let graph = read_graph(file, ON_DISK)?;
+        let clips = Clips::of_graph(&graph, (read, space), ON_DISK, &mut |_| {});
+        let clips = clips.map_err(|error| in_graph(error, file))?;
+        Ok(Self::new(graph, clips))
+    }
+
+    fn new(graph: MotionGraph, clips: Clips<'_>) -> Self {
+        Self {
+            graph,
+            builder: clips.builder,
+            read: clips.read.clone(),
+            space: clips.space.clone(),
+            body: clips.body,
+        }
+    }
+
+    /// The graph.
+    pub fn graph(&self) -> &MotionGraph {
+        &self.graph
+    }
+
+    /// What has compared the clips: it has the distances of any two.
+    pub fn builder(&self) -> &GraphBuilder {
+        &self.builder
+    }
+
+    /// Searches a walk over the graph, and makes its motion.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for a walk that there is not, [`Code::InvalidGraph`] where a file has changed since.
+    pub fn walk(&self, walking: &Walking) -> Result<(Scene, WalkReport)> {
+        let clips = Clips {
+            builder: self.builder.clone(),
+            read: &self.read,
+            space: &self.space,
+            body: self.body.clone(),
+            files: ON_DISK,
+        };
+        clips.walk(&self.graph, walking)
+    }
+}
+
+/// The clips of files, compared or ready to be.
+pub(super) struct Clips<'a> {
+    pub(super) builder: GraphBuilder,
+    read: &'a Reading,
+    space: &'a SourceSpace,
+    body: Option<Body>,
+    files: Files<'a>,
+}
+
+impl<'a> Clips<'a> {
+    /// The clips of the inputs.
+    pub(super) fn compare(
+        graphing: &Graphing,
+        (read, source): (&'a Reading, &'a Sources),
+        files: Files<'a>,
+        hear: Hear<'_>,
+    ) -> Result<Self> {
+        let mut clips = Self {
+            builder: GraphBuilder::new(&graphing.options())?,
+            read,
+            space: &source.space,
+            body: graphing.on.as_deref().map(|file| Body::read(files, file)).transpose()?,
+            files,
+        };
+        for path in &source.inputs {
+            let scene = clips.import(path, hear)?;
+            clips.add(path, &scene)?;
+        }
+        Ok(clips)
+    }
+
+    /// The clips of a graph, whose files are to be what they were.
+    pub(super) fn of_graph(
+        graph: &MotionGraph,
+        (read, space): (&'a Reading, &'a SourceSpace),
+        files: Files<'a>,
+        hear: Hear<'_>,
+    ) -> Result<Self> {
+        let mut clips = Self {
+            builder: GraphBuilder::new(&graph.options)?,
+            read,
+            space,
+            body: Body::of(graph, files)?,
+            files,
+        };
+        for path in files_of(graph) {
+            let scene = clips.import(&path, hear)?;
+            require_same(graph, &path, &scene)?;
+            clips.add(&path, &scene)?;
+        }
+        Ok(clips)
+    }
+
+    fn add(&mut self, path: &Path, scene: &Scene) -> Result<()> {
+        let added = self.builder.add(&path.to_string_lossy(), scene);
+        added.map_err(|error| error.with_path(path))
+    }
+
+    /// The graph of the clips.
+    pub(super) fn graph(&self) -> Result<MotionGraph> {
+        let mut graph = self.builder.build()?;
+        let body = self.body.as_ref();
+        graph.body = body.map(|body| (body.file.to_string_lossy().into_owned(), sha256(&body.scene).to_owned()));
+        Ok(graph)
+    }
+
+    /// Searches a walk over the graph of these clips, and makes its motion.
+    pub(super) fn walk(&self, graph: &MotionGraph, walking: &Walking) -> Result<(Scene, WalkReport)> {
+        let found = walking.search(&self.builder.network(graph)?, graph)?;
+        let scenes = self.scenes_of(&found, graph)?;
+        let used = |clip: usize| scenes.iter().find(|(path, _)| *path == graph.clips[clip].file);
+        // A clip without a piece in the walk is never looked at.
+        let clips = (0..graph.clips.len()).filter_map(|clip| {
+            let (_, scene) = used(clip).or(scenes.first())?;
+            Some((scene, graph.clips[clip].animation))
+        });
+        found.motion(&Vec::from_iter(clips))
+    }
+
+    /// The files of the pieces of a walk, each once.
+    fn scenes_of<'b>(&self, walk: &Walk, graph: &'b MotionGraph) -> Result<Vec<(&'b str, Scene)>> {
+        let mut scenes: Vec<(&str, Scene)> = Vec::new();
+        for piece in &walk.pieces {
+            let file = graph.clips[piece.clip].file.as_str();
+            if scenes.iter().all(|(path, _)| *path != file) {
+                let scene = self.import(Path::new(file), &mut |_| {})?;
+                require_same(graph, Path::new(file), &scene)?;
+                scenes.push((file, scene));
+            }
+        }
+        Ok(scenes)
+    }
+
+    /// Reads a clip in its own unit and axes, or on the body, without a rest pose before the motion.
+    fn import(&self, path: &Path, hear: Hear<'_>) -> Result<Scene> {
+        let in_file = |error: Error| error.with_path(path);
+        let importer = self.read.importer().skeleton_mesh(SkeletonMesh::None);
+        let mut scene = self.files.import(&importer, path)?;
+        say_warnings(&mut scene, path, hear);
+        self.space.state(&mut scene);
+        if let Some(body) = &self.body {
+            return body.with_motions_of(scene).map_err(in_file);
+        }
+        let conversion = Conversion::new().keep_units(true).first_frame(FirstFrame::DropRestPose);
+        conversion.apply(&mut scene).map_err(in_file)?;
+        Ok(scene)
+    }
+}
+
+/// The body on which all clips are put.
+#[derive(Clone, Debug)]
+struct Body {
+    file: PathBuf,
+    /// In metres with +Y up, without motions.
+    scene: Scene,
+}
+
+impl Body {
+    fn read(files: Files<'_>, file: &Path) -> Result<Self> {
+        let mut scene = files.import(&Importer::new().skeleton_mesh(SkeletonMesh::None), file)?;
+        scene.animations.clear();
+        let converted = Conversion::new().apply(&mut scene);
+        converted.map_err(|error| error.with_path(file))?;
+        Ok(Self {
+            file: file.to_owned(),
+            scene,
+        })
+    }
+
+    /// The body of a graph, whose file is to be the one that it was.
+    fn of(graph: &MotionGraph, files: Files<'_>) -> Result<Option<Self>> {
+        let Some((file, stated)) = &graph.body else {
+            return Ok(None);
+        };
+        let body = Self::read(files, Path::new(file))?;
+        match sha256(&body.scene) {
+            own if own == stated => Ok(Some(body)),
+            own => Err(changed(&body.file, stated, own)),
+        }
+    }
+
+    /// All motions of a scene on the body.
+    fn with_motions_of(&self, motion: Scene) -> Result<Scene> {
+        let origin = motion.metadata.origin.clone();
+        let moved = Retargeting::new(motion, self.scene.clone(), RetargetingOptions::new())?;
+        let mut scene = moved.scene();
+        scene.metadata.origin = origin;
+        Ok(scene)
+    }
+}
+
+/// The graph of a file.
+pub(super) fn read_graph(file: &Path, files: Files<'_>) -> Result<MotionGraph> {
+    let graph = MotionGraph::from_json(&files.regular_text(file)?);
+    graph.map_err(|error| error.with_path(file))
+}
+
+/// An error of a graph, where no clip and nothing that is asked for is at fault.
+pub(super) fn in_graph(error: Error, file: &Path) -> Error {
+    match (error.path(), error.code()) {
+        (Some(_), _) | (None, Code::InvalidValue) => error,
+        (None, _) => error.with_path(file),
+    }
+}
+
+/// The files of a graph, each once; the clips of a file stand one after another.
+pub(super) fn files_of(graph: &MotionGraph) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = graph.clips.iter().map(|clip| PathBuf::from(&clip.file)).collect();
+    files.dedup();
+    files
+}
+
+/// Refuses a clip whose file is another than that of the graph.
+fn require_same(graph: &MotionGraph, file: &Path, scene: &Scene) -> Result<()> {
+    let own = sha256(scene);
+    let clips = graph.clips.iter().filter(|clip| Path::new(&clip.file) == file);
+    match clips.map(|clip| clip.sha256.as_str()).find(|stated| *stated != own) {
+        None => Ok(()),
+        Some(stated) => Err(changed(file, stated, own)),
+    }
+}
+
+/// The SHA-256 of the file of a scene.
+fn sha256(scene: &Scene) -> &str {
+    let origin = scene.metadata.origin.as_ref();
+    origin.map(|origin| origin.sha256.as_str()).unwrap_or_default()
+}
+
+fn changed(file: &Path, stated: &str, found: &str) -> Error {
+    let diagnostic = Diagnostic::new(Code::InvalidGraph, "the file has changed since the graph was made")
+        .expected_found(format!("SHA-256 {stated}"), found);
+    Error::from(diagnostic).with_path(file)
+}

@@ -1,0 +1,117 @@
+//! How motions are compared to a motion graph.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use super::text::Length;
+use crate::graph::{GraphOptions, MotionGraph};
+
+/// How the moments of motions are compared, and what is written beside the graph.
+///
+/// ```
+/// use mocap::job::Job;
+///
+/// let job = Job::from_json(r#"{
+///     "source": {"inputs": ["fixtures/real/cmu_12_01_walk.bvh"]},
+///     "graph": {"threshold": "5cm"}
+/// }"#)?;
+/// let graph = job.run()?.graph.unwrap();
+/// assert!(graph.transitions > 10 && graph.kept_seconds > 1.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Graphing {
+    /// Frames per second at which clips are compared
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
+    pub rate: f64,
+    /// The length of the window that is compared, and of a transition, in seconds
+    #[cfg_attr(feature = "cli", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
+    pub window: f64,
+    /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, in metres
+    /// or with a unit, such as 6cm
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = Graphing::default().threshold))]
+    pub threshold: Length,
+    /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
+    /// motion file, glTF, VRM or FBX file of a humanoid
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub on: Option<PathBuf>,
+    /// Keep the transitions too that lead out of the largest strongly connected component, or into it from outside
+    #[cfg_attr(feature = "cli", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub whole: bool,
+    /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
+    /// lighter is more alike and red dots are transitions, or an array, .npy
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub matrix: Option<PathBuf>,
+}
+
+impl Default for Graphing {
+    fn default() -> Self {
+        let GraphOptions {
+            rate,
+            window,
+            threshold,
+            whole,
+        } = GraphOptions::default();
+        Self {
+            rate,
+            window,
+            threshold: Length::metres(threshold),
+            on: None,
+            whole,
+            matrix: None,
+        }
+    }
+}
+
+impl Graphing {
+    pub(super) fn options(&self) -> GraphOptions {
+        GraphOptions::new()
+            .rate(self.rate)
+            .window(self.window)
+            .threshold(self.threshold.to_metres())
+            .whole(self.whole)
+    }
+}
+
+/// How large a motion graph is, and what of its clips stays.
+///
+/// [`Graphing`] has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct GraphReport {
+    /// The clips.
+    pub clips: usize,
+    /// The transitions.
+    pub transitions: usize,
+    /// The length of all clips.
+    pub seconds: f64,
+    /// The length of their parts from which a walk reaches all others.
+    pub kept_seconds: f64,
+    /// The files of the clips that have no such part.
+    pub left_out: Vec<String>,
+}
+
+impl GraphReport {
+    /// What is in a graph.
+    pub fn of(graph: &MotionGraph) -> Self {
+        let seconds = |frames: usize| frames as f64 / graph.options.rate;
+        let parts = graph.clips.iter().filter_map(|clip| clip.part);
+        let left_out = graph.clips.iter().filter(|clip| clip.part.is_none());
+        Self {
+            clips: graph.clips.len(),
+            transitions: graph.transitions.len(),
+            seconds: seconds(graph.clips.iter().map(|clip| clip.frames).sum()),
+            kept_seconds: seconds(parts.map(|[first, last]| last - first + 1).sum()),
+            left_out: left_out.map(|clip| clip.file.clone()).collect(),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+"""Where motions pass into each other unseen, and walks over them: motion graphs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _mocap
+from ._options import Axis, ReadOptions, Unit, metres
+from ._scene import Scene
+
+
+class Graph:
+    """A motion graph with its clips. ``docs/motion-graphs.md`` has the words and formulas.
+
+    >>> graph = mocap.graph(["walk.bvh", "turn.bvh"])                                # doctest: +SKIP
+    >>> scene, report = graph.walk(60)                                               # doctest: +SKIP
+    >>> mocap.edit.write(scene, "long.glb")                                          # doctest: +SKIP
+    """
+
+    def __init__(self, native: _mocap.Graph) -> None:
+        self._native = native
+        about = json.loads(native.about_json())
+        self.options: dict[str, Any] = about["options"]
+        """How the moments were compared: ``rate``, ``window``, ``threshold``, ``whole``."""
+        self.clips: list[dict[str, Any]] = about["clips"]
+        """Of each clip its ``file``, ``sha256``, ``animation``, ``frames``, and the ``part`` of it from which a walk reaches
+        all others: the first and the last frame, or ``None``."""
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        unit: Unit | float | None = None,
+        up: Axis | None = None,
+        read_options: ReadOptions = ReadOptions(),
+    ) -> Graph:
+        """Reads a graph that ``mocap graph`` or :meth:`write` wrote, and the clips that it names.
+
+        Args:
+            path: The ``.json`` file.
+            unit, up: As for :func:`graph`.
+            read_options: How to read the clips.
+
+        Raises:
+            MocapError: Where the file is no graph, or a clip has changed since.
+        """
+        return cls(_mocap.read_graph(path, _space(unit, up), read_options))
+
+    def __repr__(self) -> str:
+        return f"<mocap.Graph of {len(self.clips)} clips>"
+
+    @property
+    def transitions(self) -> npt.NDArray[np.int64]:
+        """Where a figure can pass: of each transition the clip and the frame that it leaves, and those that it comes to."""
+        return self._native.transitions().reshape(-1, 4)
+
+    @property
+    def distances(self) -> npt.NDArray[np.float32]:
+        """How far the two moments of each transition are apart, in metres."""
+        return self._native.distances()
+
+    def matrix(self, first: int = 0, second: int = 0) -> npt.NDArray[np.float32]:
+        """The distances in metres of all moments of a clip, down, to all of another, across.
+
+        Raises:
+            MocapError: Where there is no such clip, or it is shorter than a moment.
+        """
+        rows, columns, values = self._native.matrix(first, second)
+        return values.reshape(rows, columns)
+
+    def walk(
+        self,
+        seconds: float | None = None,
+        *,
+        path: Sequence[tuple[float, float]] | None = None,
+        through: Sequence[str] | None = None,
+        seed: int = 1,
+    ) -> tuple[Scene, dict[str, Any]]:
+        """A motion that walks over the graph, with feet held still, and what was made: ``frames``, ``seconds``, when its
+        ``transitions`` begin, ``largest_distance``, ``feet``. One of ``seconds``, ``path`` and ``through`` says where it goes.
+
+        Args:
+            seconds: Walk for so long, where it was seldom.
+            path: Walk along these points over the ground in metres: x and z where +Y is up, x and y where +Z is.
+            through: Walk through these clips in this order; ``"turn@1.5"`` is a moment of one.
+            seed: Another gives another walk of ``seconds``.
+
+        Raises:
+            MocapError: Where there is no such walk, or a file has changed since.
+        """
+        points = None if path is None else [[float(x), float(z)] for x, z in path]
+        walking = {"seconds": seconds, "path": points, "through": list(through or []), "seed": seed}
+        scene, report = self._native.walk(json.dumps(walking))
+        return Scene(scene), json.loads(report)
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes the graph as JSON, for ``mocap graph walk``.
+
+        Raises:
+            MocapError: Where it would replace somebody's file, or one of the clips.
+        """
+        self._native.write(path, overwrite)
+
+
+def graph(
+    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    *,
+    rate: float = 30.0,
+    window: float = 1 / 3,
+    threshold: float = 0.06,
+    whole: bool = False,
+    on: str | os.PathLike[str] | None = None,
+    unit: Unit | float | None = None,
+    up: Axis | None = None,
+    read_options: ReadOptions = ReadOptions(),
+) -> Graph:
+    """Compares all moments of motions, and keeps where a figure can pass from one to another, as ``mocap graph`` does.
+
+    Args:
+        paths: The files, all of one skeleton, or of humanoids with ``on``.
+        rate: Frames per second at which clips are compared.
+        window: The length of a moment, and of a transition, in seconds.
+        threshold: The largest distance at which a figure may pass, in metres.
+        whole: Keep the transitions too that lead out of the largest strongly connected component.
+        on: The file of a body on which all clips are put first.
+        unit: Unit of length of the clips, by name or as metres in one; what they say, else a guess, if ``None``.
+        up: The axis of the clips that points up; a guess if ``None``.
+        read_options: How to read.
+
+    Raises:
+        MocapError: Where a file cannot be read, skeletons differ, or no two moments are so alike.
+    """
+    files = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    graphing: dict[str, Any] = {"rate": rate, "window": window, "threshold": threshold, "whole": whole}
+    if on is not None:
+        graphing["on"] = os.fspath(on)
+    return Graph(_mocap.graph(files, json.dumps(graphing), _space(unit, up), read_options))
+
+
+def _space(unit: Unit | float | None, up: Axis | None) -> str:
+    """What is known of the space of files, as the native half reads it."""
+    known = {"unit": metres(unit), "up": up}
+    return json.dumps({name: value for name, value in known.items() if value is not None})
