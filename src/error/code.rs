@@ -115,7 +115,7 @@ codes! {
         "A value of the motion is NaN, infinite, or 1e18 or more; the last value of its channel before it was used."
         "Repair the capture at the frames named."
     TrailingText "trailing-text"
-        "Text, or lines with another number of values, follow the last row of the motion; they were ignored."
+        "Text, or lines with another number of values, follow the last row of the motion, or bytes its last table; they were ignored."
         "Remove it."
     RepeatedOffset "repeated-offset"
         "A joint has more than one OFFSET; the last one was used."

@@ -180,7 +180,7 @@ fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     check_not_empty(source)?;
-    let columns = mot::Columns::read(source.bytes, &options.limits);
+    let columns = mot::Columns::read(source.bytes, &options.limits, &mut warnings);
     let motion = columns.and_then(|columns| layouts::opensim::motion(&columns, options, &mut warnings));
     let scene = motion.map(|motion| motion.into_scene(Format::Mot, &mut warnings));
     warnings.attach_to(scene)

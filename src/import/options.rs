@@ -174,10 +174,10 @@ impl Importer {
     }
 
     /// A file of somebody who stands, with markers that the motion may not have, such as those inside of knees and
-    /// ankles. [`Importer::markers`] uses it.
+    /// ankles. A skeleton is solved then, as with `markers("auto")` unless [`Importer::markers`] says more.
     ///
     /// ```
-    /// let importer = mocap::Importer::new().markers("auto").static_trial("nosuch.trc");
+    /// let importer = mocap::Importer::new().static_trial("nosuch.trc");
     /// let error = importer.import("fixtures/real/optotrak.c3d").unwrap_err();
     /// assert!(error.to_string().contains("nosuch.trc"));
     /// ```

@@ -25,13 +25,16 @@ const AUTO: &str = "auto";
 impl Importer {
     /// Solves rotations from the positions of a scene without a skeleton.
     pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
+        // A trial of somebody who stands is of no use but for a skeleton from markers.
+        let implied = self.standing.as_ref().filter(|_| self.joints.is_none()).map(|_| AUTO);
+        let markers = self.markers.as_deref().or(implied);
         let set = match &self.joints {
-            _ if self.markers.is_some() => None,
+            _ if markers.is_some() => None,
             Some(joints) => Some(joint_set(joints, source)?),
             None if is_array(scene) && is_points(scene) => set_of_names(scene),
             None => None,
         };
-        match (set, self.lengths, &self.markers) {
+        match (set, self.lengths, markers) {
             (Some(set), lengths, _) => set.lengths(lengths.unwrap_or_default()).solve(scene),
             (None, Some(_), _) => Err(needless_lengths()),
             (None, None, Some(names)) => self.solve_markers(scene, names, source),

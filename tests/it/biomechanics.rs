@@ -5,6 +5,8 @@ use mocap::edit::ContactOptions;
 use mocap::figure::{Humanoid, HumanoidBone as Bone, Side};
 use mocap::{Code, Conversion, Format, Importer, Pose, Scene};
 
+use crate::program::Folder;
+
 /// Joints of a body in T-pose that faces +Z, its left at +X: name, parent, OFFSET in centimetres.
 const JOINTS: [(&str, &str, [f32; 3]); 19] = [
     ("Hips", "", [0.0, 96.0, 0.0]),
@@ -154,6 +156,59 @@ fn motion_files_of_opensim_are_read() {
         .replace("-60", "-1.0471976");
     let angles = JointAngles::of(&of_mot(&radians).unwrap()).unwrap();
     assert!((angle(&angles, "knee_angle_r") - 60.0).abs() < 0.01);
+}
+
+#[test]
+fn motion_files_say_what_is_no_number_and_what_is_not_there() {
+    let (header, _) = COORDINATES.split_at(COORDINATES.find("0.0\t").unwrap());
+    let error = of_mot(header).unwrap_err();
+    assert_eq!(
+        (error.code(), error.diagnostic().message.as_str()),
+        (Code::NoMotion, "the file has no rows")
+    );
+    let one = of_mot(&COORDINATES[..COORDINATES.find("0.5\t").unwrap()]).unwrap_err();
+    assert_eq!(
+        (one.code(), one.diagnostic().found.as_deref()),
+        (Code::FrameTime, Some("a single row"))
+    );
+
+    // The flexion of the right hip in the last frame: what it was in the frame before is used.
+    let broken = COORDINATES.replace("1.0\t1\t0.95\t0\t40", "1.0\t1\t0.95\t0\tNaN");
+    let scene = of_mot(&broken).unwrap();
+    let said: Vec<_> = scene
+        .warnings
+        .iter()
+        .filter(|warning| warning.code == Code::NonFiniteValue)
+        .collect();
+    assert_eq!((said.len(), said[0].count), (1, 1));
+    assert_eq!(
+        said[0].message,
+        "column hip_flexion_r, frame 2: the value is not a finite number"
+    );
+    assert_eq!(said[0].location.as_ref().map(|at| at.line), Some(11));
+    assert_eq!(scene.animations, of_mot(COORDINATES).unwrap().animations);
+
+    let uneven = COORDINATES.replace("0.5\t0.5", "0.1\t0.5");
+    let scene = of_mot(&uneven).unwrap();
+    assert!(
+        scene
+            .warnings
+            .iter()
+            .any(|warning| warning.code == Code::FrameTime && warning.message.contains("frame 1"))
+    );
+}
+
+/// A pelvis that faces aside tilts about other axes than its own, which is said.
+#[test]
+fn a_pelvis_that_faces_aside_is_said() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    for (facing, is_aside) in [("x", true), ("z", false)] {
+        folder.succeeds(&format!(
+            "edit cmu_short.bvh -o turned.bvh --force --step turn:facing={facing}"
+        ));
+        let said = folder.succeeds("angles turned.bvh -o angles.csv --force");
+        assert_eq!(said.contains("to the left of +Z"), is_aside, "{said}");
+    }
 }
 
 #[test]

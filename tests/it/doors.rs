@@ -239,6 +239,131 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
     Some(cells.map(cell).collect())
 }
 
+/// What does the work of a command elsewhere; an empty cell is none. The library, on which all stand, has everything.
+const CALLS: [(&str, [&str; 4]); 27] = [
+    // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
+    (
+        "convert",
+        ["convert run", "mocap_convert mocap_run", "convert write run", "convert"],
+    ),
+    (
+        "retarget",
+        [
+            "retarget run",
+            "mocap_retargeter_new mocap_run",
+            "retarget run",
+            "retarget",
+        ],
+    ),
+    (
+        "robot",
+        [
+            "Robot.retarget Robot.stream run",
+            "mocap_robot_stream_new mocap_run",
+            "robotMotion run",
+            "robot",
+        ],
+    ),
+    ("edit", ["edit.apply run", "mocap_edit mocap_run", "edit run", "edit"]),
+    ("clean", ["edit.clean run", "mocap_edit mocap_run", "edit run", "clean"]),
+    ("solve", ["read", "mocap_run", "read", "run"]),
+    ("run", ["run", "mocap_run", "run", "run"]),
+    ("graph", ["", "", "", "graph walk"]),
+    ("index, find", ["index Database.find", "", "", "index find"]),
+    ("match", ["", "mocap_controller_new", "controller", "match"]),
+    ("record, play, bridge", ["", "", "", ""]),
+    ("view", ["Scene.show", "", "toPlayer", ""]),
+    ("info", ["Scene.metadata", "mocap_report", "toJson", "inspect"]),
+    ("skeleton", ["Scene.figure", "mocap_report", "toJson", "skeleton"]),
+    ("sheet", ["Scene.sheet", "", "toPng", "sheet"]),
+    ("gif", ["", "", "", ""]),
+    ("plot", ["Scene.plot", "", "", ""]),
+    (
+        "fk",
+        ["Scene.to_numpy Scene.to_smpl", "mocap_world_matrices", "toCsv", ""],
+    ),
+    ("angles", ["Scene.joint_angles", "mocap_table_new", "jointAngles", ""]),
+    ("gait", ["Scene.gait", "mocap_report", "gait", ""]),
+    ("forces", ["Scene.ground_forces", "mocap_table_new", "groundForces", ""]),
+    ("analog", ["Scene.analog", "mocap_table_new", "analog", ""]),
+    ("pack", ["Scene.to_arrow table", "", "", ""]),
+    ("pose", ["Scene.pose", "mocap_world_matrices", "pose", ""]),
+    ("check", ["Scene.warnings", "mocap_warning_text", "check", "check"]),
+    ("survey", ["survey", "mocap_run", "run", "survey"]),
+    ("verify", ["", "mocap_verify", "", "verify"]),
+];
+
+/// Where the calls of each language are declared.
+const DECLARED: [&str; 4] = [
+    "tools/python/python/mocap",
+    "tools/capi/mocap.h",
+    "tools/wasm/package/index.d.ts",
+    "docs/agents.md",
+];
+
+/// The table of [`CALLS`].
+fn calls() -> String {
+    let mut text = "\n## Commands elsewhere\n\n\
+        What does the work of a command in other languages. A job, which `run` does, has what `convert`, `retarget`,\n\
+        `robot`, `edit`, `clean` and a survey have; motions are read with `joints` and `markers`, and are solved then.\n\
+        The library has everything.\n\n\
+        | command | Python | C and C++ | JavaScript | agents |\n|---|---|---|---|---|\n"
+        .to_owned();
+    for (command, cells) in CALLS {
+        let cells = cells.map(|calls| match calls {
+            "" => "no".to_owned(),
+            _ => calls
+                .split(' ')
+                .map(|call| format!("`{call}`"))
+                .collect::<Vec<_>>()
+                .join(", "),
+        });
+        text += &format!("| {command} | {} |\n", cells.join(" | "));
+    }
+    text
+}
+
+/// Every call of the second table is declared in its language, and every command is in the table.
+#[test]
+fn what_does_the_work_of_a_command_is_there() {
+    let declared = DECLARED.map(|path| match Path::new(path).is_dir() {
+        false => fs::read_to_string(path).unwrap(),
+        true => fs::read_dir(path)
+            .unwrap()
+            .filter_map(|entry| fs::read_to_string(entry.unwrap().path()).ok())
+            .collect(),
+    });
+    for (command, cells) in CALLS {
+        for ((calls, declared), language) in cells.into_iter().zip(&declared).zip(["def", "(", "(", "`"]) {
+            for call in calls.split_whitespace() {
+                let name = call.rsplit('.').next().unwrap();
+                let is_there = match language {
+                    "def" => declared.contains(&format!("def {name}(")),
+                    "`" => declared.contains(&format!("`{name}`")),
+                    _ => declared.contains(&format!("{name}(")),
+                };
+                assert!(is_there, "{command}: {call}");
+            }
+        }
+    }
+    assert!(fs::read_to_string("docs/doors.md").unwrap().ends_with(&calls()));
+    // The shown commands, but for those that print lists.
+    let help = String::from_utf8(Folder::with(&[]).run("--help").stdout).unwrap();
+    let named =
+        |line: &str| Some(line.strip_prefix("  ")?.split(' ').next()?.to_owned()).filter(|name| !name.is_empty());
+    for name in help
+        .lines()
+        .filter_map(named)
+        .filter(|name| name.starts_with(|letter: char| letter.is_ascii_lowercase()))
+    {
+        let is_listed = CALLS
+            .iter()
+            .any(|(command, _)| command.split(", ").any(|own| own == name));
+        let is_own = ["formats", "merge-manifest", "dump", "mcp"].contains(&name.as_str());
+        assert!(is_listed || is_own, "{name}");
+    }
+}
+
 /// Each cell of the table works, or says why not, as `docs/doors.md` has it. Some rows are tried, all with `MOCAP_ALL`.
 #[test]
 fn every_door_writes_every_format_or_says_why_not() {
@@ -259,7 +384,7 @@ fn every_door_writes_every_format_or_says_why_not() {
     let tried: Vec<(Row, Vec<Cell>)> = tried.collect();
     let path = "docs/doors.md";
     if writes && cfg!(feature = "meshopt") {
-        fs::write(path, format!("{HEAD}{}", table(&tried))).unwrap();
+        fs::write(path, format!("{HEAD}{}{}", table(&tried), calls())).unwrap();
     }
     let text = fs::read_to_string(path).unwrap();
     assert!(text.starts_with(HEAD));

@@ -157,6 +157,8 @@ fn what_is_no_body_is_refused() {
     assert!(refused(auto(), "fixtures/real/lecture_Test.bvh").contains("no markers"));
     assert!(refused(Importer::new().markers("nosuch.json"), TAKE).contains("nosuch.json"));
     assert!(refused(auto().static_trial("fixtures/real/lecture_Test.bvh"), TAKE).contains("no markers"));
+    // A standing trial alone means that markers are solved.
+    assert!(refused(Importer::new().static_trial(TAKE), "fixtures/real/lecture_Test.bvh").contains("no markers"));
 }
 
 #[test]

@@ -270,6 +270,8 @@ fn files_that_are_cut_or_state_too_much_are_errors() {
     let old = [b"Pmx ".as_slice(), &[0; 40]].concat();
     let read = Importer::new().format(Format::Pmx).read(&old, "a.pmx");
     assert_eq!(read.unwrap_err().code(), Code::UnreadableFormat);
+    let older = [b"Pmd\0\0\x80\x3F".as_slice(), &[0; 40]].concat();
+    assert_eq!(code_of(&older, "a.pmd").unwrap_err(), Code::UnreadableFormat);
 }
 
 /// Keys that are no numbers are left out and said.
@@ -289,6 +291,28 @@ fn keys_that_are_no_numbers_are_left_out() {
     assert_eq!(left_out.len(), 2);
     assert_eq!(left_out[0].joint.as_deref(), Some("センター"));
     assert!(scene.validate().is_empty());
+}
+
+/// What follows the last table is no part of the motion, and is said.
+#[test]
+fn bytes_behind_the_last_table_are_said() {
+    let whole = fs::read(MOTION).unwrap();
+    let more = [whole.as_slice(), b"more"].concat();
+    let [whole_scene, scene] =
+        [&whole, &more].map(|bytes| Importer::new().skeleton(MODEL).read(bytes, "a.vmd").unwrap());
+    let trailing = |scene: &Scene| {
+        let mut said = scene
+            .warnings
+            .iter()
+            .filter(|warning| warning.code == Code::TrailingText);
+        said.next().cloned()
+    };
+    assert!(trailing(&whole_scene).is_none());
+    let said = trailing(&scene).unwrap();
+    let begin = format!("from byte {}", whole.len());
+    assert!(said.message.contains(&begin), "{}", said.message);
+    assert_eq!(said.found.as_deref(), Some("4 more bytes"));
+    assert_eq!(scene.animations, whole_scene.animations);
 }
 
 fn written(scene: &Scene) -> (Vec<u8>, mocap::Written) {

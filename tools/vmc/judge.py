@@ -69,8 +69,8 @@ def place(name, position, rotation):
 
 
 def hips(frame):
-    """Where the hips are in a frame, in Unity's axes."""
-    return [0.4 * np.sin(frame / 40), 0.95 + 0.05 * np.sin(frame / 7), 0.01 * frame]
+    """Where the hips are in a frame, in Unity's axes: within metres, where files have the digits that are asked of them."""
+    return [0.4 * np.sin(frame / 40), 0.95 + 0.05 * np.sin(frame / 7), 4 * np.sin(frame / 400)]
 
 
 def sent(frame, rotations):

@@ -10,9 +10,10 @@
 //! The format is described by OpenSim, *Motion (.mot) Files* and *Storage (.sto) Files*.
 
 use crate::error::{Code, Diagnostic};
-use crate::format::Failure;
 use crate::format::text::table::{Table, cells, words};
-use crate::format::text::{Word, decode, decode_name, is_binary};
+use crate::format::text::{Word, decode, decode_name, is_binary, quote};
+use crate::format::warnings::Warnings;
+use crate::format::{Failure, STATE_THE_RATE};
 use crate::limits::{Limits, limit_exceeded};
 
 /// The last line of every header.
@@ -40,10 +41,18 @@ pub(super) struct Columns {
     pub(super) in_degrees: bool,
 }
 
+/// The values of a column that are no finite numbers: the first, its frame, and how many there are.
+#[derive(Clone, Copy)]
+struct NotFinite<'a> {
+    first: Word<'a>,
+    frame: usize,
+    count: u64,
+}
+
 impl Columns {
     /// # Errors
-    /// Where a line is not that of such a file, or the file has more than the limits allow.
-    pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Self, Failure> {
+    /// Where a line is not that of such a file, there is no row, or the file has more than the limits allow.
+    pub(super) fn read(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<Self, Failure> {
         let text = decode(bytes)?;
         if is_binary(&text) {
             return Err(Box::new(Diagnostic::new(Code::BinaryFile, "the file is not text")));
@@ -66,13 +75,44 @@ impl Columns {
             in_degrees,
             names,
         };
+        let mut not_finite = vec![None; columns.names.len()];
         while let Some(line) = table.next_line() {
-            columns.row(&table, line, limits)?;
+            columns.row(&table, line, limits, &mut not_finite)?;
         }
+        if columns.times.is_empty() {
+            return Err(Box::new(
+                Diagnostic::new(Code::NoMotion, "the file has no rows")
+                    .at(table.cursor.locate_end())
+                    .expected_found("a row of numbers for each frame", "the end of the file")
+                    .help("the file is cut off behind the names of its columns: export it again"),
+            ));
+        }
+        columns.say_not_finite(&table, &not_finite, warnings);
         Ok(columns)
     }
 
-    fn row(&mut self, table: &Table<'_>, line: Word<'_>, limits: &Limits) -> Result<(), Failure> {
+    fn say_not_finite(&self, table: &Table<'_>, found: &[Option<NotFinite<'_>>], warnings: &mut Warnings) {
+        for (name, found) in std::iter::zip(&self.names, found) {
+            let Some(found) = found else { continue };
+            warnings.push(Code::NonFiniteValue, || {
+                let message = format!("column {name}, frame {}: the value is not a finite number", found.frame);
+                let mut warning = Diagnostic::new(Code::NonFiniteValue, message)
+                    .at(table.cursor.locate(found.first))
+                    .expected_found("a finite number", quote(found.first.bytes))
+                    .help("the value of the frame before was used, or 0 in the first frame");
+                warning.count = found.count;
+                warning
+            });
+        }
+    }
+
+    fn row<'a>(
+        &mut self,
+        table: &Table<'a>,
+        line: Word<'a>,
+        limits: &Limits,
+        not_finite: &mut [Option<NotFinite<'a>>],
+    ) -> Result<(), Failure> {
         let mut cells = cells(line);
         // A tab may end a line.
         while cells.last().is_some_and(|cell| cell.bytes.is_empty()) {
@@ -99,8 +139,19 @@ impl Columns {
             )));
         }
         self.times.push(table.number(cells[0], "a time")?);
-        for (values, cell) in self.values.iter_mut().zip(&cells[1..]) {
-            values.push(table.number(*cell, "a value")?);
+        for ((values, cell), not_finite) in self.values.iter_mut().zip(&cells[1..]).zip(not_finite) {
+            let value = table.number(*cell, "a value")?;
+            if value.is_finite() {
+                values.push(value);
+                continue;
+            }
+            values.push(values.last().copied().unwrap_or(0.0));
+            let first = NotFinite {
+                first: *cell,
+                frame,
+                count: 0,
+            };
+            not_finite.get_or_insert(first).count += 1;
         }
         Ok(())
     }
@@ -111,12 +162,31 @@ impl Columns {
         Some(&self.values[index])
     }
 
-    /// Frames per second by the first time and the last; NaN where they tell none.
-    pub(super) fn rate(&self) -> f64 {
-        match self.times.as_slice() {
-            [first, .., last] if last > first => (self.times.len() as f64 - 1.0) / (last - first),
-            _ => f64::NAN,
-        }
+    /// The first row that comes much earlier or later after the one before than others do, at so many frames a second.
+    pub(super) fn uneven_row(&self, rate: f64) -> Option<usize> {
+        // Times of files have as few as three digits behind the point.
+        const UNEVEN: f64 = 0.1;
+        const ROUNDED: f64 = 0.001;
+        let step = 1.0 / rate;
+        let is_uneven = |pair: &[f64]| (pair[1] - pair[0] - step).abs() > f64::max(UNEVEN * step, ROUNDED);
+        self.times.windows(2).position(is_uneven).map(|row| row + 1)
+    }
+
+    /// Frames per second by the first time and the last.
+    ///
+    /// # Errors
+    /// Where they tell none.
+    pub(super) fn rate(&self) -> Result<f64, Failure> {
+        let found = match self.times.as_slice() {
+            [first, .., last] if last > first => return Ok((self.times.len() as f64 - 1.0) / (last - first)),
+            [first, .., last] => format!("{first} in the first and {last} in the last"),
+            _ => "a single row".to_owned(),
+        };
+        Err(Box::new(
+            Diagnostic::new(Code::FrameTime, "the times of the rows tell no frame rate")
+                .expected_found("seconds that grow from row to row", found)
+                .help(STATE_THE_RATE),
+        ))
     }
 }
 

@@ -102,13 +102,19 @@ impl Model {
     }
 }
 
+/// Whether it is a model of MikuMikuDance, older ones too, which are refused with advice.
 pub(super) fn sniff(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC)
+    bytes.starts_with(MAGIC) || is_old(bytes)
+}
+
+/// Whether it is PMD, or PMX 1.0.
+fn is_old(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx")
 }
 
 pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Model, Failure> {
-    if !sniff(bytes) {
-        return Err(match bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx") {
+    if !bytes.starts_with(MAGIC) {
+        return Err(match is_old(bytes) {
             true => Diagnostic::new(Code::UnreadableFormat, "the file is PMD or PMX 1.0, which are not read")
                 .help("save it as PMX 2.0 in an editor of models")
                 .into(),

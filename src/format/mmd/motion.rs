@@ -123,6 +123,17 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Fail
             motion.states.push(state(&mut cursor)?);
         }
     }
+    if !cursor.is_at_end() {
+        warnings.push(Code::TrailingText, || {
+            let message = format!(
+                "bytes follow the last table, from byte {}, and were ignored",
+                cursor.offset()
+            );
+            Diagnostic::new(Code::TrailingText, message)
+                .expected_found("the end of the file", format!("{} more bytes", cursor.rest()))
+                .help("the file is not whole, or more than a motion: export it again, or remove what follows")
+        });
+    }
     in_order(&mut motion);
     Ok(motion)
 }

@@ -33,7 +33,31 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         angles.frames(),
         angles.columns.len(),
     ));
+    if let Some(said) = faces_aside(&angles) {
+        report::say(&said);
+    }
     Ok(())
+}
+
+/// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
+fn faces_aside(angles: &JointAngles) -> Option<String> {
+    // As far as that from forward, tilt and list have changed places.
+    const ASIDE: f64 = 45.0;
+    let column = angles.columns.iter().position(|name| name == "pelvis_rotation")?;
+    let rows = angles.values.chunks_exact(angles.columns.len());
+    let (sin, cos) = rows.fold((0.0, 0.0), |(sin, cos), row| {
+        let rotation = row[column].to_radians();
+        (sin + rotation.sin(), cos + rotation.cos())
+    });
+    let mean = sin.atan2(cos).to_degrees();
+    let side = if mean > 0.0 { "left" } else { "right" };
+    (mean.abs() > ASIDE).then(|| {
+        format!(
+            "the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward, in the mean: its tilt and \
+             list are about axes of the laboratory; mocap edit --step turn:facing=z turns the motion",
+            mean.abs()
+        )
+    })
 }
 
 #[derive(Serialize)]

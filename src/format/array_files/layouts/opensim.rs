@@ -81,9 +81,30 @@ pub(in crate::format::array_files) fn motion(
         let root = DVec3::new(-position("pelvis_tz"), position("pelvis_ty"), position("pelvis_tx"));
         motion.root.push(root);
     }
-    motion.frame_rate = options.frame_rate_or(columns.rate())?;
+    motion.frame_rate = frame_rate(columns, options, warnings)?;
     say(columns, options, knees, &mut motion, warnings);
     Ok(motion)
+}
+
+/// Frames per second, by the times of the rows unless the caller states it.
+fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings) -> Result<f64, Failure> {
+    if options.retime.is_some() {
+        return options.frame_rate_or(f64::NAN);
+    }
+    let rate = options.frame_rate_or(columns.rate()?)?;
+    if let Some(row) = columns.uneven_row(rate) {
+        warnings.push(Code::FrameTime, || {
+            let message =
+                format!("rows are not evenly apart in time, first at frame {row}: the motion is uneven there");
+            Diagnostic::new(Code::FrameTime, message)
+                .expected_found(
+                    format!("{} s from row to row, as in the mean", 1.0 / rate),
+                    format!("{} s", columns.times[row] - columns.times[row - 1]),
+                )
+                .help("write it with even steps: rows were taken as evenly apart")
+        });
+    }
+    Ok(rate)
 }
 
 /// The rotation of a joint: spine and neck share what is stated for the whole trunk and the head.
