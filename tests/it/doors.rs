@@ -268,7 +268,7 @@ const CALLS: [(&str, [&str; 4]); 27] = [
     ("clean", ["edit.clean run", "mocap_edit mocap_run", "edit run", "clean"]),
     ("solve", ["read", "mocap_run", "read", "run"]),
     ("run", ["run", "mocap_run", "run", "run"]),
-    ("graph", ["", "", "", "graph walk"]),
+    ("graph", ["graph run", "mocap_run", "", "graph walk"]),
     ("index, find", ["index Database.find", "", "", "index find"]),
     ("match", ["", "mocap_controller_new", "controller", "match"]),
     ("record, play, bridge", ["", "", "", ""]),
@@ -305,7 +305,7 @@ const DECLARED: [&str; 4] = [
 fn calls() -> String {
     let mut text = "\n## Commands elsewhere\n\n\
         What does the work of a command in other languages. A job, which `run` does, has what `convert`, `retarget`,\n\
-        `robot`, `edit`, `clean` and a survey have; motions are read with `joints` and `markers`, and are solved then.\n\
+        `robot`, `edit`, `clean`, surveys and graphs have; motions are read with `joints` and `markers`, and are solved then.\n\
         The library has everything.\n\n\
         | command | Python | C and C++ | JavaScript | agents |\n|---|---|---|---|---|\n"
         .to_owned();
