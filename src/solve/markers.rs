@@ -16,6 +16,7 @@ mod fit;
 mod guess;
 mod landmarks;
 mod model;
+mod noise;
 mod report;
 mod strays;
 mod subjects;
@@ -32,7 +33,7 @@ use self::landmarks::Labels;
 use self::take::Take;
 use super::points::Points;
 use super::rest::Rest;
-use super::set::JointSet;
+use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{HumanoidBone as Bone, Scene};
@@ -133,7 +134,11 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let mut seen = chosen.take.clone();
     seen.keep_first(take.landmarks.len());
     let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen);
-    let known_joints = calibrate(&mut model, &mut frames);
+    let rate = scene
+        .animations
+        .first()
+        .map_or(0.0, |animation| animation.ticks_per_second);
+    let known_joints = calibrate(&mut model, &mut frames, noise::of(&take, rate));
     let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
@@ -147,17 +152,7 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     }
     on_the_ground(&mut rest, &set);
     rest.offsets.iter_mut().for_each(|offset| *offset /= metres);
-    let solved = Points {
-        frames: take.frames,
-        tracks: (0..set.joints.len())
-            .map(|joint| match set.joints[joint].parent {
-                None => tracked.roots.iter().map(|root| root.as_vec3() / metres).collect(),
-                Some(_) => Vec::new(),
-            })
-            .collect(),
-        all: Vec::new(),
-        warnings: Vec::new(),
-    };
+    let solved = moving_root(&set, &tracked.roots, metres);
     let rotations: Vec<Vec<Quat>> = tracked
         .rotations
         .iter()
@@ -167,6 +162,20 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let lengths = "lengths are refined with the poses";
     write(scene, &set, &solved, &rest, rotations, up, lengths);
     Ok(())
+}
+
+/// The positions of the root, in units of the file, as the only joint whose position moves.
+fn moving_root(set: &JointSet, roots: &[glam::DVec3], metres: f32) -> Points {
+    let track = |joint: &SetJoint| match joint.parent {
+        None => roots.iter().map(|root| root.as_vec3() / metres).collect(),
+        Some(_) => Vec::new(),
+    };
+    Points {
+        frames: roots.len(),
+        tracks: set.joints.iter().map(track).collect(),
+        all: Vec::new(),
+        warnings: Vec::new(),
+    }
 }
 
 /// The root of the rest pose stands where its lowest joint is on the ground.

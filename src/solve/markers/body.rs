@@ -175,9 +175,14 @@ pub(super) fn model(
             let own = points.tracks[joint][frame].as_dvec3();
             Some(turned(joint, frame).inverse() * (track[frame]? - own))
         });
+        let mut offset = median_vector(offsets);
+        if stands_on_axis(&landmark.name, take) {
+            // Knees, ankles and elbows bend about axes across +Z of the T-pose, the limbs' own centres have no Z there.
+            offset.z = 0.0;
+        }
         markers.push(Marker {
             joint,
-            offset: median_vector(offsets),
+            offset,
             spread: if landmark.on == On::Bone { ON_BONE } else { ON_MUSCLE },
         });
     }
@@ -197,6 +202,22 @@ pub(super) fn model(
     });
     let poses = poses.collect();
     (Model::new(joints, markers), poses)
+}
+
+/// Whether a marker stands beside a joint, on the axis about which it bends, and none on the other side tells the axis:
+/// the first centres, which are inward of it along the normal of a limb that is nearly straight, have it before or
+/// behind that axis.
+fn stands_on_axis(landmark: &str, take: &Take) -> bool {
+    let Some((side, name)) = landmark.split_at_checked(1) else {
+        return false;
+    };
+    let inner = match name {
+        "KNE" => "KNM",
+        "ANK" => "ANM",
+        "ELB" => "ELM",
+        _ => return false,
+    };
+    !take.has(&format!("{side}{inner}"))
 }
 
 /// The joint that moves a landmark of a bone: its own, or the nearest above that is there.

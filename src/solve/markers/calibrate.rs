@@ -15,7 +15,8 @@ use crate::math::cholesky;
 /// Steps over all frames.
 const STEPS: usize = 15;
 
-/// A frame counts as so much of an independent one: skin slides in the next much as in this one.
+/// Of sliding skin a frame counts as so much of an independent one: it slides in the next much as in this one. Noise
+/// of the cameras is another one in every frame.
 const INDEPENDENT: f64 = 0.05;
 
 /// A step below this, in metres, is the last.
@@ -74,13 +75,22 @@ pub(super) struct Certainty {
     pub(super) before: f64,
 }
 
-/// Refines the body and the poses, and says how well each joint is known then.
-pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<Certainty>> {
+/// How much a frame counts of an independent one, by the part of noise in how far markers are from their bodies.
+fn independence(model: &Model, noise: f64) -> f64 {
+    let all = model.slides * model.slides;
+    let noise = f64::min(noise * noise, all);
+    all / (noise + (all - noise) / INDEPENDENT)
+}
+
+/// Refines the body and the poses, and says how well each joint is known then. `noise` is that of a coordinate of a
+/// marker, in metres.
+pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame], noise: f64) -> Vec<Option<Certainty>> {
     let first = model.clone();
     let unknowns = Unknowns::of(model);
     let mut fit = Fit::default();
     let mut factor = None;
     for _ in 0..STEPS {
+        let counts = independence(model, noise);
         let mut matrix = vec![0.0; unknowns.count * unknowns.count];
         let mut right = vec![0.0; unknowns.count];
         let (mut squares, mut seen) = (0.0, 0.0);
@@ -90,7 +100,7 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame]) -> Vec<Option<C
                 squares += distance * distance * fit::weight(distance);
                 seen += fit::weight(distance);
             }
-            eliminated(model, &unknowns, frame, &fit.world, (&mut matrix, &mut right));
+            eliminated((model, counts), &unknowns, frame, &fit.world, (&mut matrix, &mut right));
         }
         prior(model, &first, &unknowns, |term| {
             add_term(&mut matrix, &mut right, unknowns.count, term);
@@ -139,9 +149,9 @@ fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option
         .collect()
 }
 
-/// Adds what a frame says of the body, after its pose has followed.
+/// Adds what a frame says of the body, after its pose has followed; it counts as so much of an independent one.
 fn eliminated(
-    model: &Model,
+    (model, counts): (&Model, f64),
     unknowns: &Unknowns,
     frame: &Frame,
     world: &World,
@@ -156,7 +166,7 @@ fn eliminated(
     for (marker, seen) in frame.seen.iter().enumerate() {
         let Some(seen) = seen else { continue };
         let off = *seen - model.marker(marker, world);
-        let weight = fit::weight(off.length()) / (model.slides * model.slides) * INDEPENDENT;
+        let weight = fit::weight(off.length()) / (model.slides * model.slides) * counts;
         model.moves(marker, world, &mut moves);
         model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
         for &(row, a) in &moves {
@@ -178,7 +188,7 @@ fn eliminated(
         }
     }
     model.terms(&frame.pose, world, |(value, slopes)| {
-        let root = INDEPENDENT.sqrt();
+        let root = counts.sqrt();
         let slopes: Vec<(usize, f64)> = slopes.iter().map(|(column, slope)| (*column, slope * root)).collect();
         add_term(&mut own, &mut own_right, poses, (value * root, &slopes));
     });

@@ -15,8 +15,10 @@ const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
 /// Depth of a pelvis in parts of the distance of its front spines, where the back is one marker on the sacrum.
 const SACRAL_DEPTH: f64 = 0.6;
 
-/// The distance of front spines that the widths below go with, in metres.
-const ADULT: f64 = 0.25;
+/// The length of the shank of an adult of 1.72 m, that the widths below go with, in metres: 0.246 of the height
+/// (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement). It tells the size better than the
+/// pelvis, whose markers stand on the belly of one and on the belt of another.
+const SHANK: f64 = 0.423;
 
 /// From the marker beside a joint to its centre, in metres: half the width of an adult's knee, ankle and elbow, and the
 /// 7 mm of a marker's radius.
@@ -84,10 +86,15 @@ impl Pelvis {
             + self.up * part(HIP_UP, self.width)
             + self.left * part(HIP_SIDE, self.width) * sign(side)
     }
+}
 
-    /// How large the body is beside an adult.
-    fn size(&self) -> f64 {
-        (self.width / ADULT).clamp(0.5, 1.4)
+/// How large the body is beside an adult, by its shanks.
+fn size(at: &impl Fn(&str) -> Option<DVec3>) -> f64 {
+    let shank = |side: Side| Some(at(&sided(side, "KNE"))?.distance(at(&sided(side, "ANK"))?));
+    let shanks: Vec<f64> = [Side::Left, Side::Right].into_iter().filter_map(shank).collect();
+    match shanks.is_empty() {
+        true => 1.0,
+        false => (shanks.iter().sum::<f64>() / (shanks.len() as f64 * SHANK)).clamp(0.5, 1.4),
     }
 }
 
@@ -107,15 +114,16 @@ fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: 
     let (Some(knee), Some(ankle)) = (own("KNE"), own("ANK")) else {
         return;
     };
+    let size = size(at);
     let thigh = (knee - hip).normalize_or_zero();
     let shank = (ankle - knee).normalize_or_zero();
     // To the left: where a shin goes back.
     let left = axis(thigh.cross(shank), pelvis.left);
     let inward = -sign(side) * left.reject_from(thigh).normalize_or_zero();
-    let knee = own("KNM").map_or(knee + inward * KNEE * pelvis.size(), |inner| knee.midpoint(inner));
+    let knee = own("KNM").map_or(knee + inward * KNEE * size, |inner| knee.midpoint(inner));
     let shank = (ankle - knee).normalize_or_zero();
     let inward = -sign(side) * left.reject_from(shank).normalize_or_zero();
-    let ankle = own("ANM").map_or(ankle + inward * ANKLE * pelvis.size(), |inner| ankle.midpoint(inner));
+    let ankle = own("ANM").map_or(ankle + inward * ANKLE * size, |inner| ankle.midpoint(inner));
     found.push((Bone::LeftLowerLeg.on(side), knee));
     found.push((Bone::LeftFoot.on(side), ankle));
     let toes = match (own("TOE").or(own("MT1")), own("MT5")) {
@@ -170,18 +178,11 @@ fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centr
         let shoulder = acromion + down * SHOULDER_DOWN * width;
         found.push((Bone::LeftShoulder.on(side), neck.lerp(acromion, 0.2)));
         found.push((Bone::LeftUpperArm.on(side), shoulder));
-        arm(at, pelvis, side, shoulder, left - right, found);
+        arm(at, side, shoulder, left - right, found);
     }
 }
 
-fn arm(
-    at: &impl Fn(&str) -> Option<DVec3>,
-    pelvis: &Pelvis,
-    side: Side,
-    shoulder: DVec3,
-    across: DVec3,
-    found: &mut Centres,
-) {
+fn arm(at: &impl Fn(&str) -> Option<DVec3>, side: Side, shoulder: DVec3, across: DVec3, found: &mut Centres) {
     let own = |name: &str| at(&sided(side, name));
     let wrist = match (own("WRA"), own("WRB")) {
         (Some(inner), Some(outer)) => Some(inner.midpoint(outer)),
@@ -195,7 +196,7 @@ fn arm(
     // A forearm goes forward: about the axis to the right, which is outward on the right.
     let right = axis(upper.cross(lower), -across.normalize_or_zero());
     let inward = sign(side) * right.reject_from(upper).normalize_or_zero();
-    let elbow = own("ELM").map_or(elbow + inward * ELBOW * pelvis.size(), |inner| elbow.midpoint(inner));
+    let elbow = own("ELM").map_or(elbow + inward * ELBOW * size(at), |inner| elbow.midpoint(inner));
     found.push((Bone::LeftLowerArm.on(side), elbow));
     found.push((Bone::LeftHand.on(side), wrist));
 }

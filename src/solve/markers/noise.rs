@@ -1,0 +1,76 @@
+//! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
+
+use super::take::Take;
+use crate::math::median::wide_median;
+
+/// Frames a second below which the motion itself differs as much as noise from frame to frame.
+const LEAST_RATE: f64 = 60.0;
+
+/// Differences that are taken, so that it is quick.
+const DIFFERENCES: usize = 20_000;
+
+/// Weights of a third difference, by which motion without jerk is nothing, and the sum of their squares.
+const WEIGHTS: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
+const SQUARES: f64 = 20.0;
+
+/// The median of the sizes of normal numbers with a standard deviation of 1.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+
+/// The standard deviation of the noise of a coordinate, in metres; 0 where the rate does not tell it.
+pub(super) fn of(take: &Take, rate: f64) -> f64 {
+    let count = take.tracks.len() * take.frames;
+    if rate < LEAST_RATE || count == 0 {
+        return 0.0;
+    }
+    let step = (count / DIFFERENCES).max(1);
+    let difference = |index: usize| -> Option<[f64; 3]> {
+        let (marker, frame) = (index % take.tracks.len(), index / take.tracks.len());
+        let track = take.tracks[marker].get(frame..frame + WEIGHTS.len())?;
+        let mut sum = glam::DVec3::ZERO;
+        for (position, weight) in track.iter().zip(WEIGHTS) {
+            sum += (*position)? * weight;
+        }
+        Some(sum.abs().to_array())
+    };
+    let mut sizes: Vec<f64> = (0..count).step_by(step).filter_map(difference).flatten().collect();
+    match sizes.is_empty() {
+        true => 0.0,
+        false => wide_median(&mut sizes) / (MEDIAN_OF_NORMAL * SQUARES.sqrt()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Nearly normal numbers with a standard deviation of 1: sums of 12 even ones, less their mean.
+    fn normal(state: &mut u32) -> f64 {
+        let mut even = || {
+            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(*state) / f64::from(u32::MAX)
+        };
+        (0..12).map(|_| even()).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn noise_on_a_swinging_marker_is_that_which_was_put_there() {
+        const NOISE: f64 = 0.001;
+        let mut state = 1;
+        let mut position = |frame: usize| {
+            // A foot that swings by 30 cm once a second, at 120 frames a second.
+            let swing = 0.3 * (std::f64::consts::TAU * frame as f64 / 120.0).sin();
+            let noise = DVec3::new(normal(&mut state), normal(&mut state), normal(&mut state)) * NOISE;
+            DVec3::new(swing, 0.1, 0.0) + noise
+        };
+        let take = Take {
+            frames: 2000,
+            tracks: vec![(0..2000).map(|frame| Some(position(frame))).collect()],
+            ..Take::default()
+        };
+        let found = of(&take, 120.0);
+        assert!((found / NOISE - 1.0).abs() < 0.1, "{found}");
+        assert_eq!(of(&take, 30.0), 0.0);
+    }
+}
