@@ -44,6 +44,7 @@ mod source_turns;
 mod speed;
 mod terms;
 mod torques;
+mod touches;
 mod twin;
 mod verdict;
 mod window;

@@ -38,6 +38,8 @@ pub(super) struct SelfCollision {
 
 /// Two bodies that penetrate each other.
 pub(super) struct Touch {
+    /// Which pair of bodies it is.
+    pub(super) pair: usize,
     /// The points of their axes that are nearest to each other, in the world.
     pub(super) points: [(usize, DVec3); 2],
     /// From the second to the first.
@@ -134,14 +136,15 @@ impl Collisions {
         }
     }
 
-    /// Where bodies penetrate each other by more than `least`: of each pair the capsules that do so deepest.
-    pub(super) fn touching(&self, pose: &RobotPose, least: f64) -> impl Iterator<Item = Touch> {
+    /// Where bodies penetrate each other by more than what `least` says of the pair: the capsules that do so deepest.
+    pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Touch> {
         let placed = self.hulls.iter().zip(&pose.bodies);
         let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
-        let pairs = self.pairs.iter();
-        pairs.filter_map(move |&[one, other]| {
+        let pairs = self.pairs.iter().enumerate();
+        pairs.filter_map(move |(pair, &[one, other])| {
             let (a, b) = (&self.hulls[one], &self.hulls[other]);
-            if centres[one].distance_squared(centres[other]) > (a.radius + b.radius).powi(2) {
+            let least = least(pair);
+            if centres[one].distance(centres[other]) > a.radius + b.radius - least {
                 return None;
             }
             let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
@@ -154,6 +157,7 @@ impl Collisions {
                     let depth = capsule.radius + second.radius - between.length();
                     if depth > deepest.as_ref().map_or(least, |touch| touch.depth) {
                         deepest = Some(Touch {
+                            pair,
                             points: [(one, points[0]), (other, points[1])],
                             along: between.normalize_or(DVec3::Z),
                             depth,

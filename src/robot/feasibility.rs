@@ -72,8 +72,8 @@ struct Support<'a> {
 struct Residual {
     force: f64,
     lever: f64,
-    /// How far the centre of pressure is outside the soles.
-    outside: Option<f64>,
+    /// How far and where to the centre of pressure is outside the soles.
+    outside: Option<DVec2>,
 }
 
 /// Whether a robot, whose feet have these soles, can do a motion; `None` where its file states no masses, or of fewer
@@ -84,30 +84,17 @@ pub(super) fn feasibility(
     soles: &[(usize, Vec<SoleBall>)],
     motion: &RobotMotion,
 ) -> Option<Feasibility> {
-    let mut dynamics = Dynamics::new(robot, kinematics);
-    let mass = dynamics.mass();
-    if !(mass > 0.0 && mass.is_finite()) {
-        return None;
-    }
-    let mut support = Support {
-        kinematics,
-        soles,
-        cones: Cones::default(),
-        touching: Vec::new(),
-    };
+    let mut support = Support::new(kinematics, soles);
     let mut efforts = Efforts::new(robot);
-    let mut pose = kinematics.rest();
     let mut residuals = Vec::with_capacity(motion.frames());
-    for frame in 0..motion.frames() {
-        motion.set(frame, kinematics, &mut pose);
-        let (velocity, acceleration) = rates(motion, frame)?;
-        let mut forces = dynamics.inverse(kinematics, &pose, &velocity, &acceleration);
-        residuals.push(support.carry(&dynamics, &pose, &mut forces));
+    let mass = each_frame(robot, kinematics, motion, |dynamics, pose, mut forces| {
+        residuals.push(support.carry(dynamics, pose, &mut forces));
         efforts.add(&forces.joints);
-    }
+    })?;
     let is_feasible = |residual: &&Residual| residual.force <= SPARE_FORCE && residual.lever <= SPARE_LEVER;
     let feasible = residuals.iter().filter(is_feasible).count();
-    let pressures: Vec<f64> = residuals.iter().filter_map(|residual| residual.outside).collect();
+    let pressures = residuals.iter().filter_map(|residual| residual.outside);
+    let pressures: Vec<f64> = pressures.map(DVec2::length).collect();
     let outside = pressures.iter().filter(|outside| **outside > OUTSIDE).count();
     Some(Feasibility {
         mass,
@@ -121,12 +108,101 @@ pub(super) fn feasibility(
     })
 }
 
-impl Support<'_> {
+/// How far and where to the centre of pressure is outside the soles in each frame, in metres, 0 where the floor does
+/// not carry; and the mean height of the centre of mass. `None` as for [`feasibility`].
+pub(super) fn pressures(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    soles: &[(usize, Vec<SoleBall>)],
+    motion: &RobotMotion,
+) -> Option<(Vec<DVec2>, f64)> {
+    let mut support = Support::new(kinematics, soles);
+    let (mut found, mut height) = (Vec::with_capacity(motion.frames()), 0.0);
+    each_frame(robot, kinematics, motion, |dynamics, pose, forces| {
+        support.touch(pose);
+        let load = Load::new(dynamics, pose, &forces);
+        found.push(support.pressure(&load).unwrap_or_default());
+        height += load.centre.z / motion.frames() as f64;
+    })?;
+    Some((found, height))
+}
+
+/// Gives each frame of a motion with what moves it by inverse dynamics to `take`, and returns the mass of the robot;
+/// `None` as for [`feasibility`].
+fn each_frame(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    motion: &RobotMotion,
+    mut take: impl FnMut(&Dynamics, &RobotPose, Rates),
+) -> Option<f64> {
+    let mut dynamics = Dynamics::new(robot, kinematics);
+    let mass = dynamics.mass();
+    if !(mass > 0.0 && mass.is_finite()) {
+        return None;
+    }
+    let mut pose = kinematics.rest();
+    for frame in 0..motion.frames() {
+        motion.set(frame, kinematics, &mut pose);
+        let (velocity, acceleration) = rates(motion, frame)?;
+        let forces = dynamics.inverse(kinematics, &pose, &velocity, &acceleration);
+        take(&dynamics, &pose, forces);
+    }
+    Some(mass)
+}
+
+/// What the floor is to carry.
+struct Load {
+    /// The centre of mass.
+    centre: DVec3,
+    weight: f64,
+    force: DVec3,
+    /// About the centre of mass.
+    moment: DVec3,
+}
+
+impl Load {
+    fn new(dynamics: &Dynamics, pose: &RobotPose, forces: &Rates) -> Self {
+        let centre = dynamics.centre(pose);
+        Self {
+            centre,
+            weight: dynamics.mass() * GRAVITY,
+            force: forces.linear,
+            moment: forces.angular + (pose.root.translation - centre).cross(forces.linear),
+        }
+    }
+}
+
+impl<'a> Support<'a> {
+    fn new(kinematics: &'a Kinematics, soles: &'a [(usize, Vec<SoleBall>)]) -> Self {
+        Self {
+            kinematics,
+            soles,
+            cones: Cones::default(),
+            touching: Vec::new(),
+        }
+    }
+
+    /// How far and where to the centre of pressure is outside the points that touch; `None` where the floor does not
+    /// carry.
+    fn pressure(&self, load: &Load) -> Option<DVec2> {
+        let Load {
+            centre, force, moment, ..
+        } = *load;
+        if force.z <= CARRIED * load.weight || self.touching.is_empty() {
+            return None;
+        }
+        let away = DVec2::new(moment.y + centre.z * force.x, centre.z * force.y - moment.x);
+        let points = self.touching.iter().map(|(_, point)| point.truncate());
+        Some(outside(points.collect(), centre.truncate() - away / force.z))
+    }
+
     /// Lets the floor carry the robot as far as it can: takes what that makes of the torques of joints off, and says
     /// what is missing at the base.
     fn carry(&mut self, dynamics: &Dynamics, pose: &RobotPose, forces: &mut Rates) -> Residual {
-        let (centre, weight) = (dynamics.centre(pose), dynamics.mass() * GRAVITY);
-        let moment = forces.angular + (pose.root.translation - centre).cross(forces.linear);
+        let load = Load::new(dynamics, pose, forces);
+        let Load {
+            centre, weight, moment, ..
+        } = load;
         let unit = centre.z.max(LOWEST);
         self.touch(pose);
         self.cones
@@ -142,22 +218,10 @@ impl Support<'_> {
                     };
             }
         }
-        let is_carried = forces.linear.z > CARRIED * weight && !self.touching.is_empty();
-        let outside = is_carried.then(|| {
-            let away = DVec2::new(
-                moment.y + centre.z * forces.linear.x,
-                centre.z * forces.linear.y - moment.x,
-            );
-            let pressure = centre.truncate() - away / forces.linear.z;
-            outside(
-                self.touching.iter().map(|(_, point)| point.truncate()).collect(),
-                pressure,
-            )
-        });
         Residual {
             force: force.length(),
             lever: unit * lever.length(),
-            outside,
+            outside: self.pressure(&load),
         }
     }
 
@@ -223,22 +287,23 @@ fn percentile(values: impl Iterator<Item = f64>) -> f64 {
     values.get(index.saturating_sub(1)).copied().unwrap_or_default()
 }
 
-/// How far a point is outside the convex hull of others.
-fn outside(mut points: Vec<DVec2>, at: DVec2) -> f64 {
+/// How far and where to a point is outside the convex hull of others, of which there is one at least.
+fn outside(mut points: Vec<DVec2>, at: DVec2) -> DVec2 {
     let hull = convex_hull(&mut points);
     if hull.is_empty() {
-        return points.first().map_or(f64::INFINITY, |point| point.distance(at));
+        return points.first().map_or(DVec2::ZERO, |point| at - *point);
     }
     let edges = hull.iter().zip(hull.iter().cycle().skip(1));
     let is_inside = hull.len() > 2 && edges.clone().all(|(a, b)| (*b - *a).perp_dot(at - *a) >= 0.0);
-    let distance = |a: DVec2, b: DVec2| {
-        let along = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-        at.distance(a + if along.is_finite() { along } else { 0.0 } * (b - a))
-    };
-    match is_inside {
-        true => 0.0,
-        false => edges.map(|(a, b)| distance(*a, *b)).fold(f64::INFINITY, f64::min),
+    if is_inside {
+        return DVec2::ZERO;
     }
+    let away = |(a, b): (&DVec2, &DVec2)| {
+        let along = ((at - *a).dot(*b - *a) / (*b - *a).length_squared()).clamp(0.0, 1.0);
+        at - *a - if along.is_finite() { along } else { 0.0 } * (*b - *a)
+    };
+    let nearest = edges.map(away).min_by(|a, b| a.length().total_cmp(&b.length()));
+    nearest.unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -251,11 +316,15 @@ mod tests {
             let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.5), (0.5, 0.0)];
             corners.into_iter().map(DVec2::from).collect()
         };
-        assert_eq!(outside(square(), DVec2::new(0.2, 0.9)), 0.0);
-        assert!((outside(square(), DVec2::new(1.3, 0.5)) - 0.3).abs() < 1e-12);
-        assert!((outside(square(), DVec2::new(1.3, 1.4)) - 0.5).abs() < 1e-12);
+        assert_eq!(outside(square(), DVec2::new(0.2, 0.9)), DVec2::ZERO);
+        let is = |points: Vec<DVec2>, at: [f64; 2], by: [f64; 2]| {
+            let found = outside(points, DVec2::from(at));
+            assert!(found.distance(DVec2::from(by)) < 1e-12, "{found}");
+        };
+        is(square(), [1.3, 0.5], [0.3, 0.0]);
+        is(square(), [1.3, 1.4], [0.3, 0.4]);
         // A line and a point.
-        assert!((outside(square()[..2].to_vec(), DVec2::new(0.5, 0.25)) - 0.25).abs() < 1e-12);
-        assert!((outside(square()[..1].to_vec(), DVec2::new(0.0, 2.0)) - 2.0).abs() < 1e-12);
+        is(square()[..2].to_vec(), [0.5, 0.25], [0.0, 0.25]);
+        is(square()[..1].to_vec(), [0.0, 2.0], [0.0, 2.0]);
     }
 }

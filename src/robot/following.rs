@@ -196,6 +196,11 @@ impl Following {
         Some((turn, reach))
     }
 
+    /// Which reach is that of the hips.
+    pub(super) fn hips_reach(&self) -> Option<usize> {
+        self.hips_places().map(|(_, reach)| reach)
+    }
+
     /// The goals of the hips.
     pub(super) fn hips(&self) -> Option<(&Turn, &Reach)> {
         let (turn, reach) = self.hips_places()?;

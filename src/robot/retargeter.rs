@@ -1,9 +1,11 @@
 //! Puts the motion of a humanoid on a robot.
 
+mod balance;
 mod stream;
 
 use glam::{DQuat, DVec3};
 
+use self::balance::Balance;
 pub use self::stream::RobotStream;
 use super::branches::{Branches, Free};
 use super::collision::Collisions;
@@ -189,7 +191,17 @@ impl RobotRetargeter {
         let mut refined = motion.clone();
         let first = self.judged(source, animation, motion, &goals, &steps);
         self.second_pass(&mut goals, &steps, &mut refined);
-        let mut second = self.judged(source, animation, refined, &goals, &steps);
+        let second = self.judged(source, animation, refined.clone(), &goals, &steps);
+        let mut second = self.balanced(
+            source,
+            animation,
+            &mut Balance {
+                goals: &mut goals,
+                steps: &steps,
+                motion: refined,
+            },
+            second,
+        );
         second.1.passes = 2;
         Ok(if second.1.is_worse_than(&first.1) {
             first
@@ -258,6 +270,11 @@ impl RobotRetargeter {
     /// Solves the frames of each window together.
     fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
         self.following.loosen(goals, &motion.contacts, motion.fps);
+        self.smooth(goals, steps, motion);
+    }
+
+    /// Solves the frames of each window together for these goals.
+    fn smooth(&mut self, goals: &[Goals], steps: &Steps, motion: &mut RobotMotion) {
         let bound = Bound {
             goals,
             limits: &self.limits(),

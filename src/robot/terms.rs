@@ -149,7 +149,7 @@ impl Terms {
         along: DVec3,
         weight: f64,
         error: f64,
-    ) {
+    ) -> &[(usize, f64)] {
         self.row.clear();
         for ((body, point), sign) in points.into_iter().zip([1.0, -1.0]) {
             self.collect(kinematics, pose, body, point);
@@ -168,6 +168,7 @@ impl Terms {
                 self.normal[a * size + b] += weight * first * second;
             }
         }
+        &self.row
     }
 
     /// The columns of the Jacobian at a point of a body: the unknown, how it turns the body, and how it moves the

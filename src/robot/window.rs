@@ -20,6 +20,7 @@ use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms};
+use super::touches::Touches;
 use crate::math::quaternion::rotation_vector;
 use crate::scene::robot::Placement;
 
@@ -57,14 +58,9 @@ const BASE_ACCELERATION: [f64; 2] = [1e-3, 3e-5];
 const BASE_BELL: f64 = 0.06;
 const JOINT_BELL: f64 = 0.04;
 
-/// Squares of weights of a metre below the floor, of a metre of links in each other, and of a radian of a step that is
-/// too long.
+/// Squares of weights of a metre below the floor, and of a radian of a step that is too long.
 const FLOOR: f64 = 10_000.0;
-const APART: f64 = 1000.0;
 const TOO_LONG: f64 = 100.0;
-
-/// How far in each other links may be, in metres, less than what a report counts.
-const TOUCHING: f64 = 0.004;
 
 /// What a motion keeps to.
 pub(super) struct Bound<'a> {
@@ -81,6 +77,7 @@ pub(super) struct Bound<'a> {
 pub(super) struct Windows {
     terms: Terms,
     band: Band,
+    touches: Touches,
     /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
     /// what is faster than people move.
     wanted: Vec<f64>,
@@ -91,6 +88,7 @@ impl Windows {
         Self {
             terms,
             band: Band::default(),
+            touches: Touches::default(),
             wanted: Vec::new(),
         }
     }
@@ -132,6 +130,7 @@ impl Windows {
         rounds: usize,
     ) {
         let mut parts = vec![range.clone()];
+        self.touches.begin();
         for _ in 0..rounds {
             let before = Copied::of(motion, range.clone());
             for part in parts {
@@ -166,6 +165,7 @@ impl Windows {
         self.add_joints(bound, motion, &rows);
         self.fix(bound, motion, part.clone());
         self.band.solve();
+        self.touches.settle(&self.band.right, part.start, size);
         self.apply(bound, motion, part);
     }
 
@@ -218,11 +218,8 @@ impl Windows {
                     }
                 }
             }
-            for touch in bound.collisions.touching(&pose, TOUCHING) {
-                let depth = touch.depth - TOUCHING;
-                self.terms
-                    .add_apart(kinematics, &pose, touch.points, touch.along, APART, depth);
-            }
+            self.touches
+                .add(kinematics, bound.collisions, frame, &pose, &mut self.terms);
             for row in 0..size {
                 let values = &self.terms.normal[row * size..=row * size + row];
                 self.band.add_row(index * size + row, index * size, values);

@@ -124,3 +124,22 @@ fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
     let (jumps, seen) = of_passes(2);
     assert!(seen >= jumps - 1e-9, "{seen} {jumps}");
 }
+
+/// Arms in the thighs: without terms that stay from round to round, 12 % of these frames had links in each other.
+#[test]
+fn links_that_are_pushed_apart_stay_apart() {
+    let robot = Importer::new()
+        .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+        .unwrap();
+    let source = mocap::import("fixtures/real/nan_tokens.bvh").unwrap();
+    let [first, second] = [1, 2].map(|passes| {
+        let mut retargeter = RobotRetargeter::new(&source, &robot, &RobotOptions::new().passes(passes)).unwrap();
+        retargeter.clip(&source, 0).unwrap().1
+    });
+    assert!(
+        first.fraction_in_self_collision > 0.1,
+        "{}",
+        first.fraction_in_self_collision
+    );
+    assert_eq!(second.fraction_in_self_collision, 0.0, "{:?}", second.self_collisions);
+}
