@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy
 import pyarrow as pa
 import pyarrow.dataset
 import pytest
@@ -93,6 +94,15 @@ def test_lines_of_a_character(tmp_path: Path) -> None:
     shutil.copy(REPOSITORY / "fixtures" / "skeletons" / "human_vrm1.gltf", tmp_path / "hero.gltf")
     assert run(block("add_motions"), tmp_path) == "good 523\n"  # of 524, the first being a rest pose
     assert b'"walk"' in (tmp_path / "moving.gltf").read_bytes()
+
+
+def test_lines_of_a_robot(tmp_path: Path) -> None:
+    shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
+    shutil.copy(REPOSITORY / "fixtures" / "robots" / "g1_29dof_rev_1_0.urdf", tmp_path / "g1.urdf")
+    printed = run(block("mocap.Robot"), tmp_path)
+    assert re.fullmatch(r"(good|fair) \(\d+, 36\) left_hip_pitch_joint\n", printed), printed
+    with numpy.load(tmp_path / "walk.npz") as written:
+        assert written["joint_pos"].shape[1] == 29 and written["fps"].tolist() == [50]
 
 
 def test_lines_after_the_program(program: Path, tmp_path: Path) -> None:
