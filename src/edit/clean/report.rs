@@ -266,7 +266,10 @@ impl fmt::Display for Flips {
             ));
         }
         if self.spread > 0 {
-            done.push(format!("{} about the bone spread over 0.4 s", counted(self.spread, "turn")));
+            done.push(format!(
+                "{} about the bone spread over 0.4 s",
+                counted(self.spread, "turn")
+            ));
         }
         f.write_str(&done.join(", "))
     }
