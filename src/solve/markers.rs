@@ -138,7 +138,7 @@ pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .animations
         .first()
         .map_or(0.0, |animation| animation.ticks_per_second);
-    let known_joints = calibrate(&mut model, &mut frames, noise::of(&take, rate));
+    let known_joints = calibrate(&mut model, &mut frames, noise::of(&take.tracks, rate));
     let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);

@@ -1,6 +1,6 @@
 //! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
 
-use super::take::Take;
+use super::take::Track;
 use crate::math::median::wide_median;
 
 /// Frames a second below which the motion itself differs as much as noise from frame to frame.
@@ -17,15 +17,15 @@ const SQUARES: f64 = 20.0;
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
 /// The standard deviation of the noise of a coordinate, in metres; 0 where the rate does not tell it.
-pub(super) fn of(take: &Take, rate: f64) -> f64 {
-    let count = take.tracks.len() * take.frames;
+pub(super) fn of(tracks: &[Track], rate: f64) -> f64 {
+    let count = tracks.len() * tracks.first().map_or(0, Vec::len);
     if rate < LEAST_RATE || count == 0 {
         return 0.0;
     }
     let step = (count / DIFFERENCES).max(1);
     let difference = |index: usize| -> Option<[f64; 3]> {
-        let (marker, frame) = (index % take.tracks.len(), index / take.tracks.len());
-        let track = take.tracks[marker].get(frame..frame + WEIGHTS.len())?;
+        let (marker, frame) = (index % tracks.len(), index / tracks.len());
+        let track = tracks[marker].get(frame..frame + WEIGHTS.len())?;
         let mut sum = glam::DVec3::ZERO;
         for (position, weight) in track.iter().zip(WEIGHTS) {
             sum += (*position)? * weight;
@@ -64,13 +64,9 @@ mod tests {
             let noise = DVec3::new(normal(&mut state), normal(&mut state), normal(&mut state)) * NOISE;
             DVec3::new(swing, 0.1, 0.0) + noise
         };
-        let take = Take {
-            frames: 2000,
-            tracks: vec![(0..2000).map(|frame| Some(position(frame))).collect()],
-            ..Take::default()
-        };
-        let found = of(&take, 120.0);
+        let tracks: [Track; 1] = [(0..2000).map(|frame| Some(position(frame))).collect()];
+        let found = of(&tracks, 120.0);
         assert!((found / NOISE - 1.0).abs() < 0.1, "{found}");
-        assert_eq!(of(&take, 30.0), 0.0);
+        assert_eq!(of(&tracks, 30.0), 0.0);
     }
 }
