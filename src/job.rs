@@ -259,7 +259,29 @@ impl Job {
             ),
             _ => return Ok(()),
         };
-        Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+        refuse(&message, help)
+    }
+
+    /// Refuses a folder among the inputs of a survey or a graph.
+    fn refuse_folders(&self) -> Result<()> {
+        match self.source.inputs.iter().find(|input| input.is_dir()) {
+            Some(folder) => refuse(
+                &format!("{} is a folder, and the job takes files", folder.display()),
+                "name its files, or do the job with mocap run",
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the job has steps, another body, more of its source than `source`, or options of written motions.
+    fn changes_motion(&self, source: &Sources) -> bool {
+        let writing = Writing {
+            output: self.write.output.clone(),
+            to: self.write.to.clone(),
+            force: self.write.force,
+            ..Writing::default()
+        };
+        !self.steps.is_empty() || self.onto.is_some() || self.write != writing || self.source != *source
     }
 
     /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a
@@ -349,6 +371,11 @@ fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 /// The name of a file, without its folder.
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// An error of a job that asks for what it cannot have.
+fn refuse<T>(message: &str, help: &str) -> Result<T> {
+    Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }
 
 /// Whether a value can be left out of a job file.

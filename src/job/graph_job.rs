@@ -7,9 +7,9 @@ use super::files::{Files, check_outputs, write_all};
 use super::graph::{GraphReport, Graphing};
 use super::said::{Hear, Said};
 use super::walk::Walking;
-use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, Writing, file_name};
+use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, file_name, refuse};
 use crate::edit::WalkReport;
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::Result;
 use crate::files::ReplacePolicy;
 use crate::graph::{DistanceMatrix, MotionGraph};
 use crate::import::MemoryFile;
@@ -23,8 +23,9 @@ impl Job {
     /// last, and what there is to report. Nothing is written. The files of `given` are not read from the disk.
     ///
     /// # Errors
-    /// As [`Importer::import`](crate::Importer::import), with the file; [`Code::InvalidValue`] where the skeletons
-    /// differ, where there is no graph, and for what a graph does not heed.
+    /// As [`Importer::import`](crate::Importer::import), with the file.
+    /// [`Code::InvalidValue`](crate::Code::InvalidValue) where the skeletons differ, where there is no graph, and for
+    /// what a graph does not heed.
     pub fn compare(&self, given: &[MemoryFile<'_>]) -> Result<(Outputs, JobReport)> {
         let graphing = self.graph.clone().unwrap_or_default();
         self.graph_of(&graphing, Files { given, has_disk: true })
@@ -32,11 +33,7 @@ impl Job {
 
     pub(super) fn graph_of(&self, graphing: &Graphing, files: Files<'_>) -> Result<(Outputs, JobReport)> {
         self.check_graph(graphing)?;
-        if let Some(folder) = self.source.inputs.iter().find(|input| input.is_dir()) {
-            let message = format!("{} is a folder, and the job takes files", folder.display());
-            let help = "name its files, or do the job with mocap run";
-            return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
-        }
+        self.refuse_folders()?;
         let mut report = JobReport::default();
         let mut hear = |said: Said<'_>| report.hear(said);
         let compared = Clips::compare(graphing, (&self.read, &self.source), files, &mut hear)?;
@@ -74,18 +71,12 @@ impl Job {
 
     /// Refuses what a graph would not heed: steps, another body than that of the graph, options of motions.
     fn check_graph(&self, graphing: &Graphing) -> Result<()> {
-        let writing = Writing {
-            output: self.write.output.clone(),
-            to: self.write.to.clone(),
-            force: self.write.force,
-            ..Writing::default()
-        };
         let source = Sources {
             inputs: self.source.inputs.clone(),
             space: self.source.space.clone(),
             ..Sources::default()
         };
-        if !self.steps.is_empty() || self.onto.is_some() || self.write != writing || self.source != source {
+        if self.changes_motion(&source) {
             return refuse(
                 "the job: a graph changes no motion, and is written as JSON",
                 "leave out steps, onto, all of source but inputs and space, and all of write but output, to and force; \
@@ -235,8 +226,4 @@ fn picture_of(_: &DistanceMatrix, _: Option<&MotionGraph>, _: usize) -> Result<V
         "this build draws no pictures: it has not the feature render",
         "name an array, .npy, in graph.matrix",
     )
-}
-
-fn refuse<T>(message: &str, help: &str) -> Result<T> {
-    Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }

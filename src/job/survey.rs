@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::files::{Files, check_outputs, write_all};
-use super::{Job, JobReport, OutputFile, Reading, Sources, Writing, file_name, is_default};
-use crate::error::{Code, Diagnostic, Result};
+use super::{Job, JobReport, OutputFile, Reading, Sources, file_name, is_default, refuse};
+use crate::error::Result;
 use crate::import::Importer;
 use crate::math::spread::spread;
 use crate::process::SkeletonMesh;
@@ -80,7 +80,7 @@ impl Surveying {
     /// From which amounts on a clip is suspect and bad.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for a text that is no threshold.
+    /// [`Code::InvalidValue`](crate::Code::InvalidValue) for a text that is no threshold.
     pub fn thresholds(&self) -> Result<Thresholds> {
         let mut thresholds = Thresholds::default();
         self.threshold.iter().try_for_each(|text| thresholds.set(text))?;
@@ -90,7 +90,7 @@ impl Surveying {
     /// The clips of a file as `read` reads it, or those of the record that it is, a `.jsonl` file.
     ///
     /// # Errors
-    /// As [`Importer::import`]; [`Code::InvalidValue`] for a line that is no row.
+    /// As [`Importer::import`]; [`Code::InvalidValue`](crate::Code::InvalidValue) for a line that is no row.
     pub fn examine(&self, read: &Reading, path: &Path) -> Result<Vec<Examined>> {
         let files = Files {
             given: &[],
@@ -201,11 +201,7 @@ impl Job {
     /// The files of a survey, the table last, and the rows.
     pub(super) fn survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<(Outputs, JobReport)> {
         self.check_survey()?;
-        if let Some(folder) = self.source.inputs.iter().find(|input| input.is_dir()) {
-            let message = format!("{} is a folder, and the job takes files", folder.display());
-            let help = "name its files, or do the job with mocap run";
-            return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
-        }
+        self.refuse_folders()?;
         let corpus = surveying.corpus_of(&self.read, files, &self.source.inputs)?;
         let mut made = surveying.beside_of(&self.read, files, &corpus)?;
         if let Some(format) = self.table_format() {
@@ -250,27 +246,20 @@ impl Job {
     /// Refuses what a survey would not heed: steps, another body, options of motions.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`].
+    /// [`Code::InvalidValue`](crate::Code::InvalidValue).
     pub fn check_survey(&self) -> Result<()> {
-        let refused = |message: &str, help: &str| Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
-        let writing = Writing {
-            output: self.write.output.clone(),
-            to: self.write.to.clone(),
-            force: self.write.force,
-            ..Writing::default()
-        };
         let source = Sources {
             inputs: self.source.inputs.clone(),
             ..Sources::default()
         };
-        if !self.steps.is_empty() || self.onto.is_some() || self.write != writing || self.source != source {
-            return refused(
+        if self.changes_motion(&source) {
+            return refuse(
                 "the job: a survey changes no motion, and writes tables alone",
                 "leave out steps, onto, all of source but inputs, and all of write but output, to and force",
             );
         }
         match self.source.inputs.is_empty() {
-            true => refused("the job names no input", "name files in source.inputs"),
+            true => refuse("the job names no input", "name files in source.inputs"),
             false => Ok(()),
         }
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::is_default;
+use super::{is_default, refuse};
 use crate::error::{Code, Diagnostic, Result};
 use crate::graph::{MotionGraph, Network, Walk};
 
@@ -127,8 +127,4 @@ fn clip_named(graph: &MotionGraph, named: &str) -> Result<usize> {
     let names: Vec<&str> = graph.clips.iter().map(|clip| clip.file.as_str()).take(NAMED).collect();
     let message = format!("through: the graph has no clip {named}; it has {}", names.join(", "));
     Err(Diagnostic::new(Code::InvalidValue, message).into())
-}
-
-fn refuse<T>(message: &str, help: &str) -> Result<T> {
-    Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }

@@ -9,7 +9,7 @@ use mocap::figure::{Humanoid, HumanoidMap};
 use pyo3::prelude::*;
 
 use crate::convert::{WriteOptions, up_axis};
-use crate::errors::{invalid, to_python};
+use crate::errors::{from_json, invalid, to_python};
 use crate::scene::Scene;
 
 /// The scene in metres with +Y up, without a rest pose in its first frame.
@@ -122,12 +122,7 @@ pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> 
 
 /// The names of joints for bones.
 pub(crate) fn bones_of(json: &str) -> PyResult<HumanoidMap> {
-    serde_json::from_str(json).map_err(|error| {
-        // The position in the JSON is of no use to a Python user.
-        let message = error.to_string();
-        let what = message.rsplit_once(" at line ").map_or(&message[..], |(what, _)| what);
-        invalid(format!("bones: {what}"))
-    })
+    from_json(json, "bones: ")
 }
 
 pub(crate) fn json(value: &impl serde::Serialize) -> PyResult<String> {

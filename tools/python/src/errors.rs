@@ -6,6 +6,7 @@ use std::io::{self, ErrorKind};
 use mocap::{Code, Error};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::de::DeserializeOwned;
 
 /// Which exception of Python an error is too, by the names of `mocap._errors.error`.
 fn kind(error: &Error) -> &'static str {
@@ -28,6 +29,16 @@ pub(crate) fn invalid(message: impl Into<String>) -> PyErr {
         Ok(PyErr::from_value(made))
     };
     Python::attach(make).unwrap_or_else(|failure| failure)
+}
+
+/// What is in a JSON that Python wrote of its arguments; `of` is what the error begins with.
+pub(crate) fn from_json<T: DeserializeOwned>(json: &str, of: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(|error| {
+        // The position in the JSON is of no use to a Python user.
+        let message = error.to_string();
+        let what = message.rsplit_once(" at line ").map_or(&message[..], |(what, _)| what);
+        invalid(format!("{of}{what}"))
+    })
 }
 
 /// A `mocap.MocapError` with all fields of the diagnostic.

@@ -6,11 +6,10 @@ use mocap::files::{ReplacePolicy, write_file};
 use mocap::job::{FileGraph, Graphing, SourceSpace, Walking};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use serde::de::DeserializeOwned;
 use serde_json::json;
 
 use crate::ReadOptions;
-use crate::errors::{invalid, to_python};
+use crate::errors::{from_json, invalid, to_python};
 use crate::scene::Scene;
 
 /// A motion graph with its clips.
@@ -54,7 +53,7 @@ impl Graph {
 
     /// The motion of a walk, and the report as JSON.
     fn walk(&self, py: Python<'_>, walking: &str) -> PyResult<(Scene, String)> {
-        let walking: Walking = options(walking)?;
+        let walking: Walking = from_json(walking, "")?;
         let made = py.detach(|| self.found.walk(&walking));
         let (scene, report) = made.map_err(|error| to_python(py, &error))?;
         let report = serde_json::to_string(&report).map_err(|error| invalid(error.to_string()))?;
@@ -86,7 +85,7 @@ pub(crate) fn graph(
     space: &str,
     read: ReadOptions,
 ) -> PyResult<Graph> {
-    let (graphing, space): (Graphing, SourceSpace) = (options(graphing)?, options(space)?);
+    let (graphing, space): (Graphing, SourceSpace) = (from_json(graphing, "")?, from_json(space, "")?);
     let read = read.reading()?;
     let found = py.detach(|| FileGraph::compare(&graphing, &read, &space, &paths));
     let found = found.map_err(|error| to_python(py, &error))?;
@@ -96,19 +95,8 @@ pub(crate) fn graph(
 /// Reads the file of a graph, and the clips that it names.
 #[pyfunction]
 pub(crate) fn read_graph(py: Python<'_>, path: PathBuf, space: &str, read: ReadOptions) -> PyResult<Graph> {
-    let (space, read): (SourceSpace, _) = (options(space)?, read.reading()?);
+    let (space, read): (SourceSpace, _) = (from_json(space, "")?, read.reading()?);
     let found = py.detach(|| FileGraph::open(&path, &read, &space));
     let found = found.map_err(|error| to_python(py, &error))?;
     Ok(Graph { found })
-}
-
-fn options<T: DeserializeOwned>(json: &str) -> PyResult<T> {
-    serde_json::from_str(json).map_err(|error| {
-        // The position in the JSON is of no use to a Python user.
-        let message = error.to_string();
-        let message = message
-            .rsplit_once(" at line ")
-            .map_or(message.as_str(), |(what, _)| what);
-        invalid(message.to_owned())
-    })
 }

@@ -30,7 +30,7 @@ use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
-use crate::errors::{invalid, to_python};
+use crate::errors::{from_json, invalid, to_python};
 
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
@@ -171,12 +171,5 @@ impl ReadOptions {
 
 /// The library's options from the JSON that `mocap.Options` writes.
 pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::ArrayOptions> {
-    serde_json::from_str(json).map_err(|error| {
-        // The position in the JSON is of no use to a Python user.
-        let message = error.to_string();
-        let message = message
-            .rsplit_once(" at line ")
-            .map_or(message.as_str(), |(what, _)| what);
-        invalid(format!("options: {message}"))
-    })
+    from_json(json, "options: ")
 }

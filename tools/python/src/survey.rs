@@ -11,7 +11,7 @@ use pyo3::pybacked::PyBackedBytes;
 
 use crate::ReadOptions;
 use crate::arrow::ArrowTable;
-use crate::errors::{invalid, to_python};
+use crate::errors::{from_json, to_python};
 
 /// The rows of a corpus, and how they were found.
 #[pyclass(frozen, module = "mocap")]
@@ -78,17 +78,6 @@ impl Survey {
     }
 }
 
-fn surveying(json: &str) -> PyResult<Surveying> {
-    serde_json::from_str(json).map_err(|error| {
-        // The position in the JSON is of no use to a Python user.
-        let message = error.to_string();
-        let message = message
-            .rsplit_once(" at line ")
-            .map_or(message.as_str(), |(what, _)| what);
-        invalid(message.to_owned())
-    })
-}
-
 /// Surveys files, and rows of records: what `examine` gave on other machines.
 #[pyfunction]
 pub(crate) fn survey(
@@ -98,7 +87,7 @@ pub(crate) fn survey(
     options: &str,
     read: ReadOptions,
 ) -> PyResult<Survey> {
-    let (surveying, read) = (surveying(options)?, read.reading()?);
+    let (surveying, read): (Surveying, _) = (from_json(options, "")?, read.reading()?);
     let corpus = py.detach(|| match records.is_empty() {
         true => surveying.corpus(&read, &paths),
         false => surveying.judge(Examined::from_lines(&records.join("\n"))?),
@@ -118,7 +107,7 @@ pub(crate) fn examine(
     options: &str,
     read: ReadOptions,
 ) -> PyResult<Vec<String>> {
-    let thresholds = surveying(options)?
+    let thresholds = from_json::<Surveying>(options, "")?
         .thresholds()
         .map_err(|error| to_python(py, &error))?;
     let importer = read.importer()?;
