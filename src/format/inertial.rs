@@ -17,8 +17,8 @@ fn warning(element: &Element<'_, '_>, link: &str, message: &str, expected: &str,
         .expected_found(expected, found)
 }
 
-/// The mass of a link as `element` states it. A negative mass is none, negative moments are those of a point, and both
-/// are warned of; so are moments that no body can have, which are kept.
+/// Checks the mass of a link, which `element` states, and returns what is used of it. A negative mass is left out; with
+/// a negative moment all moments are 0; moments that no body can have are kept. Each is warned of.
 pub(super) fn possible(
     mut stated: Inertial,
     link: &str,

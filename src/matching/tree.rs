@@ -229,7 +229,7 @@ fn squared_distance(a: &Row, b: &Row) -> f32 {
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
-/// The same to eight frames.
+/// The squared distances from a query to the eight frames of a leaf.
 #[inline(always)]
 fn to_frames(query: &Row, frames: &Leaf) -> Lanes {
     let mut sums = [[0.0; FAN]; SUMS];
@@ -250,7 +250,8 @@ fn add(sum: &mut Lanes, value: f32, others: &Lanes) {
     }
 }
 
-/// The same to the nearest points of eight boxes, or a part of it where that reaches the limit for all of them.
+/// The squared distances from a query to the nearest points of eight boxes. Stops at a part of each sum where that part
+/// reaches the limit for all boxes.
 #[inline(always)]
 fn to_boxes(query: &Row, boxes: &Boxes, limit: f32) -> Lanes {
     let mut sums = [[0.0; FAN]; SUMS];

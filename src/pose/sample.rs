@@ -137,7 +137,8 @@ impl Keys<Vec3> {
 }
 
 impl Keys<f32> {
-    /// The same of numbers.
+    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
+    /// value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
     pub fn sample(&self, tick: f64) -> Option<f32> {
         sample(self, Moment::new(tick), f32::lerp)
     }

@@ -239,7 +239,7 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
     Some(cells.map(cell).collect())
 }
 
-/// What does the work of a command elsewhere; an empty cell is none. The library, on which all stand, has everything.
+/// The calls that do the work of a command in each language; empty where there is none. The library has every command.
 const CALLS: [(&str, [&str; 4]); 27] = [
     // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
     (

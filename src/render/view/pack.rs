@@ -129,7 +129,7 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// The same of a motion of any length, of which nothing stays exact without need.
+    /// Packs all tracks of a motion of any length, as [`Self::pack`] packs those of a long one.
     pub(super) fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         let clips = match storage {
             Storage::Clips => ClipBlocks::new(self.scene, self.animation, &self.tracks, metres_per_unit),

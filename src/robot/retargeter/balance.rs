@@ -31,8 +31,8 @@ const FASTER: f64 = 0.002;
 /// How far outside a centre of pressure is believed, in metres.
 const FARTHEST: f64 = 0.3;
 
-/// Shifts of this much are none, in metres.
-const NONE: f64 = 0.002;
+/// The base stays where no shift is longer than this, in metres.
+const LEAST_SHIFT: f64 = 0.002;
 
 /// A motion of the second pass before soles are raised above the floor, with what it follows.
 pub(super) struct Balance<'a> {
@@ -107,7 +107,10 @@ fn shifts(outside: &[DVec2], height: f64, fps: f64) -> Option<Vec<DVec2>> {
         *shift -= fades * sum / whole;
         sum = fades * sum + *believed;
     }
-    shifts.iter().any(|shift| shift.length() > NONE).then_some(shifts)
+    shifts
+        .iter()
+        .any(|shift| shift.length() > LEAST_SHIFT)
+        .then_some(shifts)
 }
 
 #[cfg(test)]

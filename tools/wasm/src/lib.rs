@@ -66,7 +66,8 @@ pub extern "C" fn mocap_call() -> u32 {
     with_state(State::call).map_or(1, |done| u32::from(!done))
 }
 
-/// The same of what no page calls, so that the module of the drop page is without it: `page/lean_code.js`.
+/// Does, as `mocap_call` does, a request that no page makes. `page/lean_code.js` leaves this function out of the module
+/// of the drop page, with all that it alone needs.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_call_other() -> u32 {
     if cfg!(target_family = "wasm") {
@@ -148,7 +149,7 @@ pub extern "C" fn mocap_controller_free(figure: u32) {
     with_state(|state| state.controllers.free(figure));
 }
 
-/// Frees a motion on a robot that comes. A number that is none is passed over.
+/// Frees a stream on a robot. A number that is no stream is passed over.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_robot_stream_free(stream: u32) {
     with_state(|state| state.robot_streams.free(stream));

@@ -48,7 +48,7 @@ impl State {
         self.call_with(request::answer)
     }
 
-    /// The same of a call that the drop page does not make.
+    /// Does a request that the drop page never makes. Whether it was done.
     pub(crate) fn call_other(&mut self) -> bool {
         self.call_with(request::answer_other)
     }
