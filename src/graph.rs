@@ -24,7 +24,9 @@ pub(crate) mod clouds;
 mod component;
 pub(crate) mod distance;
 mod file;
+mod haste;
 mod minima;
+mod near;
 mod network;
 mod path;
 mod random;
@@ -35,7 +37,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::builder::{DistanceMatrix, GraphBuilder};
 pub use self::network::Network;
-pub use self::walk::{Walk, WalkPiece};
+pub use self::walk::{Walk, WalkPath, WalkPiece};
 use crate::error::{Code, Result};
 use crate::limits::{frame_rate, positive};
 use crate::options::setters;

@@ -8,6 +8,7 @@ pub(crate) mod hull;
 pub(crate) mod inertia;
 pub(crate) mod median;
 pub(crate) mod polyline;
+pub(crate) mod principal;
 pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;

@@ -12,10 +12,10 @@ use super::frames::{Frames, between};
 use super::quantity::centimetres;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Figure;
-use crate::graph::Walk;
 use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;
 use crate::graph::walk::{Bend, smooth};
+use crate::graph::{Walk, WalkPath};
 use crate::pose::{Binding, Trs, have_the_same_joints};
 use crate::scene::{Animation, NodeId, Scene};
 
@@ -33,6 +33,8 @@ pub struct WalkReport {
     pub transitions: Vec<f64>,
     /// The largest distance of two moments between which it passes, in metres.
     pub largest_distance: f32,
+    /// How near it is to the path that it follows, where it follows one.
+    pub path: Option<WalkPath>,
     /// How the feet were held still; absent where the skeleton is no humanoid.
     pub feet: Option<FootLockReport>,
 }
@@ -47,6 +49,9 @@ impl fmt::Display for WalkReport {
             self.transitions.len(),
             centimetres(self.largest_distance),
         )?;
+        if let Some(path) = &self.path {
+            write!(f, "; {path}")?;
+        }
         match &self.feet {
             None => f.write_str("; no feet were held, since the skeleton is no humanoid"),
             Some(feet) => write!(
@@ -100,6 +105,7 @@ impl Walk {
             seconds: (count - 1) as f64 / rate,
             transitions: joined.starts(),
             largest_distance: self.pieces.iter().map(|piece| piece.distance).fold(0.0, f32::max),
+            path: self.followed,
             feet: None,
         };
         report.transitions.retain(|seconds| *seconds < report.seconds);

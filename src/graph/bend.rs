@@ -5,7 +5,8 @@
 use glam::DVec2;
 
 use super::network::Network;
-use super::walk::{Bend, Walk, smooth as blended};
+use super::path::LOOKED_AT;
+use super::walk::{Bend, Walk, WalkPath, smooth as blended};
 use crate::math::polyline::Polyline;
 
 /// The deviation of the Gaussian bell over which a bend is smoothed, and half of the time over which the direction of a
@@ -17,38 +18,33 @@ const SMOOTH: f64 = 0.5;
 const MOST_MOVED: f64 = 0.4;
 const MOST_TURNED: f64 = 0.5;
 
-/// How far ahead on the path the nearest point is looked for from frame to frame, in metres.
-const LOOKED_AT: f64 = 0.5;
-
 /// A figure that moves by less than this in the time of a direction goes nowhere, in metres.
 const STILL: f64 = 0.1;
 
 impl Network<'_> {
+    /// Bends a walk so that it is on a path, and says how near to it the walk is then.
+    pub(super) fn bring_onto(&self, walk: &mut Walk, path: &Polyline) {
+        let mut centres = self.centres(walk);
+        centres.truncate((walk.seconds() * self.rate).ceil() as usize + 1);
+        walk.bends = self.bends(centres, path);
+        let moved: Vec<DVec2> = walk.bends.iter().map(|bend| bend.centre + bend.moved).collect();
+        walk.followed = Some(followed(&moved, path, self.step()));
+    }
+
+    /// Frames in half of the time over which a direction is taken.
+    fn step(&self) -> usize {
+        (SMOOTH * self.rate).round().max(1.0) as usize
+    }
+
     /// How each frame of a walk is moved so that it is on a path.
-    pub(super) fn bends(&self, walk: &Walk, path: &Polyline) -> Vec<Bend> {
-        let centres = self.centres(walk);
-        let mut reached = 0.0;
-        let along: Vec<f64> = centres
-            .iter()
-            .map(|centre| {
-                reached = path.nearest(*centre, reached, LOOKED_AT);
-                reached
-            })
-            .collect();
+    fn bends(&self, centres: Vec<DVec2>, path: &Polyline) -> Vec<Bend> {
+        let along = along(&centres, path);
         let missing = centres
             .iter()
             .zip(&along)
             .map(|(centre, along)| path.at(*along) - *centre);
-        let half = (SMOOTH * self.rate).round().max(1.0) as usize;
-        let last = centres.len().saturating_sub(1);
-        let turn = |frame: usize| {
-            let (from, to) = (frame.saturating_sub(half), (frame + half).min(last));
-            let (own, wanted) = (centres[to] - centres[from], path.at(along[to]) - path.at(along[from]));
-            match own.length().min(wanted.length()) > STILL {
-                true => own.angle_to(wanted),
-                false => 0.0,
-            }
-        };
+        let half = self.step();
+        let turn = |frame: usize| turn((&centres, &along), path, frame, half);
         let moved = smooth(&missing.collect::<Vec<_>>(), half);
         let turns = (0..centres.len()).map(|frame| DVec2::new(turn(frame), 0.0));
         let turns = smooth(&turns.collect::<Vec<_>>(), half);
@@ -80,6 +76,49 @@ impl Network<'_> {
             }
         }
         centres
+    }
+}
+
+/// How far along the path the nearest point to each place is.
+fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
+    let mut reached = 0.0;
+    let next = |place: &DVec2| {
+        reached = path.nearest(*place, reached, LOOKED_AT);
+        reached
+    };
+    places.iter().map(next).collect()
+}
+
+/// By how much the direction in which places go in a frame is to be turned to be that of the path, in radians.
+fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half: usize) -> f64 {
+    let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
+    let (own, wanted) = (places[to] - places[from], path.at(along[to]) - path.at(along[from]));
+    match own.length().min(wanted.length()) > STILL {
+        true => own.angle_to(wanted),
+        false => 0.0,
+    }
+}
+
+/// How near places are to a path.
+fn followed(places: &[DVec2], path: &Polyline, half: usize) -> WalkPath {
+    let along = along(places, path);
+    let apart = places
+        .iter()
+        .zip(&along)
+        .map(|(place, along)| place.distance(path.at(*along)));
+    let turns = (0..places.len()).map(|frame| turn((places, &along), path, frame, half).abs().to_degrees());
+    let mean_and_most = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, most) = values.fold((0.0, 0.0), |(sum, most), value| (sum + value, f64::max(most, value)));
+        (sum / places.len().max(1) as f64, most)
+    };
+    let (mean_distance, largest_distance) = mean_and_most(&mut apart.into_iter());
+    let (mean_angle, largest_angle) = mean_and_most(&mut turns.into_iter());
+    WalkPath {
+        length: path.length(),
+        mean_distance,
+        largest_distance,
+        mean_angle,
+        largest_angle,
     }
 }
 

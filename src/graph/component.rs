@@ -21,18 +21,18 @@ pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
         };
     }
     // Of one node alone, nothing leads back.
-    let has_edge = |wanted: usize| {
-        let inside = |(from, to): (usize, &usize)| component[from] == wanted && component[*to] == wanted;
-        edges
-            .iter()
-            .enumerate()
-            .any(|(from, tos)| tos.iter().any(|to| inside((from, to))))
-    };
+    let mut has_edge = vec![false; sizes.len()];
+    for (from, to) in edges.iter().enumerate() {
+        has_edge[component[from]] |= to.iter().any(|to| component[*to] == component[from]);
+    }
     let mut by_size: Vec<usize> = (0..sizes.len()).collect();
-    let first = |wanted: usize| component.iter().position(|own| *own == wanted);
-    by_size.sort_by_key(|wanted| (std::cmp::Reverse(sizes[*wanted]), first(*wanted)));
+    let mut first = vec![usize::MAX; sizes.len()];
+    for (node, own) in component.iter().enumerate().rev() {
+        first[*own] = node;
+    }
+    by_size.sort_by_key(|wanted| (std::cmp::Reverse(sizes[*wanted]), first[*wanted]));
     let mut parts = vec![None; graph.clips.len()];
-    let Some(best) = by_size.into_iter().find(|wanted| has_edge(*wanted)) else {
+    let Some(best) = by_size.into_iter().find(|wanted| has_edge[*wanted]) else {
         return parts;
     };
     for ([clip, frame], _) in points.iter().zip(&component).filter(|(_, own)| **own == best) {

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use super::bound::{BLOCK, Bounds, Rectangle};
+use super::bound::{Bound, SLACK};
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
+use super::near::{Block, LANES, Near};
 use crate::math::spread::spread;
 
 /// Windows in a tile: large enough that its edges, where windows overlap other tiles, cost little; small enough for the
@@ -33,37 +34,53 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
 }
 
 /// The local minima below `threshold` of the distances of all clips, in the order of clips and frames. Windows of one
-/// clip that overlap are no pair. Blocks of windows that cannot be so near are not compared.
+/// clip that overlap are no pair. Windows that cannot be so near are not compared.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
-    let bounds = Bounds::of(space, window, clips);
-    let blocks = |clip: usize| window.count(&clips[clip]).div_ceil(BLOCK);
-    let work = (0..clips.len()).flat_map(|clip| (0..blocks(clip)).map(move |block| (clip, block)));
-    let work: Vec<(usize, usize)> = work.collect();
-    let found: Vec<Vec<Minimum>> = spread(&work, |(first, block)| {
-        let mut found = Vec::new();
-        for second in *first..clips.len() {
+    let numbers = Bound::new(space, window, clips).numbers(space, window, clips);
+    let near = Near::new(&numbers);
+    drop(numbers);
+    let limit = (threshold * (1.0 + SLACK.0) + SLACK.1).powi(2);
+    let places: Vec<usize> = (0..near.blocks().len()).collect();
+    let found: Vec<Vec<Minimum>> = spread(&places, |place| {
+        let (mut pairs, mut found) = (Vec::new(), Vec::new());
+        near.of(*place, limit, &mut pairs);
+        for (other, bits) in &pairs {
+            let [own, other] = [*place, *other].map(|place| near.blocks()[place]);
+            let (first, second, bits) = match (own.clip, own.start) <= (other.clip, other.start) {
+                true => (own, other, *bits),
+                false => (other, own, transposed(bits)),
+            };
             let pair = Pair {
                 space,
                 window,
-                clips: [&clips[*first], &clips[second]],
-                is_same: *first == second,
+                clips: [&clips[first.clip], &clips[second.clip]],
+                is_same: first.clip == second.clip,
                 threshold,
             };
-            let apart = (*first == second).then(|| window.frames());
-            for near in bounds[*first].near(*block, &bounds[second], threshold, apart) {
-                let minima = pair.minima(near).into_iter();
-                found.extend(minima.map(|(starts, distance)| Minimum {
-                    clips: [*first, second],
-                    starts,
-                    distance,
-                }));
-            }
+            let Some(rectangle) = pair.around(first, second, bits) else {
+                continue;
+            };
+            let minima = pair.minima(rectangle).into_iter();
+            found.extend(minima.map(|(starts, distance)| Minimum {
+                clips: [first.clip, second.clip],
+                starts,
+                distance,
+            }));
         }
         found
     });
     let mut found = found.concat();
-    found.sort_by_key(|minimum| (minimum.clips, minimum.starts));
+    found.sort_unstable_by_key(|minimum| (minimum.clips, minimum.starts));
     found
+}
+
+/// Some windows of a clip and of another one, or of the same.
+type Rectangle = [Range<usize>; 2];
+
+/// The bits of rows as those of columns.
+fn transposed(rows: &[u8; LANES]) -> [u8; LANES] {
+    let bit = |row: usize, column: usize| (rows[row] >> column & 1) << row;
+    std::array::from_fn(|column| (0..LANES).fold(0, |bits, row| bits | bit(row, column)))
 }
 
 /// Two clips that are compared.
@@ -76,6 +93,29 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
+    /// The second window of a pair with a window: so many frames after it at least.
+    fn apart(&self) -> usize {
+        if self.is_same { self.window.frames() } else { 0 }
+    }
+
+    /// The rectangle around those pairs of windows of two blocks that are near each other.
+    fn around(&self, first: Block, second: Block, bits: [u8; LANES]) -> Option<Rectangle> {
+        let cells = (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column)));
+        let near = cells.filter(|(row, column)| bits[*row] >> column & 1 == 1);
+        let mut near = near.map(|(row, column)| [first.start + row, second.start + column]);
+        let mut near = near
+            .by_ref()
+            .filter(|[row, column]| !self.is_same || *column >= row + self.apart());
+        let [row, column] = near.next()?;
+        let begin = [row..row + 1, column..column + 1];
+        Some(near.fold(begin, |[rows, columns], [row, column]| {
+            [
+                rows.start..row + 1,
+                columns.start.min(column)..columns.end.max(column + 1),
+            ]
+        }))
+    }
+
     /// The minima of some rows and some columns.
     fn minima(&self, [rows, columns]: Rectangle) -> Vec<([usize; 2], f32)> {
         let [height, width] = self.clips.map(|clip| self.window.count(clip));
@@ -89,7 +129,7 @@ impl Pair<'_> {
         let at = |row: usize, column: usize| distances[(row - above.start) * beside.len() + column - beside.start];
         let mut found = Vec::new();
         for row in rows {
-            let least = if self.is_same { row + self.window.frames() } else { 0 };
+            let least = if self.is_same { row + self.apart() } else { 0 };
             for column in least.max(columns.start)..columns.end {
                 let own = at(row, column);
                 if own > self.threshold {

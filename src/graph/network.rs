@@ -22,6 +22,16 @@ pub struct Network<'a> {
     exits: Vec<GraphTransition>,
     /// Their alignments, each computed when a walk first looks at it.
     alignments: Vec<OnceLock<Alignment>>,
+    pub(super) hastes: Hastes,
+}
+
+/// What is known of the speeds of joints, each computed when a walk first asks for it.
+#[derive(Clone, Debug)]
+pub(super) struct Hastes {
+    /// The speed that is fast in the clips, in metres in a frame.
+    pub(super) fast: OnceLock<f64>,
+    /// Of each transition, how much of it is fast.
+    pub(super) of_exits: Vec<OnceLock<f64>>,
 }
 
 impl<'a> Network<'a> {
@@ -67,6 +77,10 @@ impl<'a> Network<'a> {
             rate: graph.options.rate,
             threshold: graph.options.threshold,
             alignments: vec![OnceLock::new(); exits.len()],
+            hastes: Hastes {
+                fast: OnceLock::new(),
+                of_exits: vec![OnceLock::new(); exits.len()],
+            },
             exits,
         })
     }
@@ -85,13 +99,16 @@ impl<'a> Network<'a> {
 
     /// The motion over the ground that brings the clip to which a transition leads onto the one that it leaves.
     pub(super) fn alignment(&self, exit: &GraphTransition) -> Alignment {
-        let hit = self
-            .exits
-            .binary_search_by_key(&(exit.from, exit.to), |exit| (exit.from, exit.to));
-        match hit {
-            Ok(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
-            Err(_) => self.align(exit),
+        match self.index_of(exit) {
+            Some(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
+            None => self.align(exit),
         }
+    }
+
+    /// Where a transition stands among all.
+    pub(super) fn index_of(&self, exit: &GraphTransition) -> Option<usize> {
+        let key = |exit: &GraphTransition| (exit.from, exit.to);
+        self.exits.binary_search_by_key(&key(exit), key).ok()
     }
 
     fn align(&self, exit: &GraphTransition) -> Alignment {

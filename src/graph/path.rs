@@ -1,9 +1,14 @@
-//! Walks along a path over the ground, by branch and bound, as in section 5 of the paper.
+//! Walks along a path over the ground, by a beam search.
 //!
-//! The figure is to be where the path is after as long a distance as it has gone: it chooses its speed. The cost of a
-//! walk is the sum of the squared distances from there, frame by frame. It only grows, so that a walk that already
-//! costs more than the best one of its length is left. All walks of some seconds are searched; the first half of the
-//! best is kept, and the search goes on from its end.
+//! The figure chooses its speed: it is as far along the path as the point nearest to it is. The cost of a walk is the
+//! sum of the squared distances from there, frame by frame, with a little for each frame and each transition. Walks are
+//! compared where they have come equally far: of those in one frame of a clip at one place the cheapest goes on, and of
+//! all a number of the cheapest. The first half of the best walk of some metres is kept, and the search goes on from
+//! its end. Branch and bound, as in section 5 of the paper, finds the best walk too; but where clips are much alike it
+//! has too many walks to look at before it leaves a bad beginning.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::{DVec2, DVec3};
 
@@ -11,105 +16,152 @@ use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
 use crate::math::polyline::Polyline;
 
-/// How far ahead walks are searched, and how much of the best one is kept, in seconds.
-const AHEAD: f64 = 4.0;
-const KEPT: f64 = 1.5;
+/// How far ahead walks are searched, and how much of the best one is kept, in metres of the path.
+const AHEAD: f64 = 6.0;
+const KEPT: f64 = 3.0;
 
-/// Pieces that a search looks at, at most. The best walk until then counts.
-const MOST_PIECES: usize = 20_000;
+/// Walks are compared that have come equally far, in metres; so many of them go on.
+const STRETCH: f64 = 0.05;
+const BEAM: usize = 400;
 
-/// The same where a beginning is looked for.
-const PIECES_OF_START: usize = 200;
+/// Two walks in one frame of a clip are the same that are no farther apart than this, in metres and radians.
+const SAME_PLACE: f64 = 0.03;
+const SAME_TURN: f64 = 0.05;
 
-/// Where a walk can begin: so many frames of each second of a clip.
+/// Where a walk can begin: so many frames of each second of a clip, and so many at most.
 const STARTS: f64 = 3.0;
+const MOST_STARTS: usize = 2000;
 
 /// What a transition at the threshold costs, in square metres: as a second of motion at 3 cm from the path.
 const COST_OF_TRANSITION: f64 = 0.03;
 
-/// Walks end that go farther from the path than this, in metres: there is none that follows it.
-const FARTHEST: f64 = 1e4;
+/// What a frame costs, so that no figure stands for nothing, in square metres: as one at 2 cm from the path.
+const COST_OF_FRAME: f64 = 4e-4;
+
+/// A walk that is farther from the path than this, in metres, does not follow it.
+const FARTHEST: f64 = 2.0;
+
+/// How far ahead on the path the nearest point is looked for from frame to frame, in metres.
+pub(super) const LOOKED_AT: f64 = 0.5;
 
 /// The longest path, in metres, and the slowest walk along one, in metres per second.
 const LONGEST: f64 = 1e4;
 const SLOWEST: f64 = 0.1;
 
-/// A walk so far: where the figure is in its clip, how it is moved, how far it has gone, and what that costs.
+/// A walk so far: where the figure is in its clip, how it is moved, how far along the path it is, and what that costs.
 #[derive(Clone, Copy)]
 struct State {
     clip: usize,
     frame: usize,
     placement: Alignment,
-    gone: f64,
-    at: DVec2,
+    along: f64,
     cost: f64,
     frames: usize,
+    /// Where it began, and the number of its last transition.
+    start: usize,
+    taken: Option<usize>,
+    /// After how many frames it came to the end of the stretch that is searched.
+    ended: Option<usize>,
 }
 
-/// A search from one state.
+/// A transition of a walk, and the number of the one before it.
+struct Taken {
+    before: Option<usize>,
+    exit: GraphTransition,
+}
+
+/// A search over a stretch of the path.
 struct Search<'a> {
     network: &'a Network<'a>,
     path: &'a Polyline,
-    /// The frames of the walks that are compared.
-    ahead: usize,
-    /// Pieces that may still be looked at.
-    pieces: usize,
-    taken: Vec<GraphTransition>,
-    best: Option<(f64, Vec<GraphTransition>)>,
+    /// How far along the path the stretch begins and ends.
+    begin: f64,
+    end: f64,
+    /// Frames of a walk at most.
+    most: usize,
+    taken: Vec<Taken>,
+    /// Walks that go on, by how far along they are.
+    open: Vec<BinaryHeap<Open>>,
+    /// Walks that went on so far, and how far along the path the farthest came.
+    pushed: usize,
+    reached: f64,
+    best: Option<State>,
+}
+
+/// A walk that goes on; the cheapest first, of equal ones the oldest.
+struct Open {
+    state: State,
+    number: usize,
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let costs = other.state.cost.total_cmp(&self.state.cost);
+        costs.then(other.number.cmp(&self.number))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
 }
 
 impl Network<'_> {
     /// A walk along a path over the ground, through points in metres along the two axes of the ground: x and z where +Y
-    /// is up, x and y where +Z is. It begins at the first, and ends where it has gone as far as the path is long.
+    /// is up, x and y where +Z is. It begins at the first, and ends at the last.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for fewer than two points, equal ones one after another, numbers that are not finite, or
     /// where no walk gets on along the path.
     pub fn along(&self, points: &[[f64; 2]]) -> Result<Walk> {
         let path = line(points.iter().map(|point| self.over_ground(*point)).collect())?;
-        let (ahead, kept) = ((AHEAD * self.rate) as usize, (KEPT * self.rate) as usize);
-        let most = (path.length() / SLOWEST * self.rate) as usize + ahead;
-        let mut best: Option<(f64, State)> = None;
-        for start in self.starts(&path) {
-            let found = Search::new(self, &path, ahead / 2, PIECES_OF_START).from(start);
-            if let Some((cost, _)) = found
-                && best.as_ref().is_none_or(|best| cost < best.0)
-            {
-                best = Some((cost, start));
-            }
-        }
-        let refuse = |message: &str| Diagnostic::new(Code::InvalidValue, message.to_owned());
-        let Some((_, mut state)) = best else {
-            return Err(refuse("no walk of the graph gets on along the path").into());
-        };
-        let mut walk = Walk::begin(self, state.clip, state.frame, state.placement);
-        while state.gone < path.length() {
-            let Some((_, exits)) = Search::new(self, &path, ahead, MOST_PIECES).from(state) else {
-                return Err(self.dead_end(state.clip, state.frame));
+        let mut starts = self.starts(&path);
+        let mut walk: Option<Walk> = None;
+        loop {
+            let mut search = Search::new(self, &path, &starts[0]);
+            let Some(best) = search.from(&starts) else {
+                return Err(search.stopped());
             };
-            let begun = state.frames;
-            for exit in exits {
-                if let Some(end) = self.end(&path, &state, exit.from[1]) {
-                    walk.stay_until(end);
-                    walk.bends = self.bends(&walk, &path);
-                    return Ok(walk);
-                }
-                state = self.stay(&path, &state, exit.from[1]);
-                state = self.pass(&path, &state, &exit);
+            let mut state = starts[best.start];
+            let walk = walk.get_or_insert_with(|| Walk::begin(self, state.clip, state.frame, state.placement));
+            let is_last = search.end >= path.length();
+            let begun = state.along;
+            for exit in search.transitions(&best) {
+                state = self.stay(&search, &state, exit.from[1]);
+                state = self.pass(&search, &state, &exit);
                 walk.take(self, &exit);
-                if state.frames - begun >= kept {
+                if !is_last && state.along - begun >= KEPT {
                     break;
                 }
             }
-            if state.frames > most || state.at.distance(path.at(state.gone)) > FARTHEST {
-                return Err(refuse("no walk of the graph gets on along the path").into());
+            if is_last {
+                walk.stay_until(best.frame);
+                walk.length = best.ended.unwrap_or(best.frames) as f64 / self.rate;
+                self.bring_onto(walk, &path);
+                return Ok(walk.clone());
             }
+            // Without a transition the walk stays in its clip.
+            state = if state.frames > starts[best.start].frames {
+                state
+            } else {
+                best
+            };
+            walk.stay_until(state.frame);
+            (state.cost, state.start, state.taken, state.ended) = (0.0, 0, None, None);
+            starts = vec![state];
         }
-        walk.bends = self.bends(&walk, &path);
-        Ok(walk)
     }
 
     /// A point along the axes of the ground as they are in the world, along those of the clouds.
@@ -126,63 +178,72 @@ impl Network<'_> {
         let step = (self.rate / STARTS).ceil() as usize;
         let second = self.rate.ceil() as usize;
         let begin = path.at(0.0);
-        let along = path.at(0.5) - begin;
-        let mut starts = Vec::new();
-        for (clip, graph_clip) in self.clips.iter().enumerate() {
-            let Some([first, last]) = graph_clip.part else { continue };
-            for frame in (first..last).step_by(step) {
-                let centre = |frame: usize| self.clouds[clip].centres[frame];
-                let (from, to) = (centre(frame), centre(last.min(frame + second)));
-                let turn = match to.distance(from) > 0.1 {
-                    true => (to - from).angle_to(along),
-                    false => 0.0,
-                };
-                let placement = Alignment {
+        let parts = self.clips.iter().enumerate();
+        let parts = parts.filter_map(|(clip, graph_clip)| Some((clip, graph_clip.part?)));
+        let frames =
+            parts.flat_map(|(clip, [first, last])| (first..last).step_by(step).map(move |at| (clip, at, last)));
+        let frames: Vec<_> = frames.collect();
+        let every = frames.len().div_ceil(MOST_STARTS).max(1);
+        let start = |(start, (clip, frame, last)): (usize, &(usize, usize, usize))| {
+            let centre = |frame: usize| self.clouds[*clip].centres[frame];
+            let (from, to) = (centre(*frame), centre((*last).min(frame + second)));
+            let length = to.distance(from);
+            let turn = match length > 0.1 {
+                true => (to - from).angle_to(path.at(length) - begin),
+                false => 0.0,
+            };
+            State {
+                clip: *clip,
+                frame: *frame,
+                placement: Alignment {
                     turn,
                     offset: begin - DVec2::from_angle(turn).rotate(from),
                     distance: 0.0,
-                };
-                starts.push(State {
-                    clip,
-                    frame,
-                    placement,
-                    gone: 0.0,
-                    at: begin,
-                    cost: 0.0,
-                    frames: 0,
-                });
+                },
+                along: 0.0,
+                cost: 0.0,
+                frames: 0,
+                start,
+                taken: None,
+                ended: None,
             }
-        }
-        starts
+        };
+        frames.iter().step_by(every).enumerate().map(start).collect()
     }
 
-    /// One frame on.
-    fn on(&self, path: &Polyline, state: &mut State, frame: usize) {
-        let at = state.placement.apply(self.clouds[state.clip].centres[frame]);
-        state.gone += at.distance(state.at);
-        state.cost += at.distance_squared(path.at(state.gone));
-        (state.at, state.frame) = (at, frame);
+    fn at(&self, state: &State) -> DVec2 {
+        state.placement.apply(self.clouds[state.clip].centres[state.frame])
+    }
+
+    /// On to a frame of the clip.
+    fn on(&self, search: &Search<'_>, state: &mut State, frame: usize) {
+        state.frame = frame;
         state.frames += 1;
+        if state.ended.is_some() {
+            return;
+        }
+        let at = self.at(state);
+        state.along = search.path.nearest(at, state.along, LOOKED_AT);
+        state.cost += COST_OF_FRAME + at.distance_squared(search.path.at(state.along));
+        if state.along >= search.end {
+            state.ended = Some(state.frames);
+        }
     }
 
-    /// On in the clip until a frame.
-    fn stay(&self, path: &Polyline, state: &State, until: usize) -> State {
+    /// On in the clip until a frame, or the end.
+    fn stay(&self, search: &Search<'_>, state: &State, until: usize) -> State {
         let mut state = *state;
-        (state.frame + 1..=until).for_each(|frame| self.on(path, &mut state, frame));
+        for frame in state.frame + 1..=until {
+            if state.ended.is_some() {
+                break;
+            }
+            self.on(search, &mut state, frame);
+        }
         state
     }
 
-    /// The frame in which the path ends, if it does before `until`.
-    fn end(&self, path: &Polyline, state: &State, until: usize) -> Option<usize> {
-        let mut state = *state;
-        (state.frame + 1..=until).find(|frame| {
-            self.on(path, &mut state, *frame);
-            state.gone >= path.length()
-        })
-    }
-
     /// By a transition to another moment.
-    fn pass(&self, path: &Polyline, state: &State, exit: &GraphTransition) -> State {
+    fn pass(&self, search: &Search<'_>, state: &State, exit: &GraphTransition) -> State {
         let mut state = State {
             clip: exit.to[0],
             placement: state.placement.after(&self.alignment(exit)),
@@ -190,67 +251,122 @@ impl Network<'_> {
             ..*state
         };
         let first = exit.to[1] + 2 - self.window.frames();
-        (first..=exit.to[1]).for_each(|frame| self.on(path, &mut state, frame));
-        state.frame = exit.to[1];
+        (first..=exit.to[1]).for_each(|frame| self.on(search, &mut state, frame));
         state
     }
 }
 
 impl<'a> Search<'a> {
-    fn new(network: &'a Network<'a>, path: &'a Polyline, ahead: usize, pieces: usize) -> Self {
+    fn new(network: &'a Network<'a>, path: &'a Polyline, start: &State) -> Self {
+        let begin = start.along;
+        // A rest that is no stretch of its own belongs to this one.
+        let end = match begin + AHEAD + KEPT < path.length() {
+            true => begin + AHEAD,
+            false => path.length(),
+        };
+        let stretches = ((end - begin) / STRETCH) as usize + 1;
         Self {
             network,
             path,
-            ahead,
-            pieces,
+            begin,
+            end,
+            most: start.frames + ((end - begin) / SLOWEST * network.rate) as usize,
             taken: Vec::new(),
+            open: (0..stretches).map(|_| BinaryHeap::new()).collect(),
+            pushed: 0,
+            reached: begin,
             best: None,
         }
     }
 
-    /// The best walk from a state: what it costs for each frame, and its transitions.
-    fn from(mut self, state: State) -> Option<(f64, Vec<GraphTransition>)> {
-        let begin = State {
-            cost: 0.0,
-            frames: 0,
-            ..state
-        };
-        self.branch(&begin);
+    /// The cheapest walk from one of some states to the end of the stretch.
+    fn from(&mut self, starts: &[State]) -> Option<State> {
+        starts.iter().for_each(|start| self.push(*start));
+        for stretch in 0..self.open.len() {
+            let mut seen = BTreeSet::new();
+            while seen.len() < BEAM
+                && let Some(Open { state, .. }) = self.open[stretch].pop()
+            {
+                if seen.insert(self.key(&state)) {
+                    self.branch(&state);
+                }
+            }
+            self.open[stretch] = BinaryHeap::new();
+        }
         self.best
     }
 
+    /// What is equal of two walks that go on alike.
+    fn key(&self, state: &State) -> [i64; 5] {
+        let place = self.network.at(state) / SAME_PLACE;
+        let turn = state.placement.turn.rem_euclid(std::f64::consts::TAU) / SAME_TURN;
+        let [x, y, turn] = [place.x, place.y, turn].map(|value| value.round() as i64);
+        [state.clip as i64, state.frame as i64, x, y, turn]
+    }
+
+    /// By each transition that leaves here, and on to the next that leaves the clip.
     fn branch(&mut self, state: &State) {
-        let last = self.network.clips[state.clip].part.map_or(state.frame, |part| part[1]);
-        let last = last.min(state.frame + self.ahead);
-        let exits = self.network.exits_within(state.clip, state.frame, last);
-        let mut ahead = Vec::with_capacity(exits.len());
-        let mut here = *state;
-        for exit in exits {
-            here = self.network.stay(self.path, &here, exit.from[1]);
-            ahead.push((self.network.pass(self.path, &here, exit), *exit));
+        let (network, clip, frame) = (self.network, state.clip, state.frame);
+        for exit in network.exits_within(clip, frame, frame) {
+            let mut next = network.pass(self, state, exit);
+            self.taken.push(Taken {
+                before: state.taken,
+                exit: *exit,
+            });
+            next.taken = Some(self.taken.len() - 1);
+            self.push(next);
         }
-        // The most promising first, so that others soon cost more.
-        let mean = |state: &State| state.cost / state.frames.max(1) as f64;
-        ahead.sort_by(|a, b| mean(&a.0).total_cmp(&mean(&b.0)));
-        for (next, exit) in ahead {
-            let Some(left) = self.pieces.checked_sub(1) else { return };
-            self.pieces = left;
-            // Walks of one length are compared: what is missing costs nothing yet.
-            let is_worse = |best: &(f64, Vec<GraphTransition>)| next.cost / self.ahead as f64 >= best.0;
-            if self.best.as_ref().is_some_and(is_worse) {
-                continue;
-            }
-            self.taken.push(exit);
-            if next.frames >= self.ahead || next.gone >= self.path.length() {
-                let cost = next.cost / next.frames.max(1) as f64;
-                if self.best.as_ref().is_none_or(|best| cost < best.0) {
-                    self.best = Some((cost, self.taken.clone()));
-                }
-            } else {
-                self.branch(&next);
-            }
-            self.taken.pop();
+        let last = network.clips[clip].part.map_or(frame, |part| part[1]);
+        if frame < last {
+            let leaving = network.exits_within(clip, frame + 1, last).first();
+            let next = network.stay(self, state, leaving.map_or(last, |exit| exit.from[1]));
+            self.push(next);
         }
+    }
+
+    /// Keeps a walk that goes on.
+    fn push(&mut self, state: State) {
+        if state.ended.is_some() {
+            if self.best.is_none_or(|best| state.cost < best.cost) {
+                self.best = Some(state);
+            }
+            return;
+        }
+        let is_off = self.network.at(&state).distance(self.path.at(state.along)) > FARTHEST;
+        let stretch = ((state.along - self.begin) / STRETCH) as usize;
+        if let Some(open) = self.open.get_mut(stretch)
+            && !is_off
+            && state.frames < self.most
+        {
+            self.pushed += 1;
+            self.reached = self.reached.max(state.along);
+            let number = self.pushed;
+            open.push(Open { state, number });
+        }
+    }
+
+    /// The error where no walk comes to the end.
+    fn stopped(&self) -> Error {
+        let message = format!(
+            "no walk of the graph follows the path beyond {:.1} of {:.1} m",
+            self.reached,
+            self.path.length()
+        );
+        let help = "the clips have no moves that go on as the path does: add clips that turn so, mirror them, or raise \
+                    the threshold of the graph";
+        Error::from(Diagnostic::new(Code::InvalidValue, message).help(help))
+    }
+
+    /// The transitions of a walk.
+    fn transitions(&self, state: &State) -> Vec<GraphTransition> {
+        let mut exits = Vec::new();
+        let mut next = state.taken;
+        while let Some(taken) = next.map(|number| &self.taken[number]) {
+            exits.push(taken.exit);
+            next = taken.before;
+        }
+        exits.reverse();
+        exits
     }
 }
 

@@ -48,7 +48,7 @@ impl Network<'_> {
                 .find(|exits| !exits.is_empty());
             let cost = |seen: &BTreeMap<_, f64>, exit: &super::GraphTransition, random: &mut Random| {
                 let often = seen.get(&second(exit.to)).copied().unwrap_or(0.0);
-                often + f64::from(exit.distance) / self.threshold + random.next()
+                often + self.cost(exit) + random.next()
             };
             let best = exits
                 .unwrap_or_default()

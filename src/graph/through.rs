@@ -101,10 +101,10 @@ impl Network<'_> {
                 let seconds = (next[1] - point[1]) as f64 / self.rate;
                 (next, COST_OF_SECOND * seconds, Step::On(point[1]))
             });
-            let by = self.exits_within(point[0], point[1], point[1]).iter().map(|exit| {
-                let cost = f64::from(exit.distance) / self.threshold;
-                (exit.to, cost, Step::By(*exit))
-            });
+            let by = self
+                .exits_within(point[0], point[1], point[1])
+                .iter()
+                .map(|exit| (exit.to, self.cost(exit), Step::By(*exit)));
             for (next, more, step) in on.into_iter().chain(by) {
                 if let Some(known) = points.get_mut(&next)
                     && cost + more < known.0

@@ -1,6 +1,9 @@
 //! A walk over a graph: pieces of clips, one after another.
 
+use std::fmt;
+
 use glam::DVec2;
+use serde::Serialize;
 
 use super::GraphTransition;
 use super::distance::Alignment;
@@ -22,6 +25,8 @@ pub struct Walk {
     pub(crate) placements: Vec<Alignment>,
     /// How each frame is moved over the ground so that it is on the path; none of a walk without one.
     pub(crate) bends: Vec<Bend>,
+    /// How near it is to the path.
+    pub(crate) followed: Option<WalkPath>,
     /// The length that was asked for, in seconds; what is beyond is cut.
     pub(crate) length: f64,
 }
@@ -42,6 +47,55 @@ pub struct WalkPiece {
     pub distance: f32,
 }
 
+/// How near a walk is to the path that it follows: where the mean of the body is, and where it goes over a second.
+///
+/// ```
+/// use mocap::graph::{GraphBuilder, GraphOptions};
+///
+/// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let mut builder = GraphBuilder::new(&GraphOptions::new())?;
+/// builder.add("walk.bvh", &clip)?;
+/// let graph = builder.build()?;
+/// let found = builder.network(&graph)?.along(&[[0.0, 0.0], [0.0, 8.0]])?;
+/// let path = found.motion(&[(&clip, 0)])?.1.path.unwrap();
+/// assert!(path.largest_distance < 0.1 && path.largest_angle < 10.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct WalkPath {
+    /// The length of the path, in metres.
+    pub length: f64,
+    /// How far from the path the figure is, in metres, in the mean.
+    pub mean_distance: f64,
+    /// At most.
+    pub largest_distance: f64,
+    /// By how much it goes in another direction than the path, in degrees, in the mean.
+    pub mean_angle: f64,
+    /// At most.
+    pub largest_angle: f64,
+}
+
+/// A path is followed that is left by no more than this, in metres and degrees.
+const FOLLOWED: (f64, f64) = (0.1, 10.0);
+
+impl fmt::Display for WalkPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.2} m from the path in the mean and {:.2} m at most, {:.0} degrees and {:.0}",
+            self.mean_distance, self.largest_distance, self.mean_angle, self.largest_angle
+        )?;
+        match self.largest_distance <= FOLLOWED.0 && self.largest_angle <= FOLLOWED.1 {
+            true => Ok(()),
+            false => f.write_str(
+                ": the clips have no moves that follow it nearer; add clips that turn as the path does, mirror them, or \
+                 raise the threshold",
+            ),
+        }
+    }
+}
+
 impl Walk {
     /// A walk that begins in a frame of a clip, which is moved by `placement`.
     pub(super) fn begin(network: &Network<'_>, clip: usize, frame: usize, placement: Alignment) -> Self {
@@ -56,6 +110,7 @@ impl Walk {
             window: network.window.frames(),
             placements: vec![placement],
             bends: Vec::new(),
+            followed: None,
             length: f64::INFINITY,
         }
     }

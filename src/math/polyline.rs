@@ -36,19 +36,33 @@ impl Polyline {
 
     /// How far along the point nearest to a position is, from `from` to `beyond` after it.
     pub(crate) fn nearest(&self, position: DVec2, from: f64, beyond: f64) -> f64 {
-        const STEPS: usize = 50;
-        let along = |step: usize| (from + beyond * step as f64 / STEPS as f64).min(self.length());
-        let candidates = (0..=STEPS).map(along);
-        let distance = |along: &f64| self.at(*along).distance_squared(position);
-        candidates
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or(from)
+        let end = (from + beyond).min(self.length());
+        let mut best = (f64::INFINITY, from);
+        for piece in self.piece_at(from)..self.points.len() {
+            let (first, second) = (self.points[piece - 1], self.points[piece]);
+            let [begin, length] = [self.lengths[piece - 1], self.lengths[piece] - self.lengths[piece - 1]];
+            let part = (position - first).dot(second - first) / (second - first).length_squared();
+            let along = (begin + part * length).clamp(begin.max(from), (begin + length).min(end).max(from));
+            let apart = first.lerp(second, (along - begin) / length).distance_squared(position);
+            if apart < best.0 {
+                best = (apart, along);
+            }
+            if begin + length >= end {
+                break;
+            }
+        }
+        best.1
+    }
+
+    /// The number of the point before which a distance ends.
+    fn piece_at(&self, along: f64) -> usize {
+        let next = self.lengths.partition_point(|length| *length <= along);
+        next.clamp(1, self.points.len() - 1)
     }
 
     /// The two points between which a distance ends, and the fraction of their distance that is behind it.
     fn piece(&self, along: f64) -> (DVec2, DVec2, f64) {
-        let next = self.lengths.partition_point(|length| *length <= along);
-        let next = next.clamp(1, self.points.len() - 1);
+        let next = self.piece_at(along);
         let [begin, end] = [self.lengths[next - 1], self.lengths[next]];
         let fraction = ((along - begin) / (end - begin)).clamp(0.0, 1.0);
         (self.points[next - 1], self.points[next], fraction)

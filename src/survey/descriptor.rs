@@ -2,9 +2,13 @@
 //! all. For the map and for choosing, each is divided by its standard deviation over the corpus.
 
 use super::fingerprint::{Fingerprint, WIDTH};
+use crate::math::principal;
 
 /// Numbers of a descriptor.
 pub(super) const LENGTH: usize = 2 * WIDTH;
+
+/// Rounds of the iteration that finds the axes of the map.
+const ROUNDS: usize = 200;
 
 /// The descriptors of a corpus, each number with mean 0 and deviation 1; `None` for clips without samples.
 pub(super) fn descriptors<'a>(clips: impl Iterator<Item = &'a Fingerprint>) -> Vec<Option<Vec<f32>>> {
@@ -41,35 +45,14 @@ fn descriptor(fingerprint: &Fingerprint) -> Option<Vec<f32>> {
 
 /// The first two principal components of each descriptor, by power iteration on their covariance.
 pub(super) fn map(descriptors: &[Option<Vec<f32>>]) -> Vec<Option<[f64; 2]>> {
-    let mut covariance = vec![0.0_f64; LENGTH * LENGTH];
-    for descriptor in descriptors.iter().flatten() {
-        for (row, a) in descriptor.iter().enumerate() {
-            for (column, b) in descriptor.iter().enumerate() {
-                covariance[row * LENGTH + column] += f64::from(a * b);
-            }
-        }
-    }
-    let mut axes: Vec<Vec<f64>> = Vec::new();
-    for number in 0..2 {
-        let mut axis: Vec<f64> = (0..LENGTH)
-            .map(|index| ((index * 7 + number * 3 + 1) % 11) as f64 - 5.0)
-            .collect();
-        for _ in 0..200 {
-            let mut next: Vec<f64> = covariance.chunks(LENGTH).map(|row| dot(row, &axis)).collect();
-            for other in &axes {
-                let along = dot(&next, other);
-                next.iter_mut()
-                    .zip(other)
-                    .for_each(|(value, other)| *value -= along * other);
-            }
-            let length = dot(&next, &next).sqrt();
-            if length < 1e-12 {
-                break;
-            }
-            axis = next.into_iter().map(|value| value / length).collect();
-        }
-        axes.push(axis);
-    }
+    let rows = descriptors.iter().flatten();
+    let rows: Vec<Vec<f64>> = rows
+        .map(|row| row.iter().map(|value| f64::from(*value)).collect())
+        .collect();
+    let products = principal::products(rows.iter().map(Vec::as_slice), LENGTH);
+    // Of fewer than two directions the others are 0.
+    let mut axes = principal::axes(&products, LENGTH, 2, ROUNDS);
+    axes.resize(2, vec![0.0; LENGTH]);
     let index = |descriptor: &Vec<f32>| {
         let along = |axis: &Vec<f64>| descriptor.iter().zip(axis).map(|(a, b)| f64::from(*a) * b).sum();
         [along(&axes[0]), along(&axes[1])]
@@ -78,8 +61,4 @@ pub(super) fn map(descriptors: &[Option<Vec<f32>>]) -> Vec<Option<[f64; 2]>> {
         .iter()
         .map(|descriptor| descriptor.as_ref().map(index))
         .collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -147,6 +147,21 @@ def judge_minima(whole, matrix, threshold):
     hold("local minima below the threshold", len(own), len(truth), own == truth)
 
 
+def judge_all_minima(mocap, files, folder, threshold):
+    """The transitions among several clips, against the matrices of all pairs of them, whole."""
+    graph, matrix, truth = folder / "all.json", folder / "pair.npy", set()
+    run(mocap, "graph", *files, *OPTIONS, "--threshold", f"{threshold}m", "--whole", "-o", graph)
+    for first in range(len(files)):
+        for second in range(first, len(files)):
+            pair = [files[first]] if first == second else [files[first], files[second]]
+            run(mocap, "graph", *pair, *OPTIONS, "--matrix", matrix)
+            found = minima(np.load(matrix), threshold, first == second)
+            truth |= {(first, i, second, j) for i, j in found} | {(second, j, first, i) for i, j in found}
+    transitions = json.loads(graph.read_text())["transitions"]
+    own = {(*t["from"], t["to"][0], t["to"][1] - WINDOW + 1) for t in transitions}
+    hold(f"local minima among {len(files)} clips at {threshold} m", len(own), len(truth), own == truth)
+
+
 def speeds(places, rate):
     """How fast each joint is, and how much it is accelerated."""
     speed = np.linalg.norm(np.diff(places, axis=0), axis=2) * rate
@@ -194,10 +209,7 @@ def judge_walk(mocap, files, folder, threshold, seconds, seed):
     at = np.zeros(len(places), bool)
     for start in report["transitions"]:
         at[int(start * motion.rate) : int((start + WINDOW / RATE) * motion.rate) + 2] = True
-    held = [1.05, 1.0]
-    for kind, values, limit, unit, times in zip(
-        ["speed", "acceleration"], speeds(places, motion.rate), limits, ["m/s", "m/s2"], held
-    ):
+    for kind, values, limit, unit in zip(["speed", "acceleration"], speeds(places, motion.rate), limits, ["m/s", "m/s2"]):
         here = values[at[: len(values)]]
         beyond = 100 * (here > limit).mean()
         print(
@@ -205,13 +217,93 @@ def judge_walk(mocap, files, folder, threshold, seconds, seed):
             f"most {here.max():.2f} {unit}; of the sources {limit:.2f}; beyond it {beyond:.3f} % of values"
         )
         ratio = np.percentile(here, 99.9) / limit
-        hold(f"99.9th percentile of {kind} in transitions", f"{ratio:.3f} of the sources'", f"1; held at {times}", ratio <= times)
+        hold(f"99.9th percentile of {kind} in transitions", f"{ratio:.3f} of the sources'", "1", ratio <= 1)
     own = slide(motion, places)
     clips = [bvh.read(file) for file in files]
     source = np.concatenate([slide(clip, clip.positions() * METRES) for clip in clips])
     value = 100 * own.mean()
     print(f"     slide of feet in contact: {value:.2f} cm/s in the mean; in the sources {100 * source.mean():.2f}")
     hold("slide in cm/s", f"{value:.2f}", "1", value <= 1.0)
+
+
+def turning(mocap, walk, folder):
+    """The walk, and the same bent along arcs to both sides: clips that turn."""
+    motion = bvh.read(walk)
+    length = np.linalg.norm((motion.root[-1] - motion.root[0])[[0, 2]]) * METRES
+    # Where it goes: along this, with its left on the other side.
+    along = np.arctan2(*(motion.root[-1] - motion.root[0])[[2, 0]])
+    files = [walk]
+    for radius in [1.0, 2.0, -1.0, -2.0]:
+        angles = np.linspace(0, length / abs(radius), 12)
+        x, y = np.sin(angles) * abs(radius), (1 - np.cos(angles)) * radius
+        x, y = x * np.cos(along) - y * np.sin(along), x * np.sin(along) + y * np.cos(along)
+        path = "+".join(f"{a:.3f}/{b:.3f}" for a, b in zip(x, y))
+        files.append(folder / f"turn{radius:+.0f}.bvh")
+        run(mocap, "edit", walk, "--unit", "cmu", "-o", files[-1], "--force", "--step", f"warp:path={path}", "--step", "foot-lock")
+    return files
+
+
+def arc(*pieces):
+    """A path of pieces: lengths in metres, and by how much it turns along each, in degrees."""
+    points, direction = [np.zeros(2)], 0.0
+    for length, turn in pieces:
+        for _ in range(round(length / 0.1)):
+            direction += np.radians(turn) / round(length / 0.1)
+            points.append(points[-1] + 0.1 * np.array([np.cos(direction), np.sin(direction)]))
+    return np.array(points)
+
+
+PATHS = [
+    ("straight", arc((8, 0)), True),
+    ("circle of 3 m", arc((18.85, 360)), True),
+    ("S of 2 m", arc((1, 0), (3.14, 90), (3.14, -90), (1, 0)), True),
+    ("corner of 1 m", arc((4, 0), (1.6, 90), (4, 0)), True),
+    ("right angle", np.array([[0, 0], [4, 0], [4, 5]], float), False),
+]
+
+
+def nearest(path, place, reached):
+    """How far along a path the point nearest to a place is, not more than a metre behind or before `reached`."""
+    starts, steps = path[:-1], np.diff(path, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    before = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    parts = np.clip(((place - starts) * steps).sum(1) / lengths**2, 0, 1)
+    apart = np.linalg.norm(starts + parts[:, None] * steps - place, axis=1)
+    along = before + parts * lengths
+    apart[np.abs(along - reached) > 1] = np.inf
+    best = apart.argmin()
+    return along[best], apart[best]
+
+
+def judge_paths(mocap, files, folder):
+    graph, out = folder / "turns.json", folder / "path.bvh"
+    run(mocap, "graph", *files, *OPTIONS, "-o", graph)
+    for name, path, is_held in PATHS:
+        points = "+".join(f"{x:.4f}/{y:.4f}" for x, y in path)
+        said = run(mocap, "graph", "walk", graph, "--unit", "cmu", "--path", points, "--json", "-o", out, "--force")
+        points, weights = cloud(bvh.read(out))
+        rate = bvh.read(out).rate
+        centres = np.einsum("fpa,p->fa", points[:, :, [0, 2]], weights)
+        reached, along, apart = 0.0, [], []
+        for centre in centres:
+            reached, distance = nearest(path, centre, reached)
+            along.append(reached)
+            apart.append(distance)
+        lengths = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        on = np.stack([np.interp(along, lengths, path[:, axis]) for axis in range(2)], 1)
+        frames = np.arange(len(centres))
+        first, last = np.maximum(frames - round(rate / 2), 0), np.minimum(frames + round(rate / 2), len(frames) - 1)
+        own, wanted = centres[last] - centres[first], on[last] - on[first]
+        cross, dot = own[:, 0] * wanted[:, 1] - own[:, 1] * wanted[:, 0], (own * wanted).sum(1)
+        turn = np.abs(np.degrees(np.arctan2(cross, dot)))
+        values = np.mean(apart), np.max(apart), np.mean(turn), np.max(turn)
+        text = "{:.3f} m in the mean, {:.3f} at most, {:.1f} degrees, {:.1f}".format(*values)
+        is_near = values[1] <= 0.10 and values[3] <= 10
+        hold(f"{name}: {text}", f"{along[-1]:.2f} of {lengths[-1]:.2f} m", "10 cm, 10 degrees" if is_held else "said", is_near or not is_held)
+        stated = json.loads(said)["path"]
+        stated = [stated[key] for key in ["mean_distance", "largest_distance", "mean_angle", "largest_angle"]]
+        off = np.abs(np.subtract(values, stated))
+        hold("  the report", np.round(stated, 3).tolist(), "within 1 cm and 3 degrees", off[:2].max() < 0.01 and off[2:].max() < 3)
 
 
 def judge_speed(mocap, file, folder):
@@ -305,6 +397,10 @@ def main():
             judge_graph(mocap, [other], folder, threshold)
         judge_walk(mocap, [walk], folder, 0.06, 60, 1)
         judge_hostile(mocap, folder / "graph.json", folder)
+        turns = turning(mocap, walk, folder)
+        for threshold in [0.03, 0.06, 0.2] if args.all else [0.06]:
+            judge_all_minima(mocap, turns, folder, threshold)
+        judge_paths(mocap, turns, folder)
         if args.all:
             for seed in range(2, 5):
                 judge_walk(mocap, [other], folder, 0.06, 60, seed)

@@ -1,10 +1,11 @@
 """Half a million frames to a graph: how long it takes, and how much memory.
 
-    large.py PROGRAM [FRAMES]
+    large.py PROGRAM [FRAMES] [FOLDER]
 
 Clips of fixtures/real are put on one skeleton. Of these, parts of 30 s are taken by chance, at 0.8 to 1.25 times their speed,
 with every channel of a rotation moved by up to 8 degrees and by a slow wave of up to 4: takes of other people, as it were. All
-of it follows from one seed. Prints the time and the memory of `mocap graph`, and how many transitions there are.
+of it follows from one seed. Prints the time and the memory of `mocap graph`, and how many transitions there are. With FOLDER
+the clips stay there, or are taken from there.
 """
 
 import resource
@@ -43,37 +44,51 @@ def resampled(values, at):
     return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], 1)
 
 
+def make(program, frames, folder):
+    """Writes the clips into a folder."""
+    random = np.random.default_rng(39)
+    sources = []
+    for name in CLIPS:
+        moved = folder / name
+        subprocess.run([program, "retarget", REAL / name, "--to-skeleton", REAL / SKELETON, "-o", moved, "-q"], check=True)
+        sources.append(read(moved))
+        moved.unlink()
+    made = 0
+    while made < frames:
+        head, values, turns = sources[random.integers(len(sources))]
+        speed = random.uniform(0.8, 1.25)
+        count = min(SECONDS * RATE, int((len(values) - 1) / speed), frames - made)
+        if count < 2 * RATE and count < frames - made:
+            continue
+        start = random.uniform(0, len(values) - 1 - speed * (count - 1))
+        rows = resampled(values, start + speed * np.arange(count))
+        waves = 4 * np.sin(np.arange(count)[:, None] / RATE * random.uniform(0.2, 1.5, turns.sum()) + random.uniform(0, 7, turns.sum()))
+        rows[:, turns] += random.uniform(-8, 8, turns.sum()) + waves
+        with open(folder / f"{made:07}.bvh", "w") as out:
+            out.write(f"{head}Frames: {count}\nFrame Time: {1 / RATE:.7f}\n")
+            np.savetxt(out, rows, fmt="%.4f")
+        made += count
+
+
+def compare(program, folder, graph):
+    begin, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    words = [program, "graph", folder, "-o", graph, "--force"]
+    done = subprocess.run(words, check=True, capture_output=True, text=True)
+    seconds, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime
+    print(done.stderr.strip().splitlines()[-1])
+    # The largest memory is that of any command so far; this one takes most.
+    print(f"{seconds:.1f} s, {processor:.1f} s of processor time, {used.ru_maxrss / 1024:.0f} MB at most")
+
+
 def main():
     program, frames = Path(sys.argv[1]).resolve(), int(sys.argv[2]) if len(sys.argv) > 2 else 500_000
-    random = np.random.default_rng(39)
     with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
-        sources = []
-        for name in CLIPS:
-            moved = folder / name
-            subprocess.run([program, "retarget", REAL / name, "--to-skeleton", REAL / SKELETON, "-o", moved, "-q"], check=True)
-            sources.append(read(moved))
-            moved.unlink()
-        made = 0
-        while made < frames:
-            head, values, turns = sources[random.integers(len(sources))]
-            speed = random.uniform(0.8, 1.25)
-            count = min(SECONDS * RATE, int((len(values) - 1) / speed), frames - made)
-            if count < 2 * RATE and count < frames - made:
-                continue
-            start = random.uniform(0, len(values) - 1 - speed * (count - 1))
-            rows = resampled(values, start + speed * np.arange(count))
-            waves = 4 * np.sin(np.arange(count)[:, None] / RATE * random.uniform(0.2, 1.5, turns.sum()) + random.uniform(0, 7, turns.sum()))
-            rows[:, turns] += random.uniform(-8, 8, turns.sum()) + waves
-            with open(folder / f"{made:07}.bvh", "w") as out:
-                out.write(f"{head}Frames: {count}\nFrame Time: {1 / RATE:.7f}\n")
-                np.savetxt(out, rows, fmt="%.4f")
-            made += count
-        begin = time.monotonic()
-        done = subprocess.run([program, "graph", folder, "-o", folder / "graph.json"], check=True, capture_output=True, text=True)
-        seconds, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-        print(done.stderr.strip().splitlines()[-1])
-        print(f"{made} frames: {seconds:.1f} s, {used.ru_maxrss / 1024:.0f} MB at most")
+        kept = Path(sys.argv[3]) if len(sys.argv) > 3 else Path(folder) / "clips"
+        if not kept.exists():
+            kept.mkdir()
+            make(program, frames, kept)
+        compare(program, kept, Path(folder) / "graph.json")
 
 
 main()

@@ -546,8 +546,18 @@ export interface JobReport {
   survey?: object[];
   /** How large the motion graph is. */
   graph?: { clips: number; transitions: number; seconds: number; kept_seconds: number; left_out: string[] };
-  /** What the walk over a motion graph is: when its transitions begin in seconds, the distance of the farthest in metres. */
-  walk?: { frames: number; seconds: number; transitions: number[]; largest_distance: number; feet: object | null };
+  /**
+   * What the walk over a motion graph is: when its transitions begin in seconds, the distance of the farthest in metres; how
+   * near it is to the path that it follows, in metres and degrees.
+   */
+  walk?: {
+    frames: number;
+    seconds: number;
+    transitions: number[];
+    largest_distance: number;
+    path: null | { length: number; mean_distance: number; largest_distance: number; mean_angle: number; largest_angle: number };
+    feet: object | null;
+  };
   /** What is worse than the job allows. */
   problem?: string;
 }

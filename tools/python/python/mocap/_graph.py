@@ -84,7 +84,8 @@ class Graph:
         seed: int = 1,
     ) -> tuple[Scene, dict[str, Any]]:
         """A motion that walks over the graph, with feet held still, and what was made: ``frames``, ``seconds``, when its
-        ``transitions`` begin, ``largest_distance``, ``feet``. One of ``seconds``, ``path`` and ``through`` says where it goes.
+        ``transitions`` begin, ``largest_distance``, ``feet``, and ``path``: how near it is to the path that it follows, in metres
+        and degrees. One of ``seconds``, ``path`` and ``through`` says where it goes.
 
         Args:
             seconds: Walk for so long, where it was seldom.

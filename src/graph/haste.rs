@@ -1,0 +1,81 @@
+//! How fast joints are in transitions, beside the clips.
+//!
+//! While one clip passes into another, a point has the speeds of both and that of the way between them. A transition in
+//! the swing of a leg is faster than the clips are but for a thousandth of the time; another one, as good by its
+//! distance, is not.
+
+use glam::DVec3;
+
+use super::GraphTransition;
+use super::clouds::Clouds;
+use super::network::Network;
+use super::walk::smooth;
+
+/// The part of the speeds of clips that are called fast: what is beyond their 99.9th percentile.
+const FAST: f64 = 0.001;
+
+/// Speeds of which the percentile is taken, at most.
+const MOST_SPEEDS: usize = 1_000_000;
+
+impl Network<'_> {
+    /// What it costs to take a transition: how far its moments are apart, 1 at the threshold, and how many of its
+    /// speeds are fast, 1 where as many are as in the clips.
+    pub(super) fn cost(&self, exit: &GraphTransition) -> f64 {
+        let haste = match self.index_of(exit) {
+            Some(index) => *self.hastes.of_exits[index].get_or_init(|| self.haste(exit)),
+            None => self.haste(exit),
+        };
+        f64::from(exit.distance) / self.threshold + haste
+    }
+
+    fn haste(&self, exit: &GraphTransition) -> f64 {
+        let fast = *self.hastes.fast.get_or_init(|| self.fast());
+        let alignment = self.alignment(exit);
+        let blend = self.window.frames() - 1;
+        let points = self.space.weights.len();
+        let at = |[clip, frame]: [usize; 2], point: usize| place(&self.clouds[clip], point, frame);
+        let blended = |step: usize, point: usize| {
+            let from = at([exit.from[0], exit.from[1] + step], point);
+            let to = at([exit.to[0], exit.to[1] + step - blend], point);
+            let over_ground = alignment.apply(to.truncate());
+            from.lerp(over_ground.extend(to.z), smooth(step as f64 / blend as f64))
+        };
+        let speeds = (0..points).flat_map(|point| {
+            let places: Vec<DVec3> = (0..=blend).map(|step| blended(step, point)).collect();
+            let speeds: Vec<f64> = places.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+            speeds
+        });
+        let beyond = speeds.filter(|speed| *speed > fast).count();
+        beyond as f64 / (points * blend) as f64 / FAST
+    }
+
+    /// The speed that a thousandth of the speeds in the clips are above.
+    fn fast(&self) -> f64 {
+        let points = self.space.weights.len();
+        let parts = || {
+            let clips = self.clips.iter().zip(self.clouds);
+            clips.filter_map(|(clip, clouds)| Some((clouds, clip.part?)))
+        };
+        let all: usize = parts().map(|(_, [first, last])| last - first).sum();
+        let step = (all * points).div_ceil(MOST_SPEEDS).max(1);
+        let mut speeds = Vec::new();
+        for (clouds, [first, last]) in parts() {
+            for frame in (first..last).step_by(step) {
+                let speed = |point| place(clouds, point, frame).distance(place(clouds, point, frame + 1));
+                speeds.extend((0..points).map(speed));
+            }
+        }
+        let place = (speeds.len() as f64 * (1.0 - FAST)) as usize;
+        let place = place.min(speeds.len().saturating_sub(1));
+        match speeds.is_empty() {
+            true => f64::INFINITY,
+            false => *speeds.select_nth_unstable_by(place, f64::total_cmp).1,
+        }
+    }
+}
+
+/// Where a point is in a frame: along the two axes of the ground, and up.
+fn place(clouds: &Clouds, point: usize, frame: usize) -> DVec3 {
+    let [u, v, h] = [0, 1, 2].map(|axis: usize| f64::from(clouds.values[axis][point * clouds.frames + frame]));
+    DVec3::new(u, v, h)
+}
