@@ -24,6 +24,7 @@ mod gamepad;
 mod holden;
 mod like;
 mod lock;
+mod movement;
 mod moves;
 mod play;
 mod query;

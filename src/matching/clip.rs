@@ -20,6 +20,10 @@ const PACKED_ERROR: f64 = 0.0001;
 /// hand, which has joints of its own on another body.
 const PACKED_SHELL: f64 = 0.1;
 
+/// The longest leg, in metres, and the latest begin, in seconds, that are believed.
+const LONGEST_LEG: f32 = 1000.0;
+const LATEST: f64 = 1e7;
+
 /// A clip of a database.
 ///
 /// The [module](crate::matching) has an example.
@@ -128,7 +132,9 @@ impl IndexedClip {
             let features: Vec<_> = (0..track.frames())
                 .map(|frame| track.features(frame, LEG / body.leg))
                 .collect();
-            if !features.iter().flatten().all(|value| is_plausible(*value)) {
+            let begin = motion.first as f64 / motion.rate;
+            let are_plausible = features.iter().flatten().all(|value| is_plausible(*value));
+            if !(are_plausible && has_leg_and_begin(body.leg, begin)) {
                 return;
             }
             let packed = match pack(animation - 1) {
@@ -145,7 +151,7 @@ impl IndexedClip {
                 row,
                 mirrored: false,
                 leg: body.leg,
-                begin: motion.first as f64 / motion.rate,
+                begin,
                 features: features.into_iter().map(|row| row.map(rounded)).collect(),
                 contacts: track.contacts,
                 samples: samples.values,
@@ -180,6 +186,11 @@ impl IndexedClip {
     pub fn is_packed(&self) -> bool {
         !self.packed.is_empty()
     }
+}
+
+/// Whether a clip can have a leg of so many metres, and begin after so many seconds.
+pub(super) fn has_leg_and_begin(leg: f32, begin: f64) -> bool {
+    leg > 0.0 && leg <= LONGEST_LEG && (0.0..=LATEST).contains(&begin)
 }
 
 /// Whether a number can be a feature: no body is sixty kilometres from where it was a second before.

@@ -21,7 +21,7 @@ use std::io::{self, Read};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::clip::{IndexedClip, is_plausible};
+use super::clip::{IndexedClip, has_leg_and_begin, is_plausible};
 use super::database::Database;
 use super::features::FEATURES;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -226,14 +226,11 @@ impl<R: Read> Source<R> {
                 return Err(too_many(what, count, most));
             }
         }
-        let is_body = |entry: &Entry<ClipRow>| {
-            let is_leg = entry.leg.is_finite() && entry.leg > 0.0;
-            is_leg && entry.begin.is_finite() && entry.begin >= 0.0 && entry.frames > 0
-        };
+        let is_body = |entry: &Entry<ClipRow>| has_leg_and_begin(entry.leg, entry.begin) && entry.frames > 0;
         match entries.iter().find(|entry| !is_body(entry)) {
             None => Ok(entries),
             Some(entry) => Err(invalid(&format!(
-                "the clip of {} has no frames, no leg or no begin",
+                "the clip of {} has no frames, or a leg or a begin that no motion has",
                 entry.row.file
             ))),
         }

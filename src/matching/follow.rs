@@ -99,7 +99,9 @@ impl Controller {
             let directions = ahead.map(|along| on_ground(path.direction(along)));
             let step = self.position().distance(before);
             before = self.position();
-            self.correct(on_ground(path.at(along)), on_ground(direction), step);
+            // In that time half of a correction is made: to look along the path there, it begins here.
+            let soon = path.direction(along + speed * AHEAD[0] as f64 / FEATURE_RATE);
+            self.correct(on_ground(path.at(along)), on_ground(soon), step);
             self.update(&Trajectory::new(positions, directions));
         }
         followed.mean_distance /= followed.frames.max(1) as f64;

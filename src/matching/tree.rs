@@ -5,14 +5,15 @@
 //! small. Eight frames, or boxes, stand side by side in memory, and are compared at once.
 //!
 //! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
-//! a weight. A distance is a sum of squares in one fixed order, and that of a box in the same order of smaller
-//! squares, so rounding leaves no frame out.
+//! a weight. Boxes stand along the principal axes of all frames (Pearson, 1901; Sproull, 1991, for k-d trees): many
+//! features say nearly one thing, so boxes along the features themselves are mostly empty. Distances of frames are
+//! those of the features; a box counts as nearer by what rounding can do, so it leaves no frame out.
 
 use std::ops::Range;
 
 use super::database::Database;
 use super::features::FEATURES;
-use crate::math::wide;
+use crate::math::{principal, wide};
 
 /// The groups of features and their weights: those of Holden's demonstration.
 const GROUPS: [(Range<usize>, f32); 7] = [
@@ -28,6 +29,9 @@ const GROUPS: [(Range<usize>, f32); 7] = [
 const FAN: usize = 8;
 /// Levels of boxes at most: of 8^11 frames, more than 32 bits count.
 const LEVELS: usize = 11;
+/// Rounds in which each principal axis is sought. Axes that are not quite the principal ones are as right, and boxes
+/// hardly larger.
+const ROUNDS: usize = 50;
 /// Frames at the end of a clip that are not found: after them there is a third of a second at most.
 const ENDS: usize = 20;
 
@@ -64,6 +68,10 @@ pub struct FeatureTree {
     mean: Row,
     /// The deviation of the group, over its weight.
     scale: Row,
+    /// The principal axes of the frames, that of the largest variance first.
+    axes: Box<[[f64; FEATURES]; FEATURES]>,
+    /// How far the farthest frame is from the mean.
+    farthest: f32,
     /// The frames that can be found, so that those of a box stand together.
     frames: Vec<u32>,
     /// Their features.
@@ -96,13 +104,16 @@ impl FeatureTree {
         for row in &mut rows {
             *row = std::array::from_fn(|column| (row[column] - mean[column]) / scale[column]);
         }
-        halve(&mut frames, &rows);
+        let axes = axes_of(&rows);
+        let turned: Vec<Row> = rows.iter().map(|row| along(&axes, row)).collect();
+        halve(&mut frames, &turned);
         let row = |frame: &u32| &rows[*frame as usize];
         let leaves = frames.chunks(FAN).map(|frames| side_by_side(frames.iter().map(row)));
         let leaves = leaves.collect();
+        let turned = |frame: &u32| [&turned[*frame as usize]; 2];
         let mut around: Vec<[Row; 2]> = frames
             .chunks(FAN)
-            .map(|frames| bounds(frames.iter().map(|frame| [row(frame); 2])))
+            .map(|frames| bounds(frames.iter().map(turned)))
             .collect();
         let mut levels = Vec::new();
         while !around.is_empty() {
@@ -120,8 +131,10 @@ impl FeatureTree {
             around = larger.collect();
         }
         Self {
+            farthest: rows.iter().map(length).fold(0.0, f32::max),
             mean,
             scale,
+            axes,
             frames,
             leaves,
             levels,
@@ -145,29 +158,46 @@ impl FeatureTree {
             frame: usize::MAX,
             distance: limit,
             except,
+            rounding: ROUNDING * (length(query) + self.farthest),
+            limit: 0.0,
         };
-        search(self, query, &mut best);
+        best.set(usize::MAX, limit);
+        search(self, query, &along(&self.axes, query), &mut best);
         (best.frame != usize::MAX).then_some((best.frame, best.distance))
     }
 }
+
+/// What the numbers along the axes, of two rows, may be off by rounding, as a part of their lengths: half a unit in the
+/// last place of each, and as much again for the sums of squares.
+const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
 struct Best {
     frame: usize,
     distance: f32,
     except: Range<usize>,
+    rounding: f32,
+    /// What the squared distance of a box is held against: that of the best frame, and what rounding can do.
+    limit: f32,
+}
+
+impl Best {
+    fn set(&mut self, frame: usize, distance: f32) {
+        let limit = distance.sqrt() * (1.0 + 2.0 * FEATURES as f32 * f32::EPSILON) + self.rounding;
+        (self.frame, self.distance, self.limit) = (frame, distance, limit * limit);
+    }
 }
 
 wide::dispatch! {
-    fn search(tree: &FeatureTree, query: &Row, best: &mut Best) {
+    fn search(tree: &FeatureTree, query: &Row, turned: &Row, best: &mut Best) {
         let Some(top) = tree.levels.len().checked_sub(1) else { return };
         // Of each level the eight boxes that are looked into, and how far those are that were not yet.
         let mut open = [(0, [f32::INFINITY; FAN]); LEVELS];
-        open[top] = (0, to_boxes(query, &tree.levels[top][0], best.distance));
+        open[top] = (0, to_boxes(turned, &tree.levels[top][0], best.limit));
         let mut level = top;
         loop {
             let (place, distances) = &mut open[level];
             let (lane, distance) = least(distances);
-            if distance >= best.distance {
+            if distance >= best.limit {
                 if level == top {
                     return;
                 }
@@ -180,7 +210,7 @@ wide::dispatch! {
                 0 => look_into(tree, query, best, within),
                 _ => {
                     level -= 1;
-                    open[level] = (within, to_boxes(query, &tree.levels[level][within], best.distance));
+                    open[level] = (within, to_boxes(turned, &tree.levels[level][within], best.limit));
                 }
             }
         }
@@ -195,7 +225,7 @@ fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, leaf: usize) {
         if distance < best.distance {
             let frame = tree.frames[leaf * FAN + lane] as usize;
             if !best.except.contains(&frame) {
-                (best.frame, best.distance) = (frame, distance);
+                best.set(frame, distance);
             }
         }
     }
@@ -215,14 +245,13 @@ fn least(numbers: &Lanes) -> (usize, f32) {
 
 /// Sums that are made side by side, so that none waits for the one before.
 const SUMS: usize = 4;
-/// The first of the numbers that are summed first, those of the trajectory: what they add is more than the limit for
-/// almost every box.
-const FIRST: usize = 11;
+/// The axes that are summed first: what they add is more than the limit for almost every box.
+const FIRST: usize = 8;
 
 /// The sum of the squares of all differences.
 fn squared_distance(a: &Row, b: &Row) -> f32 {
     let mut sums = [0.0; SUMS];
-    for column in (FIRST..FEATURES).chain(0..FIRST) {
+    for column in 0..FEATURES {
         let difference = a[column] - b[column];
         sums[column % SUMS] += difference * difference;
     }
@@ -233,10 +262,7 @@ fn squared_distance(a: &Row, b: &Row) -> f32 {
 #[inline(always)]
 fn to_frames(query: &Row, frames: &Leaf) -> Lanes {
     let mut sums = [[0.0; FAN]; SUMS];
-    for column in FIRST..FEATURES {
-        add(&mut sums[column % SUMS], query[column], &frames[column]);
-    }
-    for column in 0..FIRST {
+    for column in 0..FEATURES {
         add(&mut sums[column % SUMS], query[column], &frames[column]);
     }
     total(&sums)
@@ -250,19 +276,19 @@ fn add(sum: &mut Lanes, value: f32, others: &Lanes) {
     }
 }
 
-/// The squared distances from a query to the nearest points of eight boxes. Stops at a part of each sum where that part
-/// reaches the limit for all boxes.
+/// The squared distances from a query to the nearest points of eight boxes, along the axes. Stops at a part of each sum
+/// where that part reaches the limit for all boxes.
 #[inline(always)]
 fn to_boxes(query: &Row, boxes: &Boxes, limit: f32) -> Lanes {
     let mut sums = [[0.0; FAN]; SUMS];
-    for column in FIRST..FEATURES {
+    for column in 0..FIRST {
         add_outside(&mut sums[column % SUMS], query[column], boxes, column);
     }
     let part = total(&sums);
     if least(&part).1 >= limit {
         return part;
     }
-    for column in 0..FIRST {
+    for column in FIRST..FEATURES {
         add_outside(&mut sums[column % SUMS], query[column], boxes, column);
     }
     total(&sums)
@@ -331,6 +357,27 @@ fn bounds<'a>(boxes: impl Iterator<Item = [&'a Row; 2]>) -> [Row; 2] {
         }
     }
     bounds
+}
+
+/// The principal axes of rows whose mean is zero. Where rows do not differ in so many directions the last are zero.
+fn axes_of(rows: &[Row]) -> Box<[[f64; FEATURES]; FEATURES]> {
+    let products = principal::products(rows.iter().map(|row| row.map(f64::from)), FEATURES);
+    let mut axes = Box::new([[0.0; FEATURES]; FEATURES]);
+    let found = principal::axes(&products, FEATURES, FEATURES, ROUNDS);
+    for (axis, found) in axes.iter_mut().zip(found) {
+        axis.copy_from_slice(&found);
+    }
+    axes
+}
+
+/// A row along the axes.
+fn along(axes: &[[f64; FEATURES]; FEATURES], row: &Row) -> Row {
+    let row = row.map(f64::from);
+    std::array::from_fn(|axis| axes[axis].iter().zip(&row).map(|(a, b)| a * b).sum::<f64>() as f32)
+}
+
+fn length(row: &Row) -> f32 {
+    row.iter().map(|value| value * value).sum::<f32>().sqrt()
 }
 
 /// The mean of each number, and the deviation of its group over the weight of the group.

@@ -44,9 +44,10 @@ fn without(row: &mut [f64], axes: &[Vec<f64>]) {
 }
 
 /// The sums of the products of columns of some rows, which are symmetric.
-pub(crate) fn products<'a>(rows: impl Iterator<Item = &'a [f64]>, size: usize) -> Vec<f64> {
+pub(crate) fn products<R: AsRef<[f64]>>(rows: impl Iterator<Item = R>, size: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; size * size];
     for row in rows {
+        let row = row.as_ref();
         for (own, sums) in row.iter().zip(matrix.chunks_exact_mut(size)) {
             sums.iter_mut().zip(row).for_each(|(sum, other)| *sum += own * other);
         }

@@ -233,6 +233,30 @@ fn a_damaged_database_is_an_error() {
     assert_eq!(Database::read(&more[..]).unwrap_err().code(), Code::InvalidDatabase);
 }
 
+/// Of the poses of a dance and of a jump a walk has few, but it moves as another walk does.
+#[test]
+fn by_action_another_walk_comes_first() {
+    let files = [
+        "motionbuilder_vicon_walk.bvh",
+        "rokoko_dance.bvh",
+        "mocopi_jump_six_channels.bvh",
+    ];
+    let clips = files.map(|file| IndexedClip::of(&import(file), file, false)).concat();
+    let database = Database::new(clips);
+    let walk = Query::part(&import(WALK), 0, "1..2".parse().unwrap()).unwrap();
+    let found = database.find(&walk, &FindOptions::new().by_action(true).per_clip(1));
+    assert_eq!(found.len(), 3);
+    assert_eq!(found[0].file, files[0]);
+    assert!(
+        found.iter().all(|found| found.movement.is_some_and(f64::is_finite)),
+        "{found:?}"
+    );
+    // A pose does not move.
+    let pose = Query::pose(&import(WALK), 0, Moment::Seconds(1.0)).unwrap();
+    let found = database.find(&pose, &FindOptions::new().by_action(true));
+    assert!(found.iter().all(|found| found.movement.is_none()));
+}
+
 #[test]
 fn the_commands_index_and_find() {
     let folder = Folder::of_real(&[WALK, "cmu_short.bvh", "lecture_Test.bvh"]);
@@ -264,6 +288,19 @@ fn the_commands_index_and_find() {
         "{files:?}"
     );
     folder.refuses(&format!("find moves.mdb --like {WALK} --per-clip 0"), 2, "per-clip");
+    let output = folder.run(&format!(
+        "find moves.mdb --like {WALK}@1s..2s --by-action --json --per-clip 1"
+    ));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found[0]["file"].as_str().unwrap().ends_with(WALK), "{found}");
+    assert!(found[0]["movement"].as_f64().unwrap() < 0.5, "{found}");
+    let table = folder.run(&format!("find moves.mdb --like {WALK}@1s..2s --by-action"));
+    assert!(table.stdout.starts_with(b"distance  movement  seconds"));
+    folder.refuses(
+        &format!("find moves.mdb --pose {WALK}@1s --by-action"),
+        2,
+        "--by-action",
+    );
     let table = folder.run(&format!("find moves.mdb --pose {WALK}@1s --where seconds>3 -n 2"));
     let table = String::from_utf8(table.stdout).unwrap();
     assert!(table.starts_with("distance  second") && table.contains(WALK), "{table}");
@@ -547,9 +584,10 @@ fn what_is_found_is_drawn() {
     folder.succeeds(&format!("{line} --sheet found.svg --page found.html"));
     let sheet = String::from_utf8(folder.read("found.svg")).unwrap();
     // A long name is shortened on the sheet.
-    let row = "1: 1.0";
+    let row = "1: cmu_12";
     assert!(sheet.contains("looked for: ") && sheet.contains(row), "{row}");
-    assert!(String::from_utf8(folder.read("found.html")).unwrap().contains(row));
+    let page = String::from_utf8(folder.read("found.html")).unwrap();
+    assert!(page.contains("1: cmu_12_01_walk, 1.0"));
     folder.succeeds(&format!("find moves.mdb --pose {WALK}@1s -n 1 --sheet found.png"));
     folder.refuses(&format!("{line} --sheet found.bvh"), 2, ".png");
     folder.refuses(&format!("{line} --page found.png"), 2, ".html");

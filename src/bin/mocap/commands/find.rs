@@ -37,6 +37,7 @@ fn options(args: &FindArgs) -> FindOptions {
         .count(args.count)
         .per_clip(args.per_clip.map(NonZeroUsize::get))
         .mirror(!args.no_mirror)
+        .by_action(args.by_action)
         .condition(args.condition.clone())
 }
 
@@ -71,13 +72,20 @@ fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
         true => ("seconds", "  pace"),
         false => ("second", ""),
     };
-    writeln!(out, "distance  {when:<16}{pace}  mirrored  {:width$}  clip", "file")?;
+    let has_movement = found.iter().any(|found| found.movement.is_some());
+    let movement = if has_movement { "  movement" } else { "" };
+    writeln!(
+        out,
+        "distance{movement}  {when:<16}{pace}  mirrored  {:width$}  clip",
+        "file"
+    )?;
     for Found {
         file,
         clip,
         first,
         last,
         distance,
+        movement,
         mirrored,
         pace,
         ..
@@ -91,10 +99,11 @@ fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
             true => format!("  {pace:.2}"),
             false => String::new(),
         };
+        let movement = movement.map_or_else(String::new, |movement| format!("  {movement:<8.3}"));
         let mirrored = if *mirrored { "yes" } else { "no" };
         writeln!(
             out,
-            "{distance:<8.3}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
+            "{distance:<8.3}{movement}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
         )?;
     }
     out.flush()

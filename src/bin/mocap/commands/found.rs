@@ -54,8 +54,8 @@ pub(super) fn write(args: &FindArgs, database: &Database, found: &[Found], query
         let mirrored = if found.mirrored { " mirrored" } else { "" };
         let name = short_name(Path::new(&found.file));
         let name = match found.last > found.first {
-            true => format!("{number}: {:.2}..{:.2} s{mirrored}, {name}", found.first, found.last),
-            false => format!("{number}: {:.2} s{mirrored}, {name}", found.first),
+            true => format!("{number}: {name}{mirrored}, {:.2}..{:.2} s", found.first, found.last),
+            false => format!("{number}: {name}{mirrored}, {:.2} s", found.first),
         };
         shown.push((name, part(scene, Some(ends[0]), Some(ends[1]), Path::new(&found.file))?));
     }

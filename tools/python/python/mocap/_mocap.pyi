@@ -188,6 +188,7 @@ class Database:
         is_pose: bool,
         count: int,
         per_clip: int | None,
+        by_action: bool,
         mirror: bool,
         condition: str | None,
     ) -> str: ...

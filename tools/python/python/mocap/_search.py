@@ -70,11 +70,12 @@ class Database:
         animation: int = 0,
         count: int = 10,
         per_clip: int | None = None,
+        by_action: bool = False,
         mirror: bool = True,
         where: str | None = None,
     ) -> list[dict[str, Any]]:
         """The parts of clips that are most like a part of a motion, the best first: ``file``, ``clip``, ``first`` and ``last``
-        in seconds, ``distance``, ``mirrored``, ``pace``.
+        in seconds, ``distance``, ``mirrored``, ``pace``; by action ``movement`` too.
 
         Args:
             scene: The motion, on any skeleton.
@@ -84,6 +85,7 @@ class Database:
             animation: The number of the animation, from 0.
             count: How many are found at most.
             per_clip: How many parts of one clip are found at most: with 1, every clip once.
+            by_action: Whether parts are ranked by what is done: half by their poses, half by how limbs and body move.
             mirror: Whether what is like the mirror image is found too.
             where: Look at the clips for which this holds, as ``"walking > 0.5"``.
 
@@ -93,7 +95,7 @@ class Database:
         """
         if pose and first is None:
             raise ValueError("first is the second of the pose")
-        text = self._native.find(scene._native, animation, (first, last), pose, count, per_clip, mirror, where)
+        text = self._native.find(scene._native, animation, (first, last), pose, count, per_clip, by_action, mirror, where)
         found: list[dict[str, Any]] = json.loads(text)
         return found
 
