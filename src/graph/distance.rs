@@ -136,7 +136,12 @@ impl Window {
         let first = Tile::new(a, rows.start, height + self.frames() - 1);
         let second = Tile::new(b, columns.start, width + self.frames() - 1);
         let mut sums = [0; 3].map(|_| vec![0.0; first.frames * second.frames]);
-        products(&first, &second, &space.weights, &mut sums);
+        products(
+            &first.weighted(&space.weights),
+            &second.side_by_side(),
+            second.frames,
+            &mut sums,
+        );
         let (own, other) = (self.moments(space, &first), self.moments(space, &second));
         let mut distances = Vec::with_capacity(height * width);
         let mut of_row = [0; 3].map(|_| vec![0.0; width]);
@@ -161,14 +166,14 @@ impl Window {
     }
 
     fn moments(&self, space: &CloudSpace, tile: &Tile) -> Moments {
-        let mut of_frames = vec![(DVec2::ZERO, 0.0); tile.frames];
-        for (point, weight) in space.weights.iter().enumerate() {
-            let [u, v, h] = tile.point(point);
-            for (frame, (centre, square)) in of_frames.iter_mut().enumerate() {
-                *centre += *weight * DVec2::new(u[frame], v[frame]);
-                *square += weight * (u[frame].powi(2) + v[frame].powi(2) + h[frame].powi(2));
-            }
-        }
+        let of_frame = |points: &[[f64; 3]]| {
+            let weighted = space.weights.iter().zip(points);
+            weighted.fold((DVec2::ZERO, 0.0), |(centre, square), (weight, [u, v, h])| {
+                let of_point = u.powi(2) + v.powi(2) + h.powi(2);
+                (centre + *weight * DVec2::new(*u, *v), square + weight * of_point)
+            })
+        };
+        let of_frames: Vec<(DVec2, f64)> = tile.values.chunks_exact(space.weights.len()).map(of_frame).collect();
         let windows = of_frames.windows(self.frames());
         let sums = windows.map(|window| {
             let each = window.iter().zip(&self.taper);
@@ -185,47 +190,79 @@ impl Window {
     }
 }
 
-/// The points of some frames, over the ground about those of the first of them.
+/// Frames of the second tile that are multiplied at once.
+const LANES: usize = 8;
+
+/// A point of the second tile in so many frames: its two coordinates over the ground and its height.
+type Lanes = [[f64; LANES]; 3];
+
+/// The points of some frames, over the ground about the centre of the first of them.
 struct Tile {
     frames: usize,
-    values: [Vec<f64>; 3],
+    /// Frame by frame the two coordinates over the ground and the height of each point.
+    values: Vec<[f64; 3]>,
 }
 
 impl Tile {
     fn new(clouds: &Clouds, start: usize, frames: usize) -> Self {
         let centre = clouds.centres[start];
-        let origin = [centre.x, centre.y, 0.0];
-        let values = [0, 1, 2].map(|axis| {
-            let points = clouds.values[axis].chunks_exact(clouds.frames);
-            let within = points.flat_map(|point| &point[start..start + frames]);
-            within.map(|value| f64::from(*value) - origin[axis]).collect()
-        });
+        let points = clouds.values[0].len() / clouds.frames;
+        let mut values = vec![[0.0; 3]; frames * points];
+        for (axis, origin) in [centre.x, centre.y, 0.0].into_iter().enumerate() {
+            for (point, all) in clouds.values[axis].chunks_exact(clouds.frames).enumerate() {
+                for (frame, value) in all[start..start + frames].iter().enumerate() {
+                    values[frame * points + point][axis] = f64::from(*value) - origin;
+                }
+            }
+        }
         Self { frames, values }
     }
 
-    /// Its two coordinates over the ground and its height, frame by frame.
-    fn point(&self, point: usize) -> [&[f64]; 3] {
-        [0, 1, 2].map(|axis| &self.values[axis][point * self.frames..(point + 1) * self.frames])
+    /// Each point times its weight, frame by frame.
+    fn weighted(&self, weights: &[f64]) -> Vec<Vec<[f64; 3]>> {
+        let of_frame = |points: &[[f64; 3]]| {
+            let weighted = points.iter().zip(weights);
+            weighted
+                .map(|(point, weight)| point.map(|value| weight * value))
+                .collect()
+        };
+        self.values.chunks_exact(weights.len()).map(of_frame).collect()
+    }
+
+    /// The points of so many frames side by side, and so on; those that are missing at the end are 0.
+    fn side_by_side(&self) -> Vec<Vec<Lanes>> {
+        let points = self.values.len() / self.frames;
+        let of_frames = |frames: &[[f64; 3]]| {
+            let mut lanes = vec![[[0.0; LANES]; 3]; points];
+            for (lane, frame) in frames.chunks_exact(points).enumerate() {
+                for (lanes, point) in lanes.iter_mut().zip(frame) {
+                    (0..3).for_each(|axis| lanes[axis][lane] = point[axis]);
+                }
+            }
+            lanes
+        };
+        self.values.chunks(LANES * points).map(of_frames).collect()
     }
 }
 
 wide::dispatch! {
     /// Sums over the points of each pair of frames: of the products over the ground, of the cross products there of the
     /// second with the first, and of the products of heights.
-    fn products(first: &Tile, second: &Tile, weights: &[f64], sums: &mut [Vec<f64>; 3]) {
-        let [dots, crosses, heights] = sums;
-        let width = second.frames;
-        for (point, weight) in weights.iter().enumerate() {
-            let [u, v, h] = first.point(point);
-            let [x, y, z] = second.point(point);
-            for frame in 0..first.frames {
-                let (u, v, h) = (weight * u[frame], weight * v[frame], weight * h[frame]);
-                let row = frame * width..(frame + 1) * width;
-                let sums = dots[row.clone()].iter_mut().zip(&mut crosses[row.clone()]).zip(&mut heights[row]);
-                for (((dot, cross), height), ((x, y), z)) in sums.zip(x.iter().zip(y).zip(z)) {
-                    *dot += u * x + v * y;
-                    *cross += v * x - u * y;
-                    *height += h * z;
+    fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
+        for (frame, points) in first.iter().enumerate() {
+            for (group, others) in second.iter().enumerate() {
+                let mut own = [[0.0; LANES]; 3];
+                for ([u, v, h], [x, y, z]) in points.iter().zip(others) {
+                    for lane in 0..LANES {
+                        own[0][lane] += u * x[lane] + v * y[lane];
+                        own[1][lane] += v * x[lane] - u * y[lane];
+                        own[2][lane] += h * z[lane];
+                    }
+                }
+                let count = LANES.min(width - group * LANES);
+                let start = frame * width + group * LANES;
+                for (sums, own) in sums.iter_mut().zip(&own) {
+                    sums[start..start + count].copy_from_slice(&own[..count]);
                 }
             }
         }

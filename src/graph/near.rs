@@ -245,8 +245,9 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 24) as f32
         };
+        let side = (5.0 / NUMBERS as f32).sqrt();
         let clips: Vec<Vec<Numbers>> = [3, 700, 41, 0, 8, 160]
-            .map(|count| (0..count).map(|_| std::array::from_fn(|_| 0.4 * random())).collect())
+            .map(|count| (0..count).map(|_| std::array::from_fn(|_| side * random())).collect())
             .to_vec();
         let limit = 0.8_f32.powi(2);
         let near = Near::new(&clips);

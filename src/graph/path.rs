@@ -348,13 +348,12 @@ impl<'a> Search<'a> {
     /// The error where no walk comes to the end.
     fn stopped(&self) -> Error {
         let message = format!(
-            "no walk of the graph follows the path beyond {:.1} of {:.1} m",
+            "no walk of the graph follows the path beyond {:.1} of {:.1} m: the clips have no moves that go on as it \
+             does; add clips that turn so, mirror them, or raise the threshold of the graph",
             self.reached,
             self.path.length()
         );
-        let help = "the clips have no moves that go on as the path does: add clips that turn so, mirror them, or raise \
-                    the threshold of the graph";
-        Error::from(Diagnostic::new(Code::InvalidValue, message).help(help))
+        Diagnostic::new(Code::InvalidValue, message).into()
     }
 
     /// The transitions of a walk.

@@ -195,6 +195,17 @@ fn a_walk_follows_a_path() {
     ] {
         assert!(network.along(&path).is_err(), "{path:?}");
     }
+    // A walk straight on cannot turn, and says where it ends.
+    let error = network.along(&[[0.0, 0.0], [4.0, 0.0], [4.0, 5.0]]).unwrap_err();
+    assert!(
+        error.to_string().contains("of 9.0 m: the clips have no moves"),
+        "{error}"
+    );
+    let followed = found.motion(&[(&scene, 0)]).unwrap().1.path.unwrap();
+    assert!(
+        followed.largest_distance < 0.1 && followed.largest_angle < 10.0,
+        "{followed}"
+    );
 }
 
 #[test]
