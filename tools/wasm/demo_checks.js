@@ -10,6 +10,32 @@ import { openPage } from "./browser_checks.js";
 
 const ROOT = join(import.meta.dirname, "../..");
 
+/** Frames a second that are wanted on a machine with nothing else to do, and the fewest on any. */
+const [WANTED, FEWEST] = [60, 15];
+/** How fast the ankle or the toes of a foot that stands may go over the ground: m/s, in the median of frames. */
+const SLIDE = 0.05;
+
+/** Walks the figure of the page ahead and then to the side, five seconds each, and says how its feet stood: runs in the page. */
+function slideOfFeet() {
+  const { figure, hero } = window.demo;
+  const ids = ["foot.L", "toe2-1.L", "foot.R", "toe2-1.R"].map((wanted) => hero.nodes.findIndex(({ name }) => name === wanted));
+  const places = () => ids.map((id) => [figure.nodeToWorld[16 * id + 12], figure.nodeToWorld[16 * id + 14]]);
+  const slides = [];
+  // It turns to where it goes first.
+  for (let frame = 0; frame < 300; frame += 1) figure.steer(0, 1.2);
+  let before = places();
+  for (let frame = 0; frame < 600; frame += 1) {
+    const isAhead = frame < 300;
+    figure.steer(isAhead ? 0 : 1.2, isAhead ? 1.2 : 0);
+    const now = places();
+    // Of a walk one foot stands in every frame: the slowest point is of it.
+    slides.push(Math.min(...now.map(([x, z], point) => 60 * Math.hypot(x - before[point][0], z - before[point][1]))));
+    before = now;
+  }
+  const at = (part, share) => part.toSorted((a, b) => a - b)[Math.floor(share * part.length)];
+  return [slides.slice(0, 300), slides.slice(300)].map((part) => [at(part, 0.5), at(part, 0.9)]);
+}
+
 export function demoChecks(check) {
   check("demo", "a figure goes where the keys say", async () => {
     if (!existsSync(join(import.meta.dirname, "demo/moves.mdb"))) execFileSync(join(import.meta.dirname, "demo/build"));
@@ -17,6 +43,8 @@ export function demoChecks(check) {
     try {
       // Seen from behind: forward is +Z.
       const { page, trouble } = await openPage(browser, `tools/wasm/demo/index.html?yaw=${Math.PI}`, () => ROOT);
+      // A gamepad whose stick the check moves.
+      await page.evaluate(() => { window.axes = [0, 0]; navigator.getGamepads = () => [null, { axes: window.axes }]; });
       await page.waitForFunction(() => window.demo, null, { timeout: 60_000 });
       const root = () => page.evaluate(() => [...window.demo.figure.root]);
       const picture = async (name) => {
@@ -46,11 +74,29 @@ export function demoChecks(check) {
       await picture("stick");
       assert.ok((await root())[1] - before[1] > 0.7, `${before} ${await root()}`);
       await page.mouse.up();
-      await page.waitForTimeout(2500);
+      // A gamepad's y is down: this is back, towards who looks on.
+      await page.evaluate(() => { window.axes = [0, 1]; });
+      const there = await root();
+      await page.waitForTimeout(4000);
+      await picture("gamepad");
+      assert.ok((await root())[1] - there[1] < -0.7, `${there} ${await root()}`);
+      const { frames, microseconds } = await page.evaluate(() => window.demo.rates);
+      const size = await page.evaluate(() => [document.getElementById("picture").width, document.getElementById("picture").height]);
+      await page.evaluate(() => { window.axes = [0, 0]; });
+      await page.waitForTimeout(4000);
+      const stands = await root();
+      await page.waitForTimeout(1000);
+      const later = await root();
+      const moved = Math.hypot(later[0] - stands[0], later[1] - stands[1]);
+      console.log(`    with nothing asked of it, it goes ${moved.toFixed(2)} m in the fifth second`);
       await picture("stands");
       assert.deepEqual(trouble, []);
-      const { frames, microseconds } = await page.evaluate(() => window.demo.rates);
-      console.log(`    ${frames.toFixed(0)} frames a second, ${microseconds.toFixed(0)} µs for the figure`);
+      console.log(`    ${frames.toFixed(0)} frames a second (${WANTED}) of ${size.join(" x ")} pixels, ${microseconds.toFixed(0)} µs for the figure`);
+      assert.ok(frames >= FEWEST, `${frames} frames a second`);
+      const slides = await page.evaluate(slideOfFeet);
+      const said = slides.map((slide) => slide.map((speed) => (100 * speed).toFixed(1)).join(" and "));
+      console.log(`    feet slide at ${said[0]} cm/s ahead, in the median and the 90th percentile; ${said[1]} in and after a turn`);
+      assert.ok(slides[0][0] < SLIDE, `${slides}`);
     } finally {
       await browser.close();
     }

@@ -51,12 +51,19 @@ void main() {
   gl_Position = worldToClip * vec4(place.x, middle.y, place.y, 1);
 }`;
 
+// Where a soft shadow is looked up, in a disc of radius 1.
+const TAPS = Array.from({ length: 24 }, (_, i) => {
+  const [turn, away] = [i * 2.39996, Math.sqrt((i + 0.5) / 24)];
+  return `vec2(${(Math.cos(turn) * away).toFixed(6)}, ${(Math.sin(turn) * away).toFixed(6)})`;
+});
+
 const GRID_SHADER = `#version 300 es
 precision highp float;
 in vec2 place;
 uniform vec3 middle, background, lineColor; uniform float extent, squares, softness, darkness;
 uniform vec4 shadowArea; uniform sampler2D shadow;
 out vec4 pixel;
+const vec2 TAPS[24] = vec2[24](${TAPS.join(", ")});
 float lines(float unit) {
   vec2 at = place / unit, pace = fwidth(at);
   vec2 near = abs(fract(at - 0.5) - 0.5) / max(pace, vec2(1e-6));
@@ -67,15 +74,17 @@ void main() {
   float grid = max(0.55 * lines(squares), lines(squares * 5.0));
   vec2 center = (place - shadowArea.xy) / shadowArea.zw;
   float shade = 0.0;
-  for (int i = 0; i < 24; i++) {
-    float turn = float(i) * 2.39996, away = sqrt((float(i) + 0.5) / 24.0);
-    vec2 at = center + vec2(cos(turn), sin(turn)) * away * softness;
-    shade += texture(shadow, at * 0.5 + 0.5).r / 24.0;
+  // Beyond the picture of shadows and its soft edge is none.
+  bool shaded = max(abs(center.x), abs(center.y)) < 1.0 + softness;
+  for (int i = 0; shaded && i < 24; i++) {
+    vec2 at = center + TAPS[i] * softness;
+    shade += textureLod(shadow, at * 0.5 + 0.5, 0.0).r / 24.0;
   }
   vec3 color = mix(background, lineColor, grid * (1.0 - smoothstep(0.3, 1.0, far)));
   pixel = vec4(color * (1.0 - darkness * shade * (1.0 - smoothstep(0.6, 1.0, far))), 1);
 }`;
 
+/** Pixels of the picture of shadows along one side, where nothing else is said. */
 const SHADOW_SIZE = 2048;
 
 // A bone is an octahedron whose thick part is near its start.
@@ -112,10 +121,10 @@ const NAMES = ["shape", "start", "end", "width", "color"];
 
 export class GlRenderer {
   // `changed` is called when there is something new to draw.
-  constructor(canvas, changed) {
+  constructor(canvas, changed, shadowSize = SHADOW_SIZE) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("no WebGL 2");
-    Object.assign(this, { canvas, gl, changed });
+    Object.assign(this, { canvas, gl, changed, shadowSize });
     this.name = "WebGL";
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.build(); changed(); });
@@ -138,7 +147,7 @@ export class GlRenderer {
     gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     this.shadowMap = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, SHADOW_SIZE, SHADOW_SIZE, 0, gl.RED, gl.UNSIGNED_BYTE, null);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, this.shadowSize, this.shadowSize, 0, gl.RED, gl.UNSIGNED_BYTE, null);
     for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
       [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) gl.texParameteri(gl.TEXTURE_2D, name, value);
     this.shadowTarget = gl.createFramebuffer();
@@ -220,7 +229,7 @@ export class GlRenderer {
     const toMap = [s, 0, 0, 0, rx, rz, 0, 0, 0, s, 0, 0,
       -s * middle[0] - rx * ground, -s * middle[2] - rz * ground, 0, 1];
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowTarget);
-    gl.viewport(0, 0, SHADOW_SIZE, SHADOW_SIZE);
+    gl.viewport(0, 0, this.shadowSize, this.shadowSize);
     gl.disable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.MAX);

@@ -17,6 +17,12 @@ const [RATE, MOST_STEPS] = [60, 6];
 const DEAD_ZONE = 0.15;
 /** Height of what the camera looks at, how far away it is, and how far the figure reaches: metres. */
 const [HEIGHT, DISTANCE, REACH] = [0.9, 4.2, 0.9];
+/** How far around the figure its shadow is drawn, in metres, and in how many pixels along one side. */
+const [SHADOW_REACH, SHADOW_SIZE] = [1.7, 512];
+/** Where fewer frames a second are drawn, the picture gets coarser; where more are, finer again, but slowly. */
+const [FEWEST, MOST] = [57, 59];
+/** Pixels of the coarsest picture for each of the page, along one side. */
+const COARSEST = 0.5;
 /** Of a bone: its width at most, and its width for its length. */
 const [WIDEST, SLENDERNESS] = [0.035, 0.14];
 /** A link longer than this is none of a body. */
@@ -78,6 +84,13 @@ function linksOf(hero) {
   return hero.nodes.flatMap((node, id) => (ofBody(node) ? [{ id, parent: node.parent, color: colors[side(node)] }] : []));
 }
 
+/** How fine the picture is to be, in pixels for each of the page, where so many frames a second were drawn. */
+function finer(fineness, frames) {
+  const finest = Math.min(2, devicePixelRatio || 1);
+  if (frames < FEWEST) return Math.max(COARSEST, fineness * Math.max(0.5, Math.sqrt(frames / RATE)));
+  return frames > MOST ? Math.min(finest, fineness * 1.05) : fineness;
+}
+
 async function fetched(file) {
   const response = await fetch(file);
   if (!response.ok) throw new Error(`${file}: ${response.status}. tools/wasm/demo/build makes it`);
@@ -95,13 +108,14 @@ async function start() {
   camera.reset();
   listen();
   listenToPointers(canvas, camera, { changed() {}, hover() {}, choose() {}, grab: () => null });
-  const renderer = new GlRenderer(canvas, () => {});
+  const renderer = new GlRenderer(canvas, () => {}, SHADOW_SIZE);
   const view = {
     bones: new Batch(), rods: new Batch(), balls: new Batch(), skins: [], clips: [], bonesShade: true,
-    reach: REACH, ground: 0, gridStep: 0.2, sun: normalize([0.35, 1, 0.45]), groundExtent: 14, shadowReach: 3, target: camera.target,
+    reach: REACH, ground: 0, gridStep: 0.2, sun: normalize([0.35, 1, 0.45]), groundExtent: 14, shadowReach: SHADOW_REACH, target: camera.target,
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   let [before, owed, frames, spent, steps, since] = [performance.now(), 0, 0, 0, 0, performance.now()];
+  let fineness = Math.min(2, devicePixelRatio || 1);
 
   function step() {
     const { x, y } = asked();
@@ -125,6 +139,7 @@ async function start() {
 
   function draw(now) {
     requestAnimationFrame(draw);
+    const last = before;
     owed = Math.min(owed + ((now - before) / 1000) * RATE, MOST_STEPS);
     before = now;
     for (; owed >= 1; owed -= 1) {
@@ -139,8 +154,7 @@ async function start() {
     camera.target[1] = HEIGHT;
     camera.target[2] += 0.1 * (z - camera.target[2]);
     view.target = camera.target;
-    const ratio = Math.min(2, devicePixelRatio || 1);
-    const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
+    const size = [canvas.clientWidth * fineness, canvas.clientHeight * fineness].map(Math.round);
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     view.camera = camera.see(canvas.width / Math.max(1, canvas.height));
     view.theme = THEMES[dark.matches ? "dark" : "light"];
@@ -150,11 +164,13 @@ async function start() {
     const rates = { frames: (1000 * frames) / (now - since), microseconds: (1000 * spent) / Math.max(1, steps) };
     byId("said").textContent = `${rates.frames.toFixed(0)} frames a second; ${rates.microseconds.toFixed(0)} µs for the figure each; ${figure.frames} frames of motion`;
     globalThis.demo.rates = rates;
+    // A page in the background draws nothing, which says nothing of its speed.
+    if (now - last < 500) fineness = finer(fineness, rates.frames);
     [frames, spent, steps, since] = [0, 0, 0, now];
   }
 
   // For who looks at it from outside.
-  globalThis.demo = { figure, camera, view };
+  globalThis.demo = { figure, hero, camera, view };
   requestAnimationFrame(draw);
   canvas.focus();
 }
