@@ -268,7 +268,7 @@ const CALLS: [(&str, [&str; 4]); 27] = [
     ("clean", ["edit.clean run", "mocap_edit mocap_run", "edit run", "clean"]),
     ("solve", ["read", "mocap_run", "read", "run"]),
     ("run", ["run", "mocap_run", "run", "run"]),
-    ("graph", ["graph run", "mocap_run", "", "graph walk"]),
+    ("graph", ["graph run", "mocap_run", "run", "graph walk"]),
     ("index, find", ["index Database.find", "", "", "index find"]),
     ("match", ["", "mocap_controller_new", "controller", "match"]),
     ("record, play, bridge", ["", "", "", ""]),

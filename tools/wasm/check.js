@@ -388,6 +388,47 @@ check("jobs", "a job on files in memory writes what the program writes", () => {
   assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|unknown field/);
 });
 
+/** Whether joints are within a distance, in the unit of the file, in two motions: where a leg is straight, another last digit turns it by hundredths of a degree. */
+function assertNearPoses(found, expected, most) {
+  const [ours, theirs] = [found, expected].map((bytes) => kept(mocap.read(bytes, "walk.bvh")));
+  assert.equal(ours.animations[0].frameCount, theirs.animations[0].frameCount);
+  for (let tick = 0; tick < ours.animations[0].frameCount; tick++) {
+    const [a, b] = [ours, theirs].map((scene) => scene.pose(tick).nodeToWorld);
+    for (let node = 0; node < ours.nodes.length; node++) {
+      const [from, to] = [16 * node + 12, 16 * node + 15];
+      const apart = Math.hypot(...Array.from(a.slice(from, to), (value, axis) => value - b[from + axis]));
+      assert.ok(apart < most, `${ours.nodes[node].name} is ${apart} apart at tick ${tick}`);
+    }
+  }
+}
+
+check("jobs", "a motion graph and walks over it are those of the program", () => {
+  const clip = { name: "cmu_12_01_walk.bvh", bytes: readFileSync(real("cmu_12_01_walk.bvh")) };
+  const source = { inputs: [clip.name] };
+  const graph = { threshold: 0.05 };
+  const compared = mocap.run({ source, graph, write: { output: "graph.json" } }, [clip]);
+  const text = new TextDecoder().decode(compared.files[0].bytes);
+  const options = ["--threshold", "5cm", "--force"];
+  program("graph", real(clip.name), ...options, "-o", join(folder, "graph.json"));
+  const [own, expected] = [JSON.parse(text), JSON.parse(readFileSync(join(folder, "graph.json"), "utf8"))];
+  const moments = ({ transitions }) => transitions.map(({ from, to }) => [from, to]);
+  assert.deepEqual(moments(own), moments(expected));
+  own.transitions.forEach(({ distance }, index) => assert.ok(Math.abs(distance - expected.transitions[index].distance) < 1e-6));
+  assert.deepEqual([compared.graph.clips, compared.graph.transitions], [1, expected.transitions.length]);
+  const ofGraph = { source: { inputs: ["graph.json"] }, files: [{ name: "graph.json", bytes: compared.files[0].bytes }, clip] };
+  for (const [walk, words] of [[{ seconds: 7, seed: 2 }, ["--seconds", "7", "--seed", "2"]], [{ path: [[0, 0], [3, 0]] }, ["--path", "0/0+3/0"]]]) {
+    program("graph", "walk", join(folder, "graph.json"), ...words, "--force", "-o", join(folder, "walked.bvh"));
+    for (const { job, files } of [{ job: { source, graph }, files: [clip] }, { job: { source: ofGraph.source }, files: ofGraph.files }]) {
+      const walked = mocap.run({ ...job, walk, write: { output: "walked.bvh" } }, files);
+      assertNearPoses(walked.files[0].bytes, readFileSync(join(folder, "walked.bvh")), 0.02);
+      assert.ok(walked.walk.seconds > 2);
+    }
+  }
+  const broken = { name: "graph.json", bytes: new TextEncoder().encode(text.slice(0, text.length / 2)) };
+  assert.throws(() => mocap.run({ source: ofGraph.source, walk: { seconds: 5 }, write: { output: "a.bvh" } }, [broken, clip]), { code: "invalid-graph" });
+  assert.throws(() => mocap.run({ source: ofGraph.source, walk: { seconds: 5 }, write: { output: "a.bvh" } }, [ofGraph.files[0]]), { code: "missing-file" });
+});
+
 check("hostile", "broken files give errors with their places, and the module goes on", () => {
   const before = mocap.read("HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 2 Frame Time: 0.1\n10\n20\n", "a.bvh");
   assert.throws(() => mocap.read("HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh"), (error) => {

@@ -99,4 +99,45 @@ mod tests {
         }
         std::fs::remove_dir_all(&folder).unwrap();
     }
+
+    #[test]
+    fn graphs_and_walks_are_jobs() {
+        let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/real/cmu_12_01_walk.bvh");
+        let folder = std::env::temp_dir().join(format!("mocap_graph_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let [graph, walk] = ["graph.json", "walk.bvh"].map(|name| folder.join(name));
+        let run = |job: serde_json::Value| {
+            let text = CString::new(job.to_string()).unwrap();
+            // SAFETY: the text ends with a zero byte.
+            let report = unsafe { mocap_run(text.as_ptr()) };
+            if report.is_null() {
+                return None;
+            }
+            // SAFETY: it comes from `mocap_run`.
+            let text = unsafe { std::ffi::CStr::from_ptr(report) }.to_str().unwrap().to_owned();
+            // SAFETY: as above, and nothing borrows it.
+            unsafe { mocap_text_free(report) };
+            Some(serde_json::from_str::<serde_json::Value>(&text).unwrap())
+        };
+        let compared = run(serde_json::json!({
+            "source": {"inputs": [clip]}, "graph": {"threshold": "5cm"}, "write": {"output": graph},
+        }));
+        let written = std::fs::read_to_string(&graph).unwrap();
+        let written = mocap::graph::MotionGraph::from_json(&written).unwrap();
+        let transitions = written.transitions.len();
+        assert!(transitions > 0);
+        assert_eq!(compared.unwrap()["graph"]["transitions"], transitions);
+        let walked = |output: &std::path::Path| {
+            serde_json::json!({
+                "source": {"inputs": [graph]}, "walk": {"seconds": 7}, "write": {"output": output},
+            })
+        };
+        assert_eq!(run(walked(&walk)).unwrap()["walk"]["frames"], 841); // 7 s at 120 Hz
+        assert_eq!(mocap::import(&walk).unwrap().animations[0].frame_count(), 841);
+        // The graph is the input, and no walk replaces it.
+        assert!(run(walked(&graph)).is_none());
+        std::fs::write(&graph, "{").unwrap();
+        assert!(run(walked(&folder.join("none.bvh"))).is_none() && !folder.join("none.bvh").exists());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }
