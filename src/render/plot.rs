@@ -1,5 +1,7 @@
 //! Curves of a joint's position and rotation over time.
 
+use glam::Quat;
+
 use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
 use super::figure::{Clip, short};
@@ -63,10 +65,8 @@ impl Drawing {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn plot(clip: &Clip<'_>, joints: &[NodeId], options: &PlotOptions) -> Self {
-        let joints: Vec<_> = joints
-            .iter()
-            .filter(|joint| joint.index() < clip.scene.nodes.len())
-            .collect();
+        let is_there = |joint: &NodeId| joint.index() < clip.scene.nodes.len();
+        let joints: Vec<NodeId> = joints.iter().copied().filter(is_there).collect();
         let width = options.width.clamp(320, super::raster::LARGEST_SIDE);
         let panel = options.panel_height.clamp(120, super::raster::LARGEST_SIDE) as f32;
         let height = (2.0 * panel * joints.len() as f32) as u32;
@@ -79,9 +79,9 @@ impl Drawing {
         let unit = clip.scene.metadata.metres_per_unit.and_then(unit);
         let in_units = unit.map_or("file units", Unit::as_str);
         let length = unit.map_or(String::new(), |unit| format!(" {}", unit.as_str()));
-        for (index, &&joint) in joints.iter().enumerate() {
+        for (index, (&joint, track)) in joints.iter().zip(tracks(clip, &joints)).enumerate() {
             let node = &clip.scene.nodes[joint.index()];
-            let (position, rotation) = curves(clip, joint);
+            let (position, rotation) = curves(clip, joint, track);
             let top = 2.0 * panel * index as f32;
             let heading = format!("{}, {}: position in the world [{in_units}]", node.name, clip.name);
             paint_panel(
@@ -106,25 +106,38 @@ impl Drawing {
     }
 }
 
-/// Position and rotation at every tick.
-fn curves(clip: &Clip<'_>, joint: NodeId) -> (Vec<Curve>, Vec<Curve>) {
-    let mut positions = vec![Vec::new(); 3];
-    let mut rotations = Vec::new();
+/// Position in the world and rotation to the parent of one joint, a value per tick.
+#[derive(Clone, Default)]
+struct Track {
+    positions: [Vec<f64>; 3],
+    rotations: Vec<Quat>,
+}
+
+/// The tracks of these joints, each tick posed once for all of them.
+fn tracks(clip: &Clip<'_>, joints: &[NodeId]) -> Vec<Track> {
+    let mut tracks = vec![Track::default(); joints.len()];
     let mut pose = Pose::rest(clip.scene);
     let binding = clip.animation().map(|animation| Binding::new(clip.scene, animation));
     for tick in 0..clip.frames().max(1) {
         if let (Some(binding), Some(animation)) = (&binding, clip.animation()) {
             pose.sample(binding, animation, tick as f64);
         }
-        for (axis, value) in pose.position(joint).to_array().into_iter().enumerate() {
-            positions[axis].push(f64::from(value));
+        for (track, &joint) in tracks.iter_mut().zip(joints) {
+            for (values, value) in track.positions.iter_mut().zip(pose.position(joint).to_array()) {
+                values.push(f64::from(value));
+            }
+            let (_, rotation, _) = pose.node_to_parent[joint.index()].to_scale_rotation_translation();
+            track.rotations.push(rotation);
         }
-        let (_, rotation, _) = pose.node_to_parent[joint.index()].to_scale_rotation_translation();
-        rotations.push(rotation);
     }
+    tracks
+}
+
+/// The curves of a joint: position and rotation.
+fn curves(clip: &Clip<'_>, joint: NodeId, track: Track) -> (Vec<Curve>, Vec<Curve>) {
     let order = euler::order_of(&clip.scene.nodes[joint.index()]);
-    let angles = euler::unwrapped(&rotations, order);
-    let position = std::iter::zip(["X", "Y", "Z"], positions).enumerate();
+    let angles = euler::unwrapped(&track.rotations, order);
+    let position = std::iter::zip(["X", "Y", "Z"], track.positions).enumerate();
     let position = position.map(|(axis, (name, values))| Curve {
         name: name.to_owned(),
         color: theme::CURVES[axis],

@@ -1,6 +1,8 @@
 //! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
 //! `tools/markers` judges more, with kinematics of its own.
 
+use std::sync::OnceLock;
+
 use mocap::figure::Humanoid;
 use mocap::glam::Vec3;
 use mocap::scene::{Confidence, Topic};
@@ -33,6 +35,18 @@ fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
     Importer::new().markers("auto").read(text.as_bytes(), "take.trc")
 }
 
+/// What is solved of the take as it is; solving is the longest part of a test.
+fn taken() -> &'static Scene {
+    static TAKEN: OnceLock<Scene> = OnceLock::new();
+    TAKEN.get_or_init(|| solved(|text| text).unwrap())
+}
+
+/// What is solved of the take with two labels exchanged in frames 10 to 19.
+fn taken_with_exchange() -> &'static Scene {
+    static TAKEN: OnceLock<Scene> = OnceLock::new();
+    TAKEN.get_or_init(|| solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap())
+}
+
 fn position(scene: &Scene, name: &str, frame: usize) -> Vec3 {
     let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
     let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
@@ -58,7 +72,7 @@ fn exchanged(text: &str, labels: [&str; 2], frames: std::ops::Range<usize>) -> S
 
 #[test]
 fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_named() {
-    let scene = solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap();
+    let scene = taken_with_exchange();
     let swap = scene
         .warnings
         .iter()
@@ -68,7 +82,7 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
         "{swap:?}"
     );
     // What a VRM avatar must have.
-    let found = Humanoid::of(&scene);
+    let found = Humanoid::of(scene);
     assert!(found.found, "{found:?}");
     let amc = mocap::import("fixtures/real/cmu_01_01.amc").unwrap();
     // AMC: inches times 0.45; its X is the laboratory's y.
@@ -116,7 +130,7 @@ fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
         };
         text.lines().enumerate().map(rename).collect::<Vec<_>>().join("\n")
     };
-    let (labelled, guessed) = (solved(|text| text).unwrap(), solved(unlabelled).unwrap());
+    let (labelled, guessed) = (taken(), solved(unlabelled).unwrap());
     let said = guessed
         .metadata
         .assumptions
@@ -127,7 +141,7 @@ fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
     assert_eq!(said.confidence, Some(Confidence::Likely));
     for bone in ["hips", "leftFoot", "rightLowerLeg", "leftHand", "rightLowerArm", "head"] {
         for frame in [0, FRAMES / 2, FRAMES - 1] {
-            let off = position(&guessed, bone, frame).distance(position(&labelled, bone, frame));
+            let off = position(&guessed, bone, frame).distance(position(labelled, bone, frame));
             // Millimetres.
             assert!(off < 30.0, "{bone} in frame {frame}: {off}");
         }
@@ -136,7 +150,7 @@ fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
 
 #[test]
 fn the_report_has_markers_joints_and_swaps() {
-    let scene = solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap();
+    let scene = taken_with_exchange();
     let solved = scene.metadata.solved.as_ref().unwrap();
     assert_eq!(solved.swaps.len(), 1);
     assert_eq!((solved.swaps[0].first, solved.swaps[0].last), (10, 19));
@@ -207,9 +221,9 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
         let text = two_people(&trc());
         Importer::new().markers(markers).read(text.as_bytes(), "two.trc")
     };
-    let alone = solved(|text| text).unwrap();
+    let alone = taken();
     let bert = of("auto:bert").unwrap();
-    let beside = position(&bert, "hips", 0) - position(&alone, "hips", 0);
+    let beside = position(&bert, "hips", 0) - position(alone, "hips", 0);
     // Millimetres; numbers of the text have their digits.
     assert!(beside.distance(Vec3::X * 1500.0) < 1.0, "{beside}");
     let said = |scene: &Scene, words: &str| scene.warnings.iter().any(|warning| warning.message.contains(words));
@@ -233,7 +247,7 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
 
 #[test]
 fn a_unit_by_which_nobody_is_so_large_is_doubted() {
-    let alone = solved(|text| text).unwrap();
+    let alone = taken();
     // Numbers are millimetres.
     let doubted = solved(|text| text.replacen("\tmm\t", "\tm\t", 1)).unwrap();
     let warning = doubted
@@ -243,7 +257,7 @@ fn a_unit_by_which_nobody_is_so_large_is_doubted() {
         .unwrap();
     assert!(warning.message.ends_with("a unit of 0.001 m was taken"), "{warning}");
     assert_eq!(doubted.metadata.metres_per_unit, Some(0.001));
-    assert!(position(&doubted, "leftFoot", 9).distance(position(&alone, "leftFoot", 9)) < 0.01);
+    assert!(position(&doubted, "leftFoot", 9).distance(position(alone, "leftFoot", 9)) < 0.01);
 }
 
 #[test]

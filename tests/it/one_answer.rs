@@ -131,7 +131,10 @@ fn sides_at_rest(found: &DetectedContacts) -> Vec<[bool; 2]> {
 /// The contacts by which `retarget` and `robot` hold feet, and in which they measure how far these slide.
 #[test]
 fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
+    /// Files that are put on a robot too.
+    const WITH_ROBOT: usize = 3;
     let mut random = Sample::new();
+    let with_robot = random.some(FILES, WITH_ROBOT);
     for file in FILES {
         let hero = import("skeletons/human_default.gltf");
         let retargeting = Retargeting::new(part(&mut random, file), hero, RetargetingOptions::new()).unwrap();
@@ -149,8 +152,8 @@ fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
         let expected = held([Bone::LeftFoot, Bone::LeftToes]) + held([Bone::RightFoot, Bone::RightToes]);
         let feet = retargeting.clips()[0].report.body().unwrap().feet.unwrap();
         assert_eq!(feet.contact_frames, expected, "{file}");
-        // A robot takes a minute for a long motion.
-        if found.frames > 600 {
+        // A robot takes longest.
+        if !with_robot.contains(&file) {
             continue;
         }
         let robot = Importer::new()
