@@ -8,7 +8,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use super::database::Database;
-use super::features::{AHEAD, FEATURES, Root, set_ahead};
+use super::features::{AHEAD, FEATURES, Root, set_ahead, set_still, speed_of_hips};
 use super::lock::FootLock;
 use super::moves::{Frame, Moves};
 use super::steering::Steering;
@@ -32,6 +32,11 @@ const CORRECTED: f32 = 0.034;
 /// How far a figure is moved by a correction at most, as a part of its step, and turned, in radians a metre.
 const MOST_MOVED: f32 = 0.06;
 const MOST_TURNED: f32 = 0.4;
+
+/// A figure that is not to go farther than this is asked to stand: metres, on legs of [`LEG`](super::features::LEG).
+const STOPS_WITHIN: f32 = 0.1;
+/// The hips of a frame that stands are slower, in metres per second on such legs.
+const STANDS_BELOW: f32 = 0.1;
 
 /// The difference of what is shown from a frame, and its change per frame.
 type Difference = (Vec3, Vec3);
@@ -66,6 +71,8 @@ type Difference = (Vec3, Vec3);
 pub struct Controller {
     tree: FeatureTree,
     moves: Moves,
+    /// Whether a frame of the database stands.
+    can_stand: bool,
     pose: Pose,
     root: Root,
     /// The frame that plays, and the frames since the last jump.
@@ -123,6 +130,7 @@ impl Controller {
             differences: vec![(Vec3::ZERO, Vec3::ZERO); moves.nodes.len()],
             locks: [FootLock::default(), FootLock::default()],
             steering: Steering::new(forward),
+            can_stand: speed_of_hips(&moves.features[frame]) < STANDS_BELOW,
             tree,
             moves,
         };
@@ -235,6 +243,12 @@ impl Controller {
             let position = self.root.local(position - self.root.position) / self.moves.scale;
             let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
             set_ahead(&mut wanted, index, position, direction);
+        }
+        // The velocities of a figure that walks are nearest to those of others that walk: it would walk on.
+        let near = STOPS_WITHIN * self.moves.scale;
+        let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < near;
+        if self.can_stand && trajectory.positions.iter().all(stays) {
+            set_still(&mut wanted);
         }
         let query = self.tree.normalized(&wanted);
         let limit = match ends {

@@ -25,6 +25,9 @@ pub(super) const FEATURE_RATE: f64 = 60.0;
 pub(super) const LEG: f32 = 0.87;
 /// How far ahead the trajectory is looked at, in frames.
 pub(super) const AHEAD: [usize; 3] = [20, 40, 60];
+/// The velocities of feet and hips among the numbers, and where those of the hips begin.
+const VELOCITIES: std::ops::Range<usize> = 6..15;
+const HIPS_VELOCITY: usize = 12;
 /// Where the three positions and the three directions of the trajectory begin among the numbers.
 const POSITIONS: usize = 15;
 const DIRECTIONS: usize = 21;
@@ -123,6 +126,16 @@ impl Track {
 pub(super) fn set_ahead(features: &mut [f32; FEATURES], index: usize, position: Vec3, forward: Vec3) {
     features[POSITIONS + 2 * index..][..2].copy_from_slice(&[position.x, position.z]);
     features[DIRECTIONS + 2 * index..][..2].copy_from_slice(&[forward.x, forward.z]);
+}
+
+/// Takes the velocities of feet and hips away: the features of a figure that stands.
+pub(super) fn set_still(features: &mut [f32; FEATURES]) {
+    features[VELOCITIES].fill(0.0);
+}
+
+/// How fast the hips are.
+pub(super) fn speed_of_hips(features: &[f32; FEATURES]) -> f32 {
+    Vec3::from_slice(&features[HIPS_VELOCITY..]).length()
 }
 
 /// The features of the mirrored motion: left and right exchanged.

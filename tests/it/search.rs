@@ -326,18 +326,27 @@ fn metres(name: &str) -> Scene {
 
 /// The walk and its mirror image on the dancer's skeleton.
 fn matched() -> (Database, Moves, Scene) {
-    let walk = import(WALK);
-    let database = Database::new(IndexedClip::of(&walk, WALK, true));
+    matched_of(&[WALK])
+}
+
+/// These motions and their mirror images on the dancer's skeleton, which has the first.
+fn matched_of(files: &[&str]) -> (Database, Moves, Scene) {
     let mut hero = metres("rokoko_dance.bvh");
-    let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())
-        .unwrap()
-        .into_clips();
     let mut moves = Moves::new(&hero).unwrap();
-    for clip in database.clips() {
-        moves.add(clip, &clips[0].animation).unwrap();
+    let (mut indexed, mut animations) = (Vec::new(), Vec::new());
+    for file in files {
+        let scene = import(file);
+        let of_file = IndexedClip::of(&scene, file, true);
+        let retargeting = Retargeting::new(scene, hero.clone(), RetargetingOptions::new()).unwrap();
+        let animation = retargeting.into_clips().remove(0).animation;
+        for clip in &of_file {
+            moves.add(clip, &animation).unwrap();
+        }
+        indexed.extend(of_file);
+        animations.push(animation);
     }
-    hero.animations = vec![clips[0].animation.clone()];
-    (database, moves, hero)
+    hero.animations = vec![animations.remove(0)];
+    (Database::new(indexed), moves, hero)
 }
 
 /// How far any joint goes at most in a sixtieth of a second.
@@ -512,6 +521,35 @@ fn a_figure_does_what_a_gamepad_asks_for() {
         figure.update(&far);
     }
     assert!(figure.pose().node_to_world.iter().all(Mat4::is_finite));
+}
+
+/// A walk has no frame that stands; the man who jumps stands before and after.
+#[test]
+fn a_figure_that_is_let_go_stops() {
+    let (database, moves, _) = matched_of(&[WALK, "mocopi_jump_six_channels.bvh"]);
+    // From other frames of its step each time.
+    for frames in [150, 161, 172, 183, 194] {
+        let mut figure = Controller::new(&database, moves.clone(), Vec3::ZERO, Vec3::Z).unwrap();
+        for _ in 0..frames {
+            figure.steer(Vec2::new(0.0, 1.2), Vec2::ZERO);
+        }
+        let let_go = figure.position();
+        assert!(let_go.z > 1.5, "{let_go}");
+        let mut stands_since = 0;
+        for frame in 0..300 {
+            let before = figure.position();
+            figure.steer(Vec2::ZERO, Vec2::ZERO);
+            // Five centimetres a second.
+            if before.distance(figure.position()) > 0.05 / 60.0 {
+                stands_since = frame + 1;
+            }
+        }
+        let gone = let_go.distance(figure.position());
+        assert!(
+            stands_since <= 90 && gone < 0.6,
+            "after {frames}: {stands_since}, {gone}"
+        );
+    }
 }
 
 #[test]
