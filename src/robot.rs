@@ -40,7 +40,7 @@ mod retargeter;
 mod smooth_stream;
 mod sole;
 mod solver;
-mod source_turns;
+mod source_rotations;
 mod speed;
 mod terms;
 mod torques;

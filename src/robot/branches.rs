@@ -42,7 +42,7 @@ const RATE: f64 = 30.0;
 /// An arm or a leg: what it follows, and the positions of its joints.
 #[derive(Clone, Debug)]
 struct Limb {
-    turns: Vec<usize>,
+    rotations: Vec<usize>,
     /// The body of a leg's foot, whose places are followed too.
     foot: Option<usize>,
     positions: Vec<usize>,
@@ -104,14 +104,14 @@ impl Limb {
     fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3]) -> Self {
         let found = twin.bones.iter().enumerate();
         let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
-        let turns: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
+        let rotations: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
         let mut used = vec![false; kinematics.bodies.len() - 1];
         for joint in found.clone().flat_map(|(_, bone)| &bone.joints) {
             used[kinematics.body_of(*joint).0 - 1] = true;
         }
         let mut feet = found.filter(|(_, bone)| bone.bone.on(Side::Left) == Bone::LeftFoot);
         Self {
-            turns,
+            rotations,
             foot: feet.next().map(|(_, bone)| kinematics.body_of(bone.link).0),
             positions: (0..used.len()).filter(|position| used[*position]).collect(),
             solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
@@ -194,7 +194,11 @@ impl Limb {
     fn own(&self, goals: &Goals) -> Goals {
         let reaches = goals.reaches.iter().filter(|reach| self.foot == Some(reach.body));
         Goals {
-            turns: self.turns.iter().map(|turn| goals.turns[*turn].clone()).collect(),
+            rotations: self
+                .rotations
+                .iter()
+                .map(|turn| goals.rotations[*turn].clone())
+                .collect(),
             reaches: reaches.cloned().collect(),
         }
     }
@@ -274,7 +278,7 @@ impl Follow<'_> {
 
 /// How far a pose is from goals, in squares of radians by their weights.
 fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
-    let turns = goals.turns.iter().map(|turn| {
+    let rotations = goals.rotations.iter().map(|turn| {
         let rotation = pose.bodies[turn.body].rotation;
         let apart = rotation_vector(turn.target * rotation.inverse());
         let along = (rotation * turn.weight_axes).inverse() * apart;
@@ -284,7 +288,7 @@ fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
         let apart = reach.target - pose.bodies[reach.body].point(reach.point);
         (reach.weight.min(DVec3::splat(PLACE)) * apart * apart).element_sum()
     });
-    turns.sum::<f64>() + places.sum::<f64>()
+    rotations.sum::<f64>() + places.sum::<f64>()
 }
 
 /// The worst frames of a limb, where it is far off for a while.
@@ -397,7 +401,7 @@ mod tests {
         kinematics.update(&mut wanted);
         let mut goals = super::super::following::Following::new(&robot, &kinematics, &twin).goals;
         goals
-            .turns
+            .rotations
             .iter_mut()
             .for_each(|turn| turn.target = wanted.bodies[turn.body].rotation);
         for reach in &mut goals.reaches {

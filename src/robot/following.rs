@@ -4,7 +4,7 @@ use glam::{DQuat, DVec2, DVec3, Quat};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
-use super::terms::{Goals, Reach, Turn};
+use super::terms::{Goals, Reach, RotationGoal};
 use super::twin::{Twin, TwinBone};
 use crate::math::quaternion::rotation_vector;
 use crate::pose::Pose;
@@ -20,7 +20,7 @@ const TRUNK: f64 = 1.0;
 const HAND: f64 = 0.2;
 const HEAD: f64 = 0.3;
 const FOOT_TURN: f64 = 0.3;
-/// How many times as much the turn of a foot counts that stands, less 1.
+/// How many times as much the rotation of a foot counts that stands, less 1.
 const STANDING: f64 = 12.0;
 const FOOT_PLACE: f64 = 10_000.0;
 const HIPS_PLACE: f64 = 9.0;
@@ -35,7 +35,7 @@ const NEARING: f64 = 0.08;
 const FIXED: f64 = 1e7;
 
 /// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
-/// the interval is halved in which the turn is looked for.
+/// the interval is halved in which the rotation is looked for.
 const RAISED: f64 = 0.02;
 const HALVINGS: usize = 12;
 
@@ -69,7 +69,7 @@ struct Reached {
     node: NodeId,
     /// The joint, in the frame of the body.
     point: DVec3,
-    /// Of an ankle: the turn of its foot, and the sole in the frame of the foot's body.
+    /// Of an ankle: the rotation of its foot, and the sole in the frame of the foot's body.
     foot: Option<(usize, Vec<SoleBall>, Side)>,
 }
 
@@ -95,31 +95,31 @@ pub(super) struct Stand {
 #[derive(Clone, Debug)]
 pub(super) struct Following {
     pub(super) goals: Goals,
-    /// For each turn of the goals, whose it is; for each reach, its node.
-    turns: Vec<Follower>,
+    /// For each rotation of the goals, whose it is; for each reach, its node.
+    rotations: Vec<Follower>,
     reaches: Vec<Reached>,
     figure_to_world: DQuat,
     /// Of a robot without legs, whose base stays: where that stands.
     pub(super) stand: Option<Placement>,
-    /// Where its source faces, as a turn about the up axis.
+    /// Where its source faces, as a rotation about the up axis.
     pub(super) heading: DQuat,
 }
 
 impl Following {
     pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
         let mut goals = Goals::default();
-        let (mut turns, mut reaches) = (Vec::new(), Vec::new());
+        let (mut rotations, mut reaches) = (Vec::new(), Vec::new());
         for bone in &twin.bones {
             let (body, transform) = kinematics.body_of(bone.link);
             let body_to_frame = (bone.link_to_frame * transform.rotation.inverse()).normalize();
             let weights = weights(twin, bone, robot);
-            goals.turns.push(Turn {
+            goals.rotations.push(RotationGoal {
                 body,
                 weight_axes: body_to_frame.inverse(),
                 weights,
                 target: DQuat::IDENTITY,
             });
-            turns.push(Follower {
+            rotations.push(Follower {
                 node: bone.node,
                 body_to_frame,
                 weights,
@@ -149,7 +149,7 @@ impl Following {
                         centre: transform.point(ball.centre),
                         ..*ball
                     });
-                    (turns.len() - 1, balls.collect(), side)
+                    (rotations.len() - 1, balls.collect(), side)
                 }),
             });
         }
@@ -166,7 +166,7 @@ impl Following {
         }
         Self {
             goals,
-            turns,
+            rotations,
             reaches,
             figure_to_world: twin.figure_to_world,
             stand: (!twin.has_legs).then(|| stand(robot)),
@@ -180,17 +180,17 @@ impl Following {
         if self.stand.is_some()
             && let Some((turn, reach)) = self.hips_places()
         {
-            self.goals.turns[turn].weights = DVec3::splat(FIXED);
+            self.goals.rotations[turn].weights = DVec3::splat(FIXED);
             self.goals.reaches[reach].weight = DVec3::splat(FIXED);
         }
         self
     }
 
-    /// The goals of the hips: the turn and the reach.
+    /// The goals of the hips: the rotation and the reach.
     fn hips_places(&self) -> Option<(usize, usize)> {
         let reach = self.reaches.iter().position(|reached| reached.foot.is_none())?;
         let turn = self
-            .turns
+            .rotations
             .iter()
             .position(|turn| turn.node == self.reaches[reach].node)?;
         Some((turn, reach))
@@ -202,9 +202,9 @@ impl Following {
     }
 
     /// The goals of the hips.
-    pub(super) fn hips(&self) -> Option<(&Turn, &Reach)> {
+    pub(super) fn hips(&self) -> Option<(&RotationGoal, &Reach)> {
         let (turn, reach) = self.hips_places()?;
-        Some((&self.goals.turns[turn], &self.goals.reaches[reach]))
+        Some((&self.goals.rotations[turn], &self.goals.reaches[reach]))
     }
 
     /// The heights of the lowest points of both soles, by the goals.
@@ -213,7 +213,7 @@ impl Following {
             let Some((ankle, turn, sole)) = self.ankle(side) else {
                 return f64::INFINITY;
             };
-            let (rotation, ankle) = (self.goals.turns[turn].target, &self.goals.reaches[ankle]);
+            let (rotation, ankle) = (self.goals.rotations[turn].target, &self.goals.reaches[ankle]);
             let heights = sole
                 .iter()
                 .map(|ball| ankle.target.z + (rotation * (ball.centre - ankle.point)).z - ball.radius);
@@ -225,7 +225,7 @@ impl Following {
     pub(super) fn aim(&mut self, twin: &Pose, drop: f64) {
         self.face(twin);
         let to_world = self.heading.inverse() * self.figure_to_world;
-        for (turn, follower) in self.goals.turns.iter_mut().zip(&self.turns) {
+        for (turn, follower) in self.goals.rotations.iter_mut().zip(&self.rotations) {
             let matrix = &twin.node_to_world[follower.node.index()];
             let frame = Quat::from_mat4(matrix).as_dquat().normalize();
             turn.target = (to_world * frame * follower.body_to_frame).normalize();
@@ -242,9 +242,9 @@ impl Following {
             };
             // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the
             // rest.
-            let goal = &mut self.goals.turns[*turn];
+            let goal = &mut self.goals.rotations[*turn];
             let tilted = goal.target;
-            let upright = tilted * self.turns[*turn].body_to_frame.inverse() * DVec3::Y;
+            let upright = tilted * self.rotations[*turn].body_to_frame.inverse() * DVec3::Y;
             let flat = DQuat::from_rotation_arc(upright.normalize(), DVec3::Z) * tilted;
             let most = reach.target.z + RAISED;
             if depth(tilted) > most {
@@ -261,7 +261,7 @@ impl Following {
             reach.target.z = reach.target.z.max(depth(goal.target));
         }
         if let (Some(stand), Some((turn, reach))) = (&self.stand, self.hips_places()) {
-            self.goals.turns[turn].target = stand.rotation;
+            self.goals.rotations[turn].target = stand.rotation;
             let reach = &mut self.goals.reaches[reach];
             reach.target = stand.point(reach.point);
         }
@@ -273,7 +273,7 @@ impl Following {
         let Some((turn, _)) = self.hips_places().filter(|_| self.stand.is_some()) else {
             return;
         };
-        let hips = Quat::from_mat4(&twin.node_to_world[self.turns[turn].node.index()]).as_dquat();
+        let hips = Quat::from_mat4(&twin.node_to_world[self.rotations[turn].node.index()]).as_dquat();
         let [from, to] = [DVec3::Z, hips * DVec3::Z].map(|up| self.figure_to_world * up);
         if to.truncate().length() > LYING {
             self.heading = DQuat::from_rotation_z(from.truncate().angle_to(to.truncate()));
@@ -294,7 +294,7 @@ impl Following {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
         };
-        let (rotation, twin) = (self.goals.turns[turn].target, self.goals.reaches[ankle].target);
+        let (rotation, twin) = (self.goals.rotations[turn].target, self.goals.reaches[ankle].target);
         let offset = |ball: usize| rotation * (sole[ball].centre - self.reaches[ankle].point);
         let height = |ball: usize| twin.z + offset(ball).z - sole[ball].radius;
         let height = (0..sole.len()).map(height).fold(f64::INFINITY, f64::min);
@@ -325,7 +325,7 @@ impl Following {
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
         (stand.twin, stand.height) = (twin, height);
-        self.goals.turns[turn].weights = self.turns[turn].weights * (1.0 + STANDING * stand.grip);
+        self.goals.rotations[turn].weights = self.rotations[turn].weights * (1.0 + STANDING * stand.grip);
         let goal = &mut self.goals.reaches[ankle];
         goal.target += stand.shift;
         goal.weight = FOOT_PLACE - held.weight;
@@ -334,8 +334,8 @@ impl Following {
 
     /// How far thighs and upper arms are rolled about themselves against the source in a pose, in radians: the mean.
     pub(super) fn roll(&self, goals: &Goals, pose: &RobotPose) -> Option<f64> {
-        let turns = goals.turns.iter().zip(&self.turns);
-        let rolls = turns.filter_map(|(turn, follower)| {
+        let rotations = goals.rotations.iter().zip(&self.rotations);
+        let rolls = rotations.filter_map(|(turn, follower)| {
             let rotation = pose.bodies[turn.body].rotation;
             let along = rotation * turn.weight_axes * follower.along?;
             let apart = rotation_vector(turn.target * rotation.inverse());
@@ -348,8 +348,8 @@ impl Following {
     /// Whether the hips lie rather than stand.
     pub(super) fn is_lying(&self, goals: &Goals) -> bool {
         let hips = self.hips().and_then(|(turn, _)| {
-            let index = goals.turns.iter().position(|other| other.body == turn.body)?;
-            Some(goals.turns[index].target * self.turns[index].body_to_frame.inverse() * DVec3::Y)
+            let index = goals.rotations.iter().position(|other| other.body == turn.body)?;
+            Some(goals.rotations[index].target * self.rotations[index].body_to_frame.inverse() * DVec3::Y)
         });
         hips.is_some_and(|up| up.z < LYING)
     }
@@ -398,7 +398,7 @@ impl Following {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
         };
-        let foot = &pose.bodies[self.goals.turns[turn].body];
+        let foot = &pose.bodies[self.goals.rotations[turn].body];
         stand.points.clear();
         stand.points.extend(sole.iter().map(|ball| foot.point(ball.centre)));
         if stand.ball.is_some() {
@@ -427,7 +427,7 @@ pub(super) fn returned(fps: f64) -> f64 {
     (-1.0 / (RETURN * fps)).exp()
 }
 
-/// Squares of the weights of a bone's turn about left, up and forward of the figure in the T-pose.
+/// Squares of the weights of a bone's rotation about left, up and forward of the figure in the T-pose.
 fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
     match bone.bone.on(Side::Left) {
         Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, TWIST, DIRECTION),

@@ -1,7 +1,7 @@
 //! What a stream gave in the last seconds, which its report is of.
 
 use super::motion::RobotMotion;
-use super::source_turns::SourceTurns;
+use super::source_rotations::SourceRotations;
 use super::terms::Goals;
 use crate::math::quaternion::in_hemisphere_of;
 use crate::pose::{Pose, Trs};
@@ -19,13 +19,13 @@ pub(super) struct Given {
     pub(super) motion: RobotMotion,
     pub(super) goals: Vec<Goals>,
     /// Those of frames that are still to be given too.
-    pub(super) turns: SourceTurns,
+    pub(super) rotations: SourceRotations,
     poses: Vec<Vec<Trs>>,
     most: usize,
 }
 
 impl Given {
-    pub(super) fn new(source: &Scene, motion: RobotMotion, turns: SourceTurns) -> Self {
+    pub(super) fn new(source: &Scene, motion: RobotMotion, rotations: SourceRotations) -> Self {
         Self {
             skeleton: Scene {
                 nodes: source.nodes.clone(),
@@ -35,14 +35,14 @@ impl Given {
             most: ((SECONDS * motion.fps) as usize).clamp(1, FRAMES),
             motion,
             goals: Vec::new(),
-            turns,
+            rotations,
             poses: Vec::new(),
         }
     }
 
     /// Takes a pose of the source whose frame is still to be given.
     pub(super) fn push(&mut self, source: &Pose) {
-        self.turns.push(source);
+        self.rotations.push(source);
         let nodes = source.node_to_parent.iter();
         self.poses.push(nodes.map(|node| Trs::from_matrix(*node)).collect());
     }
@@ -56,7 +56,7 @@ impl Given {
         let count = self.motion.frames().saturating_sub(self.most);
         self.motion.forget(count);
         self.goals.drain(..count);
-        self.turns.forget(count);
+        self.rotations.forget(count);
         self.poses.drain(..count);
         count
     }
@@ -110,7 +110,7 @@ mod tests {
         };
         let mut empty = frame(0.0);
         empty.forget(1);
-        let mut given = Given::new(&scene, empty, SourceTurns::empty(&Humanoid::of(&scene)));
+        let mut given = Given::new(&scene, empty, SourceRotations::empty(&Humanoid::of(&scene)));
         let mut pose = Pose::rest(&scene);
         for at in 0..400_u16 {
             pose.node_to_parent[0].w_axis.x = f32::from(at);

@@ -18,7 +18,7 @@ use super::measure::Measured;
 use super::motion::{RobotMotion, rate};
 use super::report::{self, RobotReport, Seen};
 use super::solver::{Bounds, Solver};
-use super::source_turns::SourceTurns;
+use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
@@ -183,8 +183,8 @@ impl RobotRetargeter {
             self.branches.choose(&self.kinematics, &free, &mut motion);
         }
         self.fingers.apply(&self.kinematics, source, animation, &mut motion);
-        let turns = SourceTurns::new(source, animation, &self.source_bones);
-        let steps = Steps::new(&self.kinematics, &self.twin, &goals, turns, motion.fps);
+        let rotations = SourceRotations::new(source, animation, &self.source_bones);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
         if self.options.passes < 2 {
             return Ok(self.judged(source, animation, motion, &goals, &steps));
         }

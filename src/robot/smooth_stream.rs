@@ -9,7 +9,7 @@ use super::measure::LIFT;
 use super::motion::RobotMotion;
 use super::report::RobotReport;
 use super::retargeter::{Followed, RobotRetargeter, continued};
-use super::source_turns::SourceTurns;
+use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::Goals;
 use super::window::Bound;
@@ -94,7 +94,7 @@ pub struct SmoothRobotStream {
 #[derive(Clone, Debug)]
 struct Recent {
     goals: Vec<Goals>,
-    turns: SourceTurns,
+    rotations: SourceRotations,
     /// As the first pass made them, and as they are.
     first: RobotMotion,
     motion: RobotMotion,
@@ -124,10 +124,10 @@ impl RobotRetargeter {
                 .unwrap_or_default(),
             ..RobotMotion::default()
         };
-        let turns = SourceTurns::empty(&self.source_bones);
+        let rotations = SourceRotations::empty(&self.source_bones);
         Ok(SmoothRobotStream {
             fps,
-            given: Given::new(source, empty.clone(), turns.clone()),
+            given: Given::new(source, empty.clone(), rotations.clone()),
             looked: 0,
             window: if self.options.passes < 2 { 0 } else { frames(WINDOW) },
             ahead: frames(AHEAD),
@@ -142,7 +142,7 @@ impl RobotRetargeter {
             },
             recent: Recent {
                 goals: Vec::new(),
-                turns,
+                rotations,
                 motion: empty.clone(),
                 first: empty,
                 given: 0,
@@ -169,7 +169,7 @@ impl SmoothRobotStream {
         let fingers = self.retargeter.fingers.wanted(source);
         self.waiting.push_back((self.twin.clone(), fingers));
         self.feet.push(source);
-        self.recent.turns.push(source);
+        self.recent.rotations.push(source);
         self.given.push(source);
         if self.waiting.len() <= self.ahead {
             return None;
@@ -202,7 +202,7 @@ impl SmoothRobotStream {
         let Given {
             motion,
             goals,
-            turns,
+            rotations,
             skeleton,
             ..
         } = &self.given;
@@ -211,7 +211,7 @@ impl SmoothRobotStream {
         }
         let retargeter = &self.retargeter;
         let (kinematics, twin) = (&retargeter.kinematics, &retargeter.twin);
-        let steps = Steps::new(kinematics, twin, goals, turns.clone(), self.fps);
+        let steps = Steps::new(kinematics, twin, goals, rotations.clone(), self.fps);
         let source = self.given.source();
         let (_, mut report) = retargeter.judged(skeleton, &source, motion.clone(), goals, &steps);
         report.passes = if self.window == 0 { 1 } else { 2 };
@@ -312,7 +312,7 @@ impl SmoothRobotStream {
             &retargeter.kinematics,
             &retargeter.twin,
             &goals,
-            recent.turns.clone(),
+            recent.rotations.clone(),
             self.fps,
         );
         let limits = retargeter.limits();
@@ -365,7 +365,7 @@ impl SmoothRobotStream {
         let count = recent.given.saturating_sub(kept);
         recent.given -= count;
         recent.goals.drain(..count);
-        recent.turns.forget(count);
+        recent.rotations.forget(count);
         recent.first.forget(count);
         recent.motion.forget(count);
     }

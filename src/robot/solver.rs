@@ -13,10 +13,10 @@ use super::terms::{Goals, ROOT, Terms};
 use crate::math::cholesky;
 use crate::scene::robot::Placement;
 
-/// How much a joint is held where it was in the frame before, against a turn of a link by the same angle.
+/// How much a joint is held where it was in the frame before, against a rotation of a link by the same angle.
 const HOLD: f64 = 4e-4;
 
-/// The largest turn of a joint in a step, in radians.
+/// The largest rotation of a joint in a step, in radians.
 const LARGEST_STEP: f64 = 0.6;
 
 /// A step below this, in radians or metres, is the last.
@@ -163,7 +163,7 @@ pub(super) fn moved(root: &Placement, step: [f64; ROOT]) -> Placement {
 
 #[cfg(test)]
 mod tests {
-    use super::super::terms::Turn;
+    use super::super::terms::RotationGoal;
     use super::*;
     use crate::scene::robot::{JointKind, Mimic, Robot, RobotJoint, RobotLink};
 
@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a turn of 0.9 the first makes
+    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a rotation of 0.9 the first makes
     /// 0.3.
     #[test]
     fn a_follower_shares_the_turn_of_its_leader() {
@@ -206,14 +206,14 @@ mod tests {
             ..Robot::default()
         };
         let kinematics = Kinematics::new(&robot);
-        let turn = |body, target, weight| Turn {
+        let turn = |body, target, weight| RotationGoal {
             body,
             weight_axes: DQuat::IDENTITY,
             weights: DVec3::splat(weight),
             target,
         };
         let goals = Goals {
-            turns: vec![
+            rotations: vec![
                 turn(0, DQuat::IDENTITY, 1e6),
                 turn(2, DQuat::from_axis_angle(DVec3::Z, 0.9), 1.0),
             ],

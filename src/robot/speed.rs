@@ -2,7 +2,7 @@
 
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use super::source_turns::{LIMBS, SourceTurns, limb};
+use super::source_rotations::{LIMBS, SourceRotations, limb};
 use super::terms::Goals;
 use super::twin::Twin;
 use crate::math::quaternion::rotation_vector;
@@ -26,13 +26,19 @@ pub(super) struct Steps {
     by_file: Vec<f64>,
     /// For each frame and each limb how far it turns in the source since the frame before, in radians.
     turned: Vec<[f64; LIMBS]>,
-    source: SourceTurns,
+    source: SourceRotations,
     /// How far a joint may go in a frame whatever the source does.
     free: f64,
 }
 
 impl Steps {
-    pub(super) fn new(kinematics: &Kinematics, twin: &Twin, goals: &[Goals], source: SourceTurns, fps: f64) -> Self {
+    pub(super) fn new(
+        kinematics: &Kinematics,
+        twin: &Twin,
+        goals: &[Goals],
+        source: SourceRotations,
+        fps: f64,
+    ) -> Self {
         let mut limb_of = vec![0; kinematics.bodies.len() - 1];
         for bone in &twin.bones {
             for &joint in &bone.joints {
@@ -153,8 +159,8 @@ fn turned(twin: &Twin, goals: &[Goals]) -> Vec<[f64; LIMBS]> {
     for (frame, pair) in goals.windows(2).enumerate() {
         for (index, bone) in twin.bones.iter().enumerate() {
             let rotation = |goals: &Goals| {
-                let own = goals.turns[index].target;
-                parents[index].map_or(own, |parent| goals.turns[parent].target.inverse() * own)
+                let own = goals.rotations[index].target;
+                parents[index].map_or(own, |parent| goals.rotations[parent].target.inverse() * own)
             };
             let turn = rotation_vector(rotation(&pair[1]) * rotation(&pair[0]).inverse()).length();
             let most: &mut f64 = &mut found[frame + 1][limb(bone.bone)];

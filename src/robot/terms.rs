@@ -14,7 +14,7 @@ const DAMPING: f64 = 1e-9;
 
 /// How a link should be turned.
 #[derive(Clone, Debug)]
-pub(super) struct Turn {
+pub(super) struct RotationGoal {
     pub(super) body: usize,
     /// The axes of the weights, in the frame of the body.
     pub(super) weight_axes: DQuat,
@@ -37,7 +37,7 @@ pub(super) struct Reach {
 /// What a pose should be.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Goals {
-    pub(super) turns: Vec<Turn>,
+    pub(super) rotations: Vec<RotationGoal>,
     pub(super) reaches: Vec<Reach>,
 }
 
@@ -62,7 +62,7 @@ impl Terms {
     /// Of the joints that turn the bodies of `goals`.
     pub(super) fn new(kinematics: &Kinematics, goals: &Goals) -> Self {
         let mut used = vec![false; kinematics.bodies.len() - 1];
-        let bodies = goals.turns.iter().map(|turn| turn.body);
+        let bodies = goals.rotations.iter().map(|goal| goal.body);
         for body in bodies.chain(goals.reaches.iter().map(|reach| reach.body)) {
             for &joint in &kinematics.bodies[body].chain {
                 used[joint - 1] = true;
@@ -112,12 +112,12 @@ impl Terms {
         for index in 0..size {
             self.normal[index * size + index] = DAMPING;
         }
-        for turn in &goals.turns {
-            let transform = &pose.bodies[turn.body];
-            let axes = DMat3::from_quat(transform.rotation * turn.weight_axes);
-            let weights = axes * DMat3::from_diagonal(turn.weights) * axes.transpose();
-            let error = rotation_vector(turn.target * transform.rotation.inverse());
-            self.collect(kinematics, pose, turn.body, transform.translation);
+        for goal in &goals.rotations {
+            let transform = &pose.bodies[goal.body];
+            let axes = DMat3::from_quat(transform.rotation * goal.weight_axes);
+            let weights = axes * DMat3::from_diagonal(goal.weights) * axes.transpose();
+            let error = rotation_vector(goal.target * transform.rotation.inverse());
+            self.collect(kinematics, pose, goal.body, transform.translation);
             self.add(weights, error, |(_, angular, _)| *angular);
         }
         for reach in goals.reaches.iter().filter(|reach| reach.weight != DVec3::ZERO) {

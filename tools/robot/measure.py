@@ -42,7 +42,7 @@ def limb_of(joint):
     return f"{side} {'leg' if any(word in joint for word in ('hip', 'knee', 'ankle')) else 'arm'}"
 
 
-def source_turns(folder, mocap, window):
+def source_rotations(folder, mocap, window):
     """How far the joints of each limb of the source turn in a window of frames, in radians: the largest of each limb."""
     arrays = np.load(folder / "source.npz")
     names = list(arrays["names"])
@@ -105,7 +105,7 @@ def measured(judge, mocap, motion, folder, options, simulated=None):
     below, deepest, skate = judge.feet(places, rotations, written["contacts"], fps)
     angles = judge.limbs(rotations, source_joints(mocap, motion, folder))
     window = max(1, round(fps * WINDOW))
-    share, who = jumps(written, source_turns(folder, mocap, window), window)
+    share, who = jumps(written, source_rotations(folder, mocap, window), window)
     limits = velocity_limits(judge.urdf)
     speed = np.abs(np.diff(positions, axis=0)) * fps
     names = [str(name) for name in written["dof_names"]]

@@ -1,4 +1,4 @@
-//! How far joints of the source turn, each by itself: what explains that joints of the robot turn.
+//! How far joints of the source rotate, each by itself: what explains that joints of the robot turn.
 //!
 //! The bones that the robot follows may stand for several joints of the source, whose rotations add up, and they have
 //! a roll that was made for the robot. So a jump is judged by the file itself.
@@ -39,12 +39,12 @@ const BONES: [Bone; 20] = [
 
 /// The rotations of the joints in each frame.
 #[derive(Clone, Debug)]
-pub(super) struct SourceTurns {
+pub(super) struct SourceRotations {
     /// Each bone, its joint, and the rotation of that to its parent in each frame; that of the hips to the world.
     tracks: Vec<(Bone, NodeId, Vec<Quat>)>,
 }
 
-impl SourceTurns {
+impl SourceRotations {
     /// Those of no frame yet.
     pub(super) fn empty(bones: &Humanoid) -> Self {
         let joints = BONES
@@ -56,14 +56,14 @@ impl SourceTurns {
     }
 
     pub(super) fn new(source: &Scene, animation: &Animation, bones: &Humanoid) -> Self {
-        let mut turns = Self::empty(bones);
+        let mut rotations = Self::empty(bones);
         let binding = Binding::new(source, animation);
         let mut pose = Pose::rest(source);
         for frame in 0..animation.frame_count() {
             pose.sample(&binding, animation, frame as f64);
-            turns.push(&pose);
+            rotations.push(&pose);
         }
-        turns
+        rotations
     }
 
     /// Adds a frame.
