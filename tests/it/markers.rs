@@ -99,7 +99,7 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
         let mut off: Vec<f32> = (0..FRAMES)
             .step_by(3)
             .map(|frame| {
-                let own = position(&scene, ours, frame);
+                let own = position(scene, ours, frame);
                 let own = Vec3::new(-own.z, own.y, own.x);
                 own.distance(position(&amc, theirs, frame * EVERY) * millimetres)
             })
