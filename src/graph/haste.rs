@@ -40,12 +40,12 @@ impl Network<'_> {
             let over_ground = alignment.apply(to.truncate());
             from.lerp(over_ground.extend(to.z), smooth(step as f64 / blend as f64))
         };
-        let speeds = (0..points).flat_map(|point| {
+        let beyond = |point: usize| {
             let places: Vec<DVec3> = (0..=blend).map(|step| blended(step, point)).collect();
-            let speeds: Vec<f64> = places.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
-            speeds
-        });
-        let beyond = speeds.filter(|speed| *speed > fast).count();
+            let is_fast = |pair: &&[DVec3]| pair[0].distance(pair[1]) > fast;
+            places.windows(2).filter(is_fast).count()
+        };
+        let beyond: usize = (0..points).map(beyond).sum();
         beyond as f64 / (points * blend) as f64 / FAST
     }
 

@@ -93,19 +93,18 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The second window of a pair with a window: so many frames after it at least.
-    fn apart(&self) -> usize {
-        if self.is_same { self.window.frames() } else { 0 }
+    /// The first window that may be the second of a pair with this one: within one clip, the first that does not
+    /// overlap it.
+    fn least(&self, row: usize) -> usize {
+        if self.is_same { row + self.window.frames() } else { 0 }
     }
 
     /// The rectangle around those pairs of windows of two blocks that are near each other.
     fn around(&self, first: Block, second: Block, bits: [u8; LANES]) -> Option<Rectangle> {
         let cells = (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column)));
         let near = cells.filter(|(row, column)| bits[*row] >> column & 1 == 1);
-        let mut near = near.map(|(row, column)| [first.start + row, second.start + column]);
-        let mut near = near
-            .by_ref()
-            .filter(|[row, column]| !self.is_same || *column >= row + self.apart());
+        let near = near.map(|(row, column)| [first.start + row, second.start + column]);
+        let mut near = near.filter(|[row, column]| *column >= self.least(*row));
         let [row, column] = near.next()?;
         let begin = [row..row + 1, column..column + 1];
         Some(near.fold(begin, |[rows, columns], [row, column]| {
@@ -129,8 +128,7 @@ impl Pair<'_> {
         let at = |row: usize, column: usize| distances[(row - above.start) * beside.len() + column - beside.start];
         let mut found = Vec::new();
         for row in rows {
-            let least = if self.is_same { row + self.apart() } else { 0 };
-            for column in least.max(columns.start)..columns.end {
+            for column in self.least(row).max(columns.start)..columns.end {
                 let own = at(row, column);
                 if own > self.threshold {
                     continue;

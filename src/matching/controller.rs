@@ -245,8 +245,8 @@ impl Controller {
             set_ahead(&mut wanted, index, position, direction);
         }
         // The velocities of a figure that walks are nearest to those of others that walk: it would walk on.
-        let near = STOPS_WITHIN * self.moves.scale;
-        let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < near;
+        let farthest = STOPS_WITHIN * self.moves.scale;
+        let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < farthest;
         if self.can_stand && trajectory.positions.iter().all(stays) {
             set_still(&mut wanted);
         }

@@ -239,7 +239,8 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
     Some(cells.map(cell).collect())
 }
 
-/// The calls that do the work of a command in each language; empty where there is none. The library has every command.
+/// For each command, the calls that do its work in each language: an empty text where a language has none. The Rust
+/// library can do the work of every command.
 const CALLS: [(&str, [&str; 4]); 27] = [
     // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
     (

@@ -35,13 +35,13 @@ fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
     Importer::new().markers("auto").read(text.as_bytes(), "take.trc")
 }
 
-/// What is solved of the take as it is; solving is the longest part of a test.
+/// The skeleton that is solved from the unchanged take. It is solved once for all tests, since solving is slow.
 fn taken() -> &'static Scene {
     static TAKEN: OnceLock<Scene> = OnceLock::new();
     TAKEN.get_or_init(|| solved(|text| text).unwrap())
 }
 
-/// What is solved of the take with two labels exchanged in frames 10 to 19.
+/// The skeleton that is solved from the take with two labels exchanged in frames 10 to 19, once for all tests.
 fn taken_with_exchange() -> &'static Scene {
     static TAKEN: OnceLock<Scene> = OnceLock::new();
     TAKEN.get_or_init(|| solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap())

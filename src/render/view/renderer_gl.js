@@ -74,7 +74,7 @@ void main() {
   float grid = max(0.55 * lines(squares), lines(squares * 5.0));
   vec2 center = (place - shadowArea.xy) / shadowArea.zw;
   float shade = 0.0;
-  // Beyond the picture of shadows and its soft edge is none.
+  // There is no shadow outside the shadow map and its soft edge.
   bool shaded = max(abs(center.x), abs(center.y)) < 1.0 + softness;
   for (int i = 0; shaded && i < 24; i++) {
     vec2 at = center + TAPS[i] * softness;
@@ -84,7 +84,7 @@ void main() {
   pixel = vec4(color * (1.0 - darkness * shade * (1.0 - smoothstep(0.6, 1.0, far))), 1);
 }`;
 
-/** Pixels of the picture of shadows along one side, where nothing else is said. */
+/** The default size of the shadow map: pixels along one side. */
 const SHADOW_SIZE = 2048;
 
 // A bone is an octahedron whose thick part is near its start.

@@ -96,7 +96,7 @@ class Graph:
         Raises:
             MocapError: Where there is no such walk, or a file has changed since.
         """
-        points = None if path is None else [[float(first), float(second)] for first, second in path]
+        points = None if path is None else [[float(x), float(z)] for x, z in path]
         walking = {"seconds": seconds, "path": points, "through": list(through or []), "seed": seed}
         scene, report = self._native.walk(json.dumps(walking))
         return Scene(scene), json.loads(report)
