@@ -9,13 +9,10 @@ mod angles;
 mod events;
 mod forces;
 mod gait;
-mod posed;
 mod segments;
 mod series;
 mod table;
 
 pub use self::angles::JointAngles;
-pub(crate) use self::angles::is_angle;
 pub use self::gait::{Gait, MeanAndDeviation, SideOfGait, Stride};
-pub(crate) use self::posed::rotations_of;
 pub use self::series::TimeSeries;

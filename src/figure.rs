@@ -8,16 +8,16 @@ mod axis;
 pub(crate) mod body;
 mod bone_names;
 pub(crate) mod contacts;
-mod cuts;
 mod extent;
 pub(crate) mod ground;
 pub(crate) mod hierarchy;
+pub(crate) mod joint_angles;
 mod humanoid;
 pub(crate) mod knuckles;
 mod measure;
+mod name_joints;
 pub(crate) mod names;
 mod poses;
-mod rate;
 pub(crate) mod robot_bones;
 mod robot_clip;
 pub(crate) mod rotations;
@@ -35,35 +35,23 @@ use glam::{Mat3, Vec3};
 use serde::Serialize;
 
 use crate::error::Result;
+use crate::process::{first_frame_is_rest_pose, frame_rate};
 use crate::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 
-pub use crate::scene::{Confidence, HumanoidBone, Side};
+pub(crate) use crate::process::rate_before;
+pub use crate::scene::{Confidence, Guess, HumanoidBone, Side};
 
 pub use self::axis::{Axis, RestPose};
 pub use self::bone_names::BoneNames;
-use self::cuts::first_frame_is_rest_pose;
 use self::ground::Ground;
 pub use self::humanoid::{
     Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides,
 };
+pub(crate) use self::name_joints::apply_names;
+pub use self::name_joints::{Naming, name_joints};
 pub(crate) use self::poses::is_at_rest_alike;
-use self::rate::frame_rate;
-pub(crate) use self::rate::rate_before;
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
-
-/// A guess and its reason.
-///
-/// [`Survey`] has an example.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Guess<T> {
-    /// The guessed value.
-    pub value: T,
-    /// The confidence.
-    pub confidence: Confidence,
-    /// The reason, as one phrase.
-    pub reason: String,
-}
 
 /// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
 /// examined, so that a long take costs no more than a short one.
@@ -322,17 +310,6 @@ impl Figure {
             add(Topic::Sides, sides, confidence, &humanoid.sides_reason);
         }
         all
-    }
-}
-
-impl<T> Guess<T> {
-    /// Another value with the same confidence and reason.
-    fn map<U>(self, value: U) -> Guess<U> {
-        Guess {
-            value,
-            confidence: self.confidence,
-            reason: self.reason,
-        }
     }
 }
 

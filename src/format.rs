@@ -45,7 +45,7 @@ use std::sync::Arc;
 
 #[cfg(feature = "npz")]
 pub(crate) use self::array_files::SMPL_ROOT;
-pub(crate) use self::array_files::{Body, body_model};
+pub(crate) use self::array_files::{Body, body_model, humanml3d};
 pub use self::option::WriteOption;
 pub(crate) use self::option::words;
 pub(crate) use self::sidecar::Sidecar;

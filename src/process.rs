@@ -1,8 +1,8 @@
 //! Steps that change an imported scene.
 //!
 //! A step is a method of [`Scene`](crate::Scene) that does one thing; a pipeline is a list of calls. No step calls
-//! another, only [`reduce_keys`](crate::Scene::reduce_keys) can fail, and each keeps a valid scene valid:
-//! [`validate`](crate::Scene::validate) has the rules and reports violations.
+//! another, and each keeps a valid scene valid: [`validate`](crate::Scene::validate) has the rules and reports
+//! violations.
 //!
 //! This order gives the result of Assimp's preset "maximum quality" with "debone":
 //!
@@ -20,8 +20,8 @@
 //! Other steps, in the recommended order: [`trim`](crate::Scene::trim), [`resample`](crate::Scene::resample),
 //! [`convert_units`](crate::Scene::convert_units) (after which lengths are metres and +Y is up),
 //! [`put_in_place`](crate::Scene::put_in_place) or [`extract_root_motion`](crate::Scene::extract_root_motion),
-//! [`set_rest_pose_at`](crate::Scene::set_rest_pose_at), [`reduce_keys`](crate::Scene::reduce_keys).
-//! [`survey`](crate::figure) guesses what a file does not state: its unit, its up axis, its cuts.
+//! [`set_rest_pose_at`](crate::Scene::set_rest_pose_at). `compress::reduce_keys` removes keys within an error bound.
+//! `figure` guesses what a file does not state: its unit, its up axis, its cuts.
 //!
 //! The mesh steps read the rest pose from the node transforms, so they come before any
 //! [`Scene::update_node_matrices`](crate::scene::Scene::update_node_matrices). Assimp also reorders faces for the
@@ -29,11 +29,11 @@
 
 mod collapse_keys;
 mod convert_units;
+mod cuts;
 mod debone;
 mod find_degenerates;
 mod join_identical_vertices;
-mod name_joints;
-mod reduce_keys;
+mod rate;
 mod remove_sizeless_meshes;
 mod resample;
 mod rest_pose;
@@ -47,8 +47,8 @@ mod validate;
 
 pub use self::collapse_keys::KeyTolerance;
 pub(crate) use self::convert_units::convert_units_to;
-pub use self::name_joints::Naming;
-pub(crate) use self::name_joints::apply_names;
+pub(crate) use self::cuts::{extent, first_frame_is_rest_pose};
+pub(crate) use self::rate::{frame_rate, rate_before};
 pub(crate) use self::rest_pose::{put_first, set_rest_pose};
 pub(crate) use self::rest_rotations::{can_zero_rest_rotations, set_rest_rotations, zero_rest_rotations};
 pub(crate) use self::shear::{Unsheared, take_shear_out};

@@ -69,7 +69,9 @@
 //! ```
 
 mod face;
+mod guess;
 mod humanoid_bone;
+pub(crate) mod joint_tables;
 mod mesh;
 mod metadata;
 mod mmd;
@@ -82,6 +84,7 @@ use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use self::face::Face;
+pub use self::guess::Guess;
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub use self::mesh::{AlphaMode, Bone, Material, Mesh, MorphTarget, Primitive, Surface, Texture, VertexWeight, Wrap};
 pub use self::metadata::{

@@ -12,18 +12,12 @@
 //!
 //! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
 
-#[cfg_attr(
-    not(feature = "npz"),
-    expect(dead_code, reason = "HumanML3D is written as an archive of NumPy")
-)]
-pub(crate) mod humanml3d;
 pub(crate) mod markers;
 mod points;
 mod rest;
 mod roll;
 mod rules;
 mod set;
-pub(crate) mod skeletons;
 mod turn;
 
 use glam::{Mat4, Quat, Vec3};

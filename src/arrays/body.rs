@@ -9,12 +9,12 @@ use super::npz;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::SMPL_ROOT;
+use crate::format::humanml3d;
 use crate::math::quaternion::rotation_vector;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::Pose;
+use crate::scene::joint_tables::{Joint, smpl};
 use crate::scene::{HumanoidBone as Bone, Scene, UpAxis};
-use crate::solve::humanml3d;
-use crate::solve::skeletons::{Joint, smpl};
 
 /// A layout of arrays for the motion of a humanoid. [`BodyArrays`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,11 @@
 //! Joint angles.
 
-use std::f64::consts::TAU;
+use glam::DQuat;
 
-use glam::{DQuat, EulerRot};
-
-use super::segments::{Part, Segment, Segments};
+use super::segments::Segments;
 use crate::error::Result;
 use crate::figure::Figure;
+use crate::figure::joint_angles::{Joint, Part, Rotations, Segment, ending};
 use crate::scene::{Scene, Side};
 
 /// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
@@ -57,139 +56,6 @@ pub struct JointAngles {
 
 /// The columns with the position of the pelvis in metres; all others are angles.
 pub(super) const POSITION: [&str; 3] = ["pelvis_tx", "pelvis_ty", "pelvis_tz"];
-
-/// How the rotation of a joint is taken apart.
-#[derive(Clone, Copy)]
-pub(super) enum Rotations {
-    /// About Z, X and Y, with these signs.
-    Zxy([f64; 3]),
-    /// About Y, X and Y: plane of elevation, elevation, rotation.
-    Yxy,
-}
-
-/// Two segments, and what the angles between them are called.
-pub(super) struct Joint {
-    pub(super) above: Segment,
-    pub(super) below: Segment,
-    pub(super) names: [&'static str; 3],
-    pub(super) rotations: Rotations,
-}
-
-impl Joint {
-    const fn new(above: Segment, below: Segment, names: [&'static str; 3], rotations: Rotations) -> Self {
-        Self {
-            above,
-            below,
-            names,
-            rotations,
-        }
-    }
-
-    /// Every joint, those of a side once.
-    pub(super) fn all() -> impl Iterator<Item = &'static Self> + Clone {
-        Self::OF_TRUNK.iter().chain(&Self::OF_SIDES)
-    }
-
-    /// Joints of the trunk.
-    const OF_TRUNK: [Self; 2] = [
-        Self::new(
-            Segment::Pelvis,
-            Segment::Trunk,
-            ["lumbar_extension", "lumbar_bending", "lumbar_rotation"],
-            Rotations::PLAIN,
-        ),
-        Self::new(
-            Segment::Trunk,
-            Segment::Head,
-            ["neck_extension", "neck_bending", "neck_rotation"],
-            Rotations::PLAIN,
-        ),
-    ];
-
-    /// Joints of each side.
-    const OF_SIDES: [Self; 7] = [
-        Self::new(
-            Segment::Pelvis,
-            Segment::Thigh,
-            ["hip_flexion", "hip_adduction", "hip_rotation"],
-            Rotations::PLAIN,
-        ),
-        // A knee bends the other way than a hip or an elbow, and its flexion counts as positive.
-        Self::new(
-            Segment::Thigh,
-            Segment::Shank,
-            ["knee_angle", "knee_adduction", "knee_rotation"],
-            Rotations::Zxy([-1.0, 1.0, 1.0]),
-        ),
-        Self::new(
-            Segment::Shank,
-            Segment::Foot,
-            ["ankle_angle", "ankle_inversion", "ankle_rotation"],
-            Rotations::PLAIN,
-        ),
-        Self::new(
-            Segment::Trunk,
-            Segment::UpperArm,
-            ["arm_flex", "arm_add", "arm_rot"],
-            Rotations::PLAIN,
-        ),
-        Self::new(
-            Segment::Trunk,
-            Segment::UpperArm,
-            ["shoulder_plane", "shoulder_elevation", "shoulder_rotation"],
-            Rotations::Yxy,
-        ),
-        Self::new(
-            Segment::UpperArm,
-            Segment::Forearm,
-            ["elbow_flex", "elbow_carrying", "pro_sup"],
-            Rotations::PLAIN,
-        ),
-        Self::new(
-            Segment::Forearm,
-            Segment::Hand,
-            ["wrist_flex", "wrist_deviation", "wrist_rotation"],
-            Rotations::PLAIN,
-        ),
-    ];
-}
-
-impl Rotations {
-    pub(super) const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
-
-    /// The rotation by three angles in degrees; one that is not known is 0.
-    pub(super) fn back(self, degrees: [Option<f64>; 3]) -> DQuat {
-        let [a, b, c] = degrees.map(|angle| angle.unwrap_or(0.0).to_radians());
-        match self {
-            Self::Zxy(signs) => DQuat::from_euler(EulerRot::ZXY, signs[0] * a, signs[1] * b, signs[2] * c),
-            Self::Yxy => DQuat::from_euler(EulerRot::YXY, a, -b, c),
-        }
-    }
-
-    /// The three angles of a rotation in degrees, the nearest to those of the frame before.
-    fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
-        let radians = match self {
-            Self::Zxy(signs) => {
-                let (flexion, adduction, axial) = rotation.to_euler(EulerRot::ZXY);
-                [signs[0] * flexion, signs[1] * adduction, signs[2] * axial]
-            }
-            Self::Yxy => elevation(rotation),
-        };
-        let mut degrees = radians.map(f64::to_degrees);
-        for (angle, before) in degrees.iter_mut().zip(before.into_iter().flatten()) {
-            *angle -= 360.0 * ((*angle - before) / 360.0).round();
-        }
-        degrees
-    }
-}
-
-/// Plane of elevation, elevation and rotation of an upper arm. Elevation turns about -X, which brings a hanging right
-/// arm sideways, and counts as positive; the other solution has the plane and the rotation turned by half a circle.
-fn elevation(rotation: DQuat) -> [f64; 3] {
-    let (plane, about_x, axial) = rotation.to_euler(EulerRot::YXY);
-    let half = if about_x > 0.0 { TAU / 2.0 } else { 0.0 };
-    [plane + half, about_x.abs(), axial - half].map(|angle| (angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0)
-}
 
 /// A column: its name, and its value in every frame.
 type Column = (String, Vec<f64>);
@@ -249,20 +115,6 @@ fn pelvis(segments: &Segments) -> Vec<Column> {
         columns.push((name.to_owned(), values.collect()));
     }
     columns
-}
-
-/// Whether a joint has an angle of this name, without the ending of its side.
-pub(crate) fn is_angle(name: &str) -> bool {
-    Joint::all().any(|joint| joint.names.contains(&name))
-}
-
-/// What the names of columns of a side end in.
-pub(super) const fn ending(side: Option<Side>) -> &'static str {
-    match side {
-        Some(Side::Right) => "_r",
-        Some(Side::Left) => "_l",
-        None => "",
-    }
 }
 
 /// The three columns of a joint; none where the body lacks one of its segments.

@@ -13,9 +13,10 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::events::FileEvents;
-use super::segments::{Segment, Segments};
+use super::segments::Segments;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Figure;
+use crate::figure::joint_angles::Segment;
 use crate::scene::{Scene, Side};
 
 /// The time over which the direction of the pelvis is averaged, in seconds: about a stride, in which it turns to both

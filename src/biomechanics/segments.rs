@@ -5,7 +5,6 @@
 //! an arm is abducted by 90 degrees, and its forearm, with the palm down, is pronated by 90 degrees.
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
@@ -14,64 +13,11 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Figure;
 use crate::figure::body::Body;
 use crate::figure::contacts::ball;
+use crate::figure::joint_angles::{Part, Segment, mirrored, parts};
 use crate::figure::track::{Track, whole};
 use crate::figure::watched::{Seen, Watched};
 use crate::pose::{Binding, Pose};
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
-
-/// A rigid part of the body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Segment {
-    Pelvis,
-    Trunk,
-    Head,
-    Thigh,
-    Shank,
-    Foot,
-    UpperArm,
-    Forearm,
-    Hand,
-}
-
-impl Segment {
-    const OF_TRUNK: [Self; 3] = [Self::Pelvis, Self::Trunk, Self::Head];
-    const OF_SIDES: [Self; 6] = [
-        Self::Thigh,
-        Self::Shank,
-        Self::Foot,
-        Self::UpperArm,
-        Self::Forearm,
-        Self::Hand,
-    ];
-
-    /// The bones that can be the segment, the best first; of two sides those of the left.
-    pub(super) const fn bones(self) -> &'static [Bone] {
-        match self {
-            Self::Pelvis => &[Bone::Hips],
-            Self::Trunk => &[Bone::UpperChest, Bone::Chest, Bone::Spine],
-            Self::Head => &[Bone::Head],
-            Self::Thigh => &[Bone::LeftUpperLeg],
-            Self::Shank => &[Bone::LeftLowerLeg],
-            Self::Foot => &[Bone::LeftFoot],
-            Self::UpperArm => &[Bone::LeftUpperArm],
-            Self::Forearm => &[Bone::LeftLowerArm],
-            Self::Hand => &[Bone::LeftHand],
-        }
-    }
-
-    /// From the anatomical frame of a segment of the right side to its frame in the T-pose.
-    pub(super) fn to_t_pose(self) -> DQuat {
-        let hanging = DQuat::from_rotation_x(-FRAC_PI_2);
-        match self {
-            Self::UpperArm => hanging,
-            Self::Forearm | Self::Hand => hanging * DQuat::from_rotation_y(FRAC_PI_2),
-            _ => DQuat::IDENTITY,
-        }
-    }
-}
-
-/// A segment of one side, or of the trunk.
-pub(super) type Part = (Segment, Option<Side>);
 
 /// The segments of a body over its motion. World axes are those of a laboratory: +X is where the T-pose looks, +Y is
 /// up, +Z is to the right of it.
@@ -155,15 +101,6 @@ impl Segments {
     }
 }
 
-/// All segments of the body.
-pub(super) fn parts() -> impl Iterator<Item = Part> {
-    let of_sides = |side: Side| Segment::OF_SIDES.map(move |segment| (segment, Some(side)));
-    let of_trunk = Segment::OF_TRUNK.map(|segment| (segment, None));
-    of_trunk
-        .into_iter()
-        .chain([Side::Left, Side::Right].into_iter().flat_map(of_sides))
-}
-
 /// The bone of the body that is the segment.
 fn bone(body: &Body, (segment, side): Part) -> Option<Bone> {
     let bones = segment.bones().iter().copied();
@@ -187,9 +124,4 @@ fn anatomical((segment, side): Part, rotation: Quat) -> DQuat {
 fn laboratory(vector: Vec3) -> DVec3 {
     let Vec3 { x, y, z } = vector;
     DVec3::new(z.into(), y.into(), f64::from(-x))
-}
-
-/// The mirror image of a rotation in the plane between left and right.
-pub(super) fn mirrored(DQuat { x, y, z, w }: DQuat) -> DQuat {
-    DQuat::from_xyzw(-x, -y, z, w)
 }

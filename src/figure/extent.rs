@@ -8,6 +8,7 @@ use super::poses::poses;
 use super::{Confidence, Guess, Unit};
 use crate::math::median::median;
 use crate::pose::Pose;
+use crate::process::extent;
 use crate::scene::{NodeId, Scene, UpAxis};
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
@@ -160,15 +161,6 @@ fn longer_axis(to_head: Vec3) -> UpAxis {
         UpAxis::Z
     } else {
         UpAxis::Y
-    }
-}
-
-/// The largest extent of a pose along an axis.
-pub(super) fn extent(scene: &Scene, pose: &Pose) -> f32 {
-    let positions = || (0..scene.nodes.len()).map(|index| pose.position(NodeId::new(index)));
-    match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
-        (Some(min), Some(max)) => (max - min).max_element(),
-        _ => 0.0,
     }
 }
 

@@ -19,6 +19,11 @@
 mod archive;
 mod body;
 mod csv;
+#[cfg_attr(
+    not(feature = "npz"),
+    expect(dead_code, reason = "HumanML3D is written as an archive of NumPy")
+)]
+pub(crate) mod humanml3d;
 mod layouts;
 mod mot;
 mod motion;

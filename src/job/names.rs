@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::source::BoneMap;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{BoneNames, Humanoid, HumanoidMap};
+use crate::figure::{Naming, name_joints};
 use crate::format::{Renamed, Written};
-use crate::process::Naming;
 use crate::scene::Scene;
 
 /// What the joints of a humanoid are called in the output.
@@ -81,7 +81,7 @@ impl JointNames {
 
 /// Gives the joints of a scene that is to be written their names.
 pub(super) fn name(scene: &mut Scene, names: Option<&HumanoidMap>, humanoid: &Humanoid) -> Result<Option<Naming>> {
-    let named = names.map(|names| scene.name_joints(humanoid, names));
+    let named = names.map(|names| name_joints(scene, humanoid, names));
     named.transpose()
 }
 

@@ -2,8 +2,8 @@
 
 use glam::{Quat, Vec3};
 
+use super::rate::rate_before;
 use crate::error::{Code, Result};
-use crate::figure;
 use crate::limits::{self, Limits, limit_exceeded};
 use crate::scene::{Animation, AppliedStep, Keys, Scene};
 
@@ -72,7 +72,7 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
 
 /// Frames before resampling in a frame after it.
 fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
-    figure::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
+    rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
 /// Returns the moments that have keys now.

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::skeletons;
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::HumanoidBone as Bone;
+use crate::scene::joint_tables;
 
 /// The joints of a skeleton that is made from points.
 ///
@@ -319,7 +319,7 @@ impl JointSet {
     }
 
     fn smpl(name: &str, count: usize) -> Option<Self> {
-        let joints = skeletons::smpl(count)?;
+        let joints = joint_tables::smpl(count)?;
         Some(Self {
             name: name.to_owned(),
             points: joints.iter().map(|joint| joint.name.clone()).collect(),

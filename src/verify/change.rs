@@ -7,7 +7,7 @@ use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 use crate::edit::{EditStep, StepInput};
 use crate::error::Result;
-use crate::figure::Humanoid;
+use crate::figure::{self, Humanoid};
 use crate::limits::Limits;
 use crate::process;
 use crate::retargeting::second_motion;
@@ -99,7 +99,7 @@ pub(super) fn named(scene: &Scene, steps: &[AppliedStep]) -> Option<Scene> {
     let mut named = None;
     for step in steps {
         if let AppliedStep::NameJoints { joints } = step {
-            process::apply_names(named.get_or_insert_with(|| scene.clone()), joints);
+            figure::apply_names(named.get_or_insert_with(|| scene.clone()), joints);
         }
     }
     named

@@ -335,7 +335,7 @@ fn the_report_says_how_far_and_where() {
 fn a_scene_with_fewer_keys_stands_where_it_stood() {
     let before = in_metres(&import("rokoko_dance.bvh"));
     let mut after = before.clone();
-    let error = after.reduce_keys(0.002).unwrap();
+    let error = mocap::compress::reduce_keys(&mut after, 0.002).unwrap();
     assert!(error <= 0.002);
     assert!(after.validate().is_empty());
     for frame in 0..before.animations[0].frame_count() {

@@ -156,7 +156,7 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
         ["--names", names] => {
             let bones = Humanoid::of(&scene);
             let names = BoneNames::named(names).unwrap().names();
-            scene.name_joints(&bones, &names).unwrap();
+            mocap::figure::name_joints(&mut scene, &bones, &names).unwrap();
             option = Some(WriteOption::Names);
         }
         ["--rest", _] => {

@@ -71,7 +71,7 @@ impl Writer {
             }
             Self::ReducedKeys => {
                 let mut scene = scene.clone();
-                let error = scene.reduce_keys(bound.clone())?;
+                let error = mocap::compress::reduce_keys(&mut scene, bound.clone())?;
                 (scene, error)
             }
         })

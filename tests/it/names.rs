@@ -147,10 +147,10 @@ fn tables_are_those_of_files() {
     }
 }
 
-fn named(scene: &mut Scene, names: &Value) -> Result<mocap::process::Naming, mocap::Error> {
+fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::Naming, mocap::Error> {
     let names: HumanoidMap = serde_json::from_value(names.clone()).unwrap();
     let bones = Humanoid::of(scene);
-    scene.name_joints(&bones, &names)
+    mocap::figure::name_joints(scene, &bones, &names)
 }
 
 /// Nothing but names changes; meshes, channels and end sites follow; joints without a name keep theirs.
@@ -243,7 +243,7 @@ fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     }
     scene.nodes[other].name = "Head".to_owned();
     let source = scene.clone();
-    scene.name_joints(&bones, &BoneNames::Mixamo.names()).unwrap();
+    mocap::figure::name_joints(&mut scene, &bones, &BoneNames::Mixamo.names()).unwrap();
     assert_eq!(scene.nodes[other].name, "Head");
     assert_eq!(scene.nodes[head.index()].name, "mixamorig:Head");
     assert!(scene.validate().is_empty());

@@ -16,8 +16,8 @@ use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::limits::{Limits, limit_exceeded};
 use crate::scene::HumanoidBone as Bone;
+use crate::scene::joint_tables::{Joint, smpl};
 use crate::scene::robot::Robot;
-use crate::solve::skeletons::{Joint, smpl};
 
 /// Coefficients of shape that are used, at most: the models have 10 to 300, and those of faces follow.
 const MOST_COEFFICIENTS: usize = 300;

@@ -7,8 +7,8 @@ use crate::format::frames::add_animation;
 use crate::format::warnings::Warnings;
 use crate::math::quaternion::in_hemisphere_of;
 use crate::math::up_axis::{to_y_up, turn_to_y_up};
+use crate::scene::joint_tables::Joint;
 use crate::scene::{Assumption, Channel, Confidence, Format, Keys, Node, NodeId, Scene, Topic, UpAxis};
-use crate::solve::skeletons::Joint;
 
 /// A motion on a skeleton that has no rotation in its T-pose.
 #[derive(Debug, Default)]

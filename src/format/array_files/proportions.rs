@@ -4,8 +4,8 @@ use glam::Vec3;
 
 pub(super) use crate::format::proportions::HEIGHT;
 use crate::format::proportions::position;
+use crate::scene::joint_tables::Joint;
 use crate::scene::{HumanoidBone as Bone, Side};
-use crate::solve::skeletons::Joint;
 
 /// How far the root of SMPL's family is below the origin of its template: the template's origin is near its middle,
 /// and the pelvis a little above half of the height.

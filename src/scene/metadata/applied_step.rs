@@ -81,7 +81,7 @@ pub enum AppliedStep {
         /// Whether the feet were to be held where the source's are.
         lock_feet: bool,
     },
-    /// [`Scene::name_joints`](crate::Scene::name_joints): joints were given other names.
+    /// `figure::name_joints`: joints were given other names.
     NameJoints {
         /// Those whose name is another.
         joints: Vec<NamedJoint>,

@@ -136,7 +136,7 @@ pub(crate) fn convert(
         let found = Figure::mapped(&scene, &bones)?;
         let (figure, _) = conversion.apply_to(&mut scene, &found)?;
         if let Some(names) = &names {
-            scene.name_joints(&figure.humanoid, names)?;
+            mocap::figure::name_joints(&mut scene, &figure.humanoid, names)?;
         }
         exporter.export(&scene, &target)
     });

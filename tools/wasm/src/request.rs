@@ -324,7 +324,7 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
         let bones = Humanoid::of(&scene).with_map(&scene, known.chain(bones.clone()).collect())?;
-        scene.name_joints(&bones, &names)?;
+        mocap::figure::name_joints(&mut scene, &bones, &names)?;
     }
     let known = match bones.is_empty() {
         true => None,

@@ -8,8 +8,8 @@ use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::motion::Motion;
 use crate::math::median::median_vector;
+use crate::scene::joint_tables::{self, Joint};
 use crate::scene::{Confidence, Topic, UpAxis};
-use crate::solve::skeletons::{self, Joint};
 
 const POSITIONS: &str = "posed_joints";
 
@@ -23,8 +23,8 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
         .map(|array| array.shape.clone())
         .unwrap_or_default();
     let joints = match shape.as_slice() {
-        [.., 34, 3] => Some(skeletons::g1()),
-        [.., count, 3] => skeletons::soma(*count).or_else(|| skeletons::smpl(*count)),
+        [.., 34, 3] => Some(joint_tables::g1()),
+        [.., count, 3] => joint_tables::soma(*count).or_else(|| joint_tables::smpl(*count)),
         _ => None,
     };
     let Some(joints) = joints else {

@@ -6,15 +6,15 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::biomechanics::{is_angle, rotations_of};
 use crate::error::{Code, Diagnostic};
+use crate::figure::joint_angles::{is_angle, rotations_of};
 use crate::format::array_files::mot::Columns;
 use crate::format::array_files::motion::Motion;
 use crate::format::array_files::proportions;
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions};
+use crate::scene::joint_tables;
 use crate::scene::{Confidence, HumanoidBone as Bone, Topic};
-use crate::solve::skeletons;
 
 /// Joints of the body of SMPL's family, whose T-pose has no rotations.
 const JOINTS: usize = 22;
@@ -48,7 +48,7 @@ pub(in crate::format::array_files) fn motion(
             .help("forces, activations and marker errors are no motion; name the file with the joint angles"),
         ));
     }
-    let joints = skeletons::smpl(JOINTS).unwrap_or_default();
+    let joints = joint_tables::smpl(JOINTS).unwrap_or_default();
     let frames = columns.times.len();
     let mut motion = Motion {
         rest: match &options.body {

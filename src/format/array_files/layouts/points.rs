@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use super::{KNOWN, Reader, refused};
 use crate::format::Failure;
+use crate::format::array_files::humanml3d;
 use crate::format::array_files::motion::Motion;
 use crate::format::array_files::ndarray::{Entries, NdArray};
 use crate::format::points::{self, Kind, Track};
 use crate::format::warnings::Warnings;
 use crate::limits::{is_plausible, limit_exceeded};
+use crate::scene::joint_tables;
 use crate::scene::{Assumption, Confidence, Format, Scene, Topic};
-use crate::solve::{humanml3d, skeletons};
 
 /// Frames per second of arrays that do not say, but for those of HumanML3D, which has 22 joints.
 const USUAL_RATE: f64 = 30.0;
@@ -121,7 +122,7 @@ fn names(entries: &Entries<'_>, count: usize, assumptions: &mut Vec<Assumption>)
     if let Some(names) = stated.filter(|names| names.len() == count) {
         return names;
     }
-    match skeletons::smpl(count) {
+    match joint_tables::smpl(count) {
         Some(joints) => {
             assumptions.push(Assumption {
                 topic: Topic::Layout,

@@ -9,8 +9,8 @@ use crate::format::Failure;
 use crate::format::array_files::motion::{Motion, named};
 use crate::format::array_files::ndarray::{Entries, NdArray};
 use crate::format::array_files::proportions::{self, HEIGHT, SMPL_ROOT};
+use crate::scene::joint_tables;
 use crate::scene::{Confidence, Topic, UpAxis};
-use crate::solve::skeletons;
 
 /// The frame rates that publishers state where files do not.
 const USUAL_RATE: f64 = 30.0;
@@ -32,7 +32,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
         return Err(missing(name, entries));
     };
     let width: usize = array.shape.iter().skip(1).product();
-    let joints = skeletons::smpl(width / 3).filter(|_| width.is_multiple_of(3));
+    let joints = joint_tables::smpl(width / 3).filter(|_| width.is_multiple_of(3));
     let Some(joints) = joints else {
         return Err(Box::new(
             Diagnostic::new(Code::RowLength, format!("the array {name} is that of no body of SMPL")).expected_found(
@@ -95,9 +95,12 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
     };
     let width: usize = array.shape.iter().skip(axes).product();
     let (joints, is_soma) = match width {
-        228 => (skeletons::soma(77), true),
-        63 => (skeletons::smpl(if has_hands(entries, prefix) { 55 } else { 22 }), false),
-        69 => (skeletons::smpl(24), false),
+        228 => (joint_tables::soma(77), true),
+        63 => (
+            joint_tables::smpl(if has_hands(entries, prefix) { 55 } else { 22 }),
+            false,
+        ),
+        69 => (joint_tables::smpl(24), false),
         _ => (None, false),
     };
     let Some(joints) = joints else {
@@ -198,7 +201,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
             count => rotations.extend(tracks(&part(*begin, 3 * count), *count)),
         }
     }
-    let joints = skeletons::smpl(joints).unwrap_or_default();
+    let joints = joint_tables::smpl(joints).unwrap_or_default();
     let mut motion = Motion {
         joints,
         rotations,

@@ -1,6 +1,6 @@
 //! The frame rate that a rounded frame time means.
 
-use super::{Confidence, Guess};
+use crate::scene::{Confidence, Guess};
 
 /// Frame rates of cameras, displays and capture systems; where a rounded frame time could mean two of them, the
 /// likelier comes first.
@@ -41,7 +41,7 @@ pub(crate) fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 
 }
 
 /// The rate whose frame time, rounded to some number of decimals, is 1 / `ticks_per_second`.
-pub(super) fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
+pub(crate) fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
     let frame_time = ticks_per_second.recip();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
     if is_near(ticks_per_second, ticks_per_second.round()) {

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::extent::extent;
+use glam::Vec3;
+
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
@@ -37,7 +38,7 @@ impl Scene {
 
 /// Whether the first frame of the first animation is a rest pose and the motion jumps away from it, as in the BVH
 /// conversions of the CMU database, which have "a T-pose added as its new first frame".
-pub(super) fn first_frame_is_rest_pose(scene: &Scene) -> bool {
+pub(crate) fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     let Some(animation) = scene.animations.first() else {
         return false;
     };
@@ -92,4 +93,13 @@ fn is_cut(steps: &[f32], frame: usize, size: f32) -> bool {
     // A motion of two frames has no usual motion.
     let Some(usual) = usual else { return false };
     steps[frame] > SHARE_OF_SIZE * size && steps[frame] > TIMES_THE_USUAL * usual
+}
+
+/// The largest extent of a pose along an axis.
+pub(crate) fn extent(scene: &Scene, pose: &Pose) -> f32 {
+    let positions = || (0..scene.nodes.len()).map(|index| pose.position(NodeId::new(index)));
+    match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
+        (Some(min), Some(max)) => (max - min).max_element(),
+        _ => 0.0,
+    }
 }

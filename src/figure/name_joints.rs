@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
+use super::{Humanoid, HumanoidMap};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidMap};
+
 use crate::pose::Binding;
 use crate::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
 
@@ -16,7 +17,7 @@ const MOST_LISTED: usize = 8;
 
 /// Which joints got another name, and which kept theirs.
 ///
-/// [`Scene::name_joints`] has an example.
+/// [`name_joints`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Naming {
@@ -28,68 +29,65 @@ pub struct Naming {
     pub others: Vec<String>,
 }
 
-impl Scene {
-    /// Gives the joints of a humanoid the names of `names`; a bone that it does not name, or with `None`, and a joint
-    /// that is no bone keep theirs. Meshes and channels follow, and end sites that are called after their joint.
-    /// Nothing moves. Sides are the body's, where the file has left and right exchanged.
-    ///
-    /// ```
-    /// use mocap::figure::{BoneNames, Humanoid};
-    ///
-    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
-    /// let bones = Humanoid::of(&scene);
-    /// let naming = scene.name_joints(&bones, &BoneNames::Unreal.names())?;
-    /// assert_eq!(scene.nodes[0].name, "pelvis");
-    /// assert!(naming.others.contains(&"LHipJoint".to_owned()));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`Code::NotHumanoid`] where no bones are found; [`Code::InvalidValue`] where a name is empty or has control
-    /// characters, where two bones have one name, and where a joint that keeps its name has one of the new ones.
-    /// `scene` is then unchanged.
-    pub fn name_joints(&mut self, humanoid: &Humanoid, names: &HumanoidMap) -> Result<Naming> {
-        if !humanoid.found {
-            let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
-            return Err(Diagnostic::new(Code::NotHumanoid, message)
-                .help("name its bones in a map (--map), or leave the names out")
-                .into());
-        }
-        check(names)?;
-        let humanoid = humanoid.clone().with_sides_of_the_body();
-        let mut naming = Naming::default();
-        let mut wanted: BTreeMap<NodeId, &str> = BTreeMap::new();
-        for (&bone, joint) in &humanoid.bones {
-            match names.get(&bone).and_then(Option::as_deref) {
-                Some(name) => {
-                    wanted.insert(joint.joint, name);
-                }
-                None => {
-                    let name = self.nodes[joint.joint.index()].name.clone();
-                    naming.unnamed.insert(bone, name);
-                }
+/// Gives the joints of a humanoid the names of `names`; a bone that it does not name, or with `None`, and a joint
+/// that is no bone keep theirs. Meshes and channels follow, and end sites that are called after their joint.
+/// Nothing moves. Sides are the body's, where the file has left and right exchanged.
+///
+/// ```
+/// use mocap::figure::{BoneNames, Humanoid, name_joints};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// let bones = Humanoid::of(&scene);
+/// let naming = name_joints(&mut scene, &bones, &BoneNames::Unreal.names())?;
+/// assert_eq!(scene.nodes[0].name, "pelvis");
+/// assert!(naming.others.contains(&"LHipJoint".to_owned()));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where no bones are found; [`Code::InvalidValue`] where a name is empty or has control
+/// characters, where two bones have one name, and where a joint that keeps its name has one of the new ones.
+/// `scene` is then unchanged.
+pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<Naming> {
+    if !humanoid.found {
+        let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
+        return Err(Diagnostic::new(Code::NotHumanoid, message)
+            .help("name its bones in a map (--map), or leave the names out")
+            .into());
+    }
+    check(names)?;
+    let humanoid = humanoid.clone().with_sides_of_the_body();
+    let mut naming = Naming::default();
+    let mut wanted: BTreeMap<NodeId, &str> = BTreeMap::new();
+    for (&bone, joint) in &humanoid.bones {
+        match names.get(&bone).and_then(Option::as_deref) {
+            Some(name) => {
+                wanted.insert(joint.joint, name);
+            }
+            None => {
+                let name = scene.nodes[joint.joint.index()].name.clone();
+                naming.unnamed.insert(bone, name);
             }
         }
-        let bones: HashSet<NodeId> = humanoid.bones.values().map(|joint| joint.joint).collect();
-        let joints = self.nodes.iter().enumerate();
-        let others =
-            joints.filter(|(index, node)| node.kind == NodeKind::Joint && !bones.contains(&NodeId::new(*index)));
-        naming.others = others.map(|(_, node)| node.name.clone()).collect();
-        let given: HashSet<&str> = wanted.values().copied().collect();
-        let kept = naming.unnamed.values().chain(&naming.others);
-        if let Some(name) = kept.clone().find(|name| given.contains(name.as_str())) {
-            let bone = names.iter().find(|(_, given)| given.as_ref() == Some(name));
-            let bone = bone.map_or("", |(bone, _)| bone.as_str());
-            let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
-            return Err(Diagnostic::new(Code::InvalidValue, message)
-                .help("give the bone another name in a file of names, or say in a map (--map) which joint is the bone")
-                .into());
-        }
-        let joints = named(self, &wanted);
-        naming.renamed = apply_names(self, &joints);
-        self.metadata.steps.push(AppliedStep::NameJoints { joints });
-        Ok(naming)
     }
+    let bones: HashSet<NodeId> = humanoid.bones.values().map(|joint| joint.joint).collect();
+    let joints = scene.nodes.iter().enumerate();
+    let others = joints.filter(|(index, node)| node.kind == NodeKind::Joint && !bones.contains(&NodeId::new(*index)));
+    naming.others = others.map(|(_, node)| node.name.clone()).collect();
+    let given: HashSet<&str> = wanted.values().copied().collect();
+    let kept = naming.unnamed.values().chain(&naming.others);
+    if let Some(name) = kept.clone().find(|name| given.contains(name.as_str())) {
+        let bone = names.iter().find(|(_, given)| given.as_ref() == Some(name));
+        let bone = bone.map_or("", |(bone, _)| bone.as_str());
+        let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
+        return Err(Diagnostic::new(Code::InvalidValue, message)
+            .help("give the bone another name in a file of names, or say in a map (--map) which joint is the bone")
+            .into());
+    }
+    let joints = named(scene, &wanted);
+    naming.renamed = apply_names(scene, &joints);
+    scene.metadata.steps.push(AppliedStep::NameJoints { joints });
+    Ok(naming)
 }
 
 /// Refuses names that no joint can have, and one name for two bones.

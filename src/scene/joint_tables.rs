@@ -2,7 +2,7 @@
 //! formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given they
 //! are those of `format::array_files::proportions`.
 
-use crate::scene::{HumanoidBone as Bone, Side};
+use super::{HumanoidBone as Bone, Side};
 
 /// A joint of a layout of arrays.
 #[derive(Clone, Debug, PartialEq)]
