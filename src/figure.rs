@@ -11,8 +11,8 @@ pub(crate) mod contacts;
 mod extent;
 pub(crate) mod ground;
 pub(crate) mod hierarchy;
-pub(crate) mod joint_angles;
 mod humanoid;
+pub(crate) mod joint_angles;
 pub(crate) mod knuckles;
 mod measure;
 mod name_joints;
@@ -38,7 +38,6 @@ use crate::error::Result;
 use crate::process::{first_frame_is_rest_pose, frame_rate};
 use crate::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 
-pub(crate) use crate::process::rate_before;
 pub use crate::scene::{Confidence, Guess, HumanoidBone, Side};
 
 pub use self::axis::{Axis, RestPose};

@@ -3,8 +3,8 @@
 use crate::arrays::ArrayOptions;
 use crate::convert::part_ticks;
 use crate::error::{Code, Result};
-use crate::figure;
 use crate::limits;
+use crate::process;
 use crate::scene::{AppliedStep, Scene};
 
 /// The largest distance, in ticks, at which a new frame equals an old one.
@@ -51,7 +51,7 @@ impl Timeline {
                 let cuts = scene.cuts(0);
                 (
                     frames_per_second,
-                    figure::rate_before(old_rate, frames_per_second) / frames_per_second,
+                    process::rate_before(old_rate, frames_per_second) / frames_per_second,
                     cuts,
                 )
             }

@@ -197,6 +197,6 @@ impl Conversion {
 fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
     animation.is_some_and(|animation| {
         let stated = animation.ticks_per_second;
-        figure::rate_before(stated, rate) != stated
+        process::rate_before(stated, rate) != stated
     })
 }

@@ -7,14 +7,14 @@ use super::change::Change;
 use super::claims::is_same_file;
 use super::{Finding, FindingKind, skin};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{self, Figure};
+use crate::figure::Figure;
 use crate::format::Sidecar;
 use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
 use crate::format::usd;
 use crate::import::Importer;
 use crate::limits::Limits;
-use crate::process::SkeletonMesh;
+use crate::process::{self, SkeletonMesh};
 use crate::scene::{AppliedStep, Format, Scene};
 
 /// A file that was written.
@@ -265,7 +265,7 @@ pub(super) fn common_rate(scene: &Scene, steps: &[AppliedStep]) -> Option<f64> {
             // Both sides of a cut keep their ticks.
             rates
                 .iter_mut()
-                .for_each(|rate| *rate = figure::rate_before(*rate, *frames_per_second));
+                .for_each(|rate| *rate = process::rate_before(*rate, *frames_per_second));
             rates.push(*frames_per_second);
         }
     }

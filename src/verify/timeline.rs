@@ -4,8 +4,8 @@ use super::chain::Skeleton;
 use super::change::Change;
 use super::{Finding, FindingKind};
 use crate::error::Result;
-use crate::figure;
 use crate::limits::Limits;
+use crate::process;
 use crate::scene::{AppliedStep, Scene};
 
 /// How near, in ticks, two moments are that are one.
@@ -82,7 +82,7 @@ impl Timeline {
                         edges.extend([edge(cut), edge(cut + 1)]);
                     }
                     let old_rate = timeline.file_rate / timeline.frame;
-                    let meant = figure::rate_before(old_rate, frames_per_second);
+                    let meant = process::rate_before(old_rate, frames_per_second);
                     timeline.file_rate *= meant / old_rate;
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;
