@@ -1,8 +1,8 @@
 //! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
 //! [`Arrays::of`](crate::arrays::Arrays::of) makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the
-//! feature `arrow` tables, and with `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such
-//! methods, too.
+//! feature `arrow` tables, and with `parquet` files of them. Functions such as [`robot_csv`] write the motion of a
+//! robot, contacts, a distance matrix and columns over time.
 //!
 //! | array | shape | values |
 //! |---|---|---|
@@ -40,7 +40,7 @@ mod timeline;
     not(feature = "npz"),
     expect(dead_code, reason = "files of training code are archives of NumPy")
 )]
-mod trainers;
+pub(crate) mod trainers;
 
 use serde::Serialize;
 
@@ -52,11 +52,16 @@ use crate::scene::{Scene, UpAxis};
 
 #[cfg(feature = "npz")]
 pub use self::body::{BodyArrays, BodyLayout};
-pub use self::csv::csv_field;
 pub use self::joints::Joint;
+#[cfg(feature = "npz")]
+pub use self::npz::{contacts_npz, matrix_npy, robot_npz, robot_qpos_npz};
 pub use self::options::{ArrayOptions, Contacts, Space};
+#[cfg(feature = "parquet")]
+pub use self::parquet::time_series_parquet;
+pub use self::robot::{robot_csv, robot_pickle};
 pub use self::rotation::{Rotation, RotationSpace};
 pub use crate::convert::Moment;
+pub use crate::files::csv_field;
 
 /// A motion as arrays, and their description.
 ///

@@ -20,6 +20,7 @@ mod apply;
 mod bone_axis;
 mod moment;
 mod rest;
+mod rest_text;
 mod space;
 
 use serde::{Deserialize, Serialize};

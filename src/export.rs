@@ -1,5 +1,8 @@
 //! From a scene to files: the counterpart of [`Importer`](crate::Importer).
 
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
+
 use std::path::Path;
 
 use crate::compress::ErrorBound;

@@ -14,6 +14,7 @@ pub(crate) mod hierarchy;
 mod humanoid;
 pub(crate) mod joint_angles;
 pub(crate) mod knuckles;
+mod limb_angles;
 mod measure;
 mod name_joints;
 pub(crate) mod names;
@@ -46,11 +47,14 @@ use self::ground::Ground;
 pub use self::humanoid::{
     Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides,
 };
+pub use self::limb_angles::LimbAngles;
 pub(crate) use self::name_joints::apply_names;
 pub use self::name_joints::{Naming, name_joints};
 pub(crate) use self::poses::is_at_rest_alike;
+pub(crate) use self::robot_clip::robot_clip;
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
+pub use self::vrm_humanoid::vrm_humanoid;
 
 /// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
 /// examined, so that a long take costs no more than a short one.
@@ -98,26 +102,24 @@ pub(crate) fn up(scene: &Scene) -> Axis {
     of_body.unwrap_or_else(|| Axis::from(extent::Extent::new(scene).up().value))
 }
 
-impl Scene {
-    /// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
-    /// used, and the guesses of [`Figure::assumptions`].
-    pub fn assumptions(&self) -> Vec<Assumption> {
-        let mut assumptions = self.metadata.assumptions.clone();
-        if let Some(used) = &self.metadata.root_offset {
-            let choice = match used.policy {
-                RootOffset::Add => "add",
-                RootOffset::Auto | RootOffset::Replace => "replace",
-            };
-            assumptions.push(Assumption {
-                topic: Topic::RootOffset,
-                choice: choice.to_owned(),
-                reason: used.reason.clone(),
-                confidence: Some(used.confidence),
-            });
-        }
-        assumptions.extend(Figure::new(self).assumptions());
-        assumptions
+/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
+/// used, and the guesses of [`Figure::assumptions`].
+pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
+    let mut assumptions = scene.metadata.assumptions.clone();
+    if let Some(used) = &scene.metadata.root_offset {
+        let choice = match used.policy {
+            RootOffset::Add => "add",
+            RootOffset::Auto | RootOffset::Replace => "replace",
+        };
+        assumptions.push(Assumption {
+            topic: Topic::RootOffset,
+            choice: choice.to_owned(),
+            reason: used.reason.clone(),
+            confidence: Some(used.confidence),
+        });
     }
+    assumptions.extend(Figure::new(scene).assumptions());
+    assumptions
 }
 
 /// The body in a scene: everything that is known and guessed about it. It is found once for a scene, and then read by

@@ -18,6 +18,7 @@ use tempfile::TempPath;
 pub(crate) use self::array_mark::PARQUET_CREATOR;
 pub(crate) use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK};
 pub use self::confined::{check_confined, confine};
+pub use self::csv_table::csv_field;
 pub(crate) use self::csv_table::{PointColumns, Records, is_csv_of_points, is_own_csv, point_of};
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};

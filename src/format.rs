@@ -53,6 +53,7 @@ pub use self::written::{Achieved, Renamed, Written, WrittenFile};
 use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
+use crate::figure::robot_bones::robot_scene;
 use crate::limits::{self, Limits};
 use crate::scene::robot::Robot;
 use crate::scene::{Format, RootOffset, Scene};
@@ -357,7 +358,7 @@ fn read_robot_scene(
     read: impl FnOnce(&Source<'_>, &Limits, &mut warnings::Warnings) -> Result<Robot, Failure>,
 ) -> Result<Scene> {
     let mut warnings = warnings::Warnings::default();
-    let scene = read(source, &options.limits, &mut warnings).map(|robot| robot.scene());
+    let scene = read(source, &options.limits, &mut warnings).map(|robot| robot_scene(&robot));
     warnings.push(Code::NoMotion, || {
         let message = "a robot has no motion: the scene has a skeleton and no animation";
         Diagnostic::new(Code::NoMotion, message).help("mocap robot MOTION --robot FILE -o OUT puts a motion on it")

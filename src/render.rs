@@ -27,6 +27,7 @@ mod view;
 
 pub use self::drawing::Drawing;
 pub use self::figure::Clip;
+pub use self::matrix::distance_matrix_png;
 pub use self::movie::{Movie, MovieOptions};
 pub use self::plot::PlotOptions;
 pub use self::sheet::SheetOptions;

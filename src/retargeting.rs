@@ -32,7 +32,8 @@ mod target;
 use std::collections::HashSet;
 
 pub use self::clip::{Report, Retargeted};
-pub(crate) use self::joined::second_motion;
+pub use self::joined::apply_steps;
+pub(crate) use self::joined::{apply_steps_with_bones, second_motion};
 pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
 pub(crate) use self::source::whole;
@@ -44,7 +45,7 @@ use crate::figure::{Figure, Humanoid, HumanoidBone};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
-use crate::robot::{RobotOptions, RobotRetargeter};
+use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
 use crate::scene::{Animation, AppliedStep, Scene, SecondMotion};
 
 /// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
@@ -258,12 +259,12 @@ impl Retargeting {
             (Mover::Robot(retargeter), Target::Robot(robot)) => {
                 let (motion, report) = retargeter.clip(source, index)?;
                 let step = AppliedStep::Retarget {
-                    onto: SecondMotion::of(&robot.scene()),
+                    onto: SecondMotion::of(&robot_scene(robot)),
                     scale: report.scale,
                     lock_feet,
                 };
                 let limbs = retargeter.limb_angles(source, &source.animations[index], &motion);
-                let moved = Retargeted::of_robot(robot.animation(&motion), report, motion);
+                let moved = Retargeted::of_robot(motion.to_animation(robot), report, motion);
                 (moved.with_limb_angles(limbs), step)
             }
             (Mover::Body(retargeter), target) => {
@@ -353,7 +354,7 @@ impl Retargeting {
     }
 
     /// Which joints of the target are which bones; `None` for a robot, whose links are groups of joints:
-    /// [`Robot::bones`](crate::robot::Robot::bones).
+    /// [`robot_bones`].
     pub fn humanoid(&self) -> Option<&Humanoid> {
         self.figure.as_ref().map(|figure| &figure.humanoid)
     }
@@ -449,7 +450,7 @@ fn bones_of(target: &Target, options: &RetargetingOptions) -> Result<Option<Huma
             .unwrap_or_else(|| Humanoid::of(character.scene())),
         Target::Skeleton(scene) => Humanoid::of(scene),
         Target::Robot(robot) => {
-            robot.bones(Some(&options.target_bones))?;
+            robot_bones(robot, Some(&options.target_bones))?;
             return Ok(None);
         }
     };

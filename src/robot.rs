@@ -50,6 +50,7 @@ mod verdict;
 mod window;
 
 pub use self::collision::LinkCollision;
+pub use self::drawn::add_links;
 pub use self::feasibility::Feasibility;
 pub use self::floor::Floor;
 pub(crate) use self::links::{LinkMotion, LinkOrder};
@@ -59,7 +60,7 @@ pub use self::retargeter::{RobotOptions, RobotRetargeter, RobotStream};
 pub use self::smooth_stream::SmoothRobotStream;
 pub(crate) use self::torques::InverseDynamics;
 pub use self::verdict::Criterion;
-pub use crate::figure::robot_bones::{RobotBone, RobotMap};
+pub use crate::figure::robot_bones::{RobotBone, RobotMap, robot_bones, robot_scene};
 pub use crate::scene::robot::{
     Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };

@@ -44,7 +44,7 @@ use std::path::{Path, PathBuf};
 
 use self::chain::Skeleton;
 use self::change::Change;
-use self::claims::{claims, is_same_file};
+use self::claims::{claims, import_source, is_same_file};
 use self::clip::Errors;
 use self::output::{Output, common_rate, metres_of};
 use self::pairs::Pairs;
@@ -162,7 +162,7 @@ impl Verifier {
         if let Some(file) = arrays {
             let file = file.map_err(|error| error.with_path(path))?;
             let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
-            let scene = file.header.provenance.import(importer, source.as_ref())?;
+            let scene = import_source(&file.header.provenance, importer, source.as_ref())?;
             return arrays::compare(&scene, &file).map_err(|error| error.with_path(path));
         }
         let open = |sibling: &Path| opener.open(&path.with_file_name(sibling));
@@ -172,7 +172,7 @@ impl Verifier {
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
         let provenance = self.provenance_of(&output);
         let scene = match &provenance {
-            Some(provenance) => provenance.import(importer, source)?,
+            Some(provenance) => import_source(provenance, importer, source)?,
             None => importer.import(source)?,
         };
         let output = self.sampled(output, &scene, &read)?;
@@ -221,7 +221,7 @@ impl Verifier {
         let wanted = motion.source.clone().unwrap_or_default();
         let is_it = |origin: &Origin| is_same_file(&wanted, origin);
         for file in self.seconds.iter().map(PathBuf::as_path).chain(source) {
-            let scene = provenance.import(importer.clone(), file)?;
+            let scene = import_source(&provenance, importer.clone(), file)?;
             if scene.metadata.origin.as_ref().is_some_and(is_it) {
                 return Ok(scene);
             }

@@ -8,6 +8,7 @@ use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 use super::npz;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::figure::vrm_humanoid;
 use crate::format::SMPL_ROOT;
 use crate::format::humanml3d;
 use crate::math::quaternion::rotation_vector;
@@ -109,7 +110,7 @@ impl BodyArrays {
         let mut scene = scene.clone();
         scene.animations.truncate(1);
         Conversion::new().apply(&mut scene)?;
-        let body = scene.vrm_humanoid(None)?;
+        let body = vrm_humanoid(&scene, None)?;
         let Some(animation) = body.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to write").into());
         };

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::arrays::Arrays;
+use crate::files::csv_field;
 
 impl Arrays {
     /// Comma-separated values: one row for each frame and joint.
@@ -78,27 +79,4 @@ fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
         text += "\n";
     }
     text
-}
-
-/// A name as a field of RFC 4180: one with a comma, a quote or a line end is quoted, and its quotes doubled.
-///
-/// Spreadsheets calculate what begins with `=`, `+`, `-`, `@`, a tab or a line end, whether it is quoted or not. With
-/// `for_spreadsheet`, such a name gets a `'` before it, which a spreadsheet takes as the mark of a text. Numbers need
-/// none.
-///
-/// ```
-/// use mocap::arrays::csv_field;
-///
-/// assert_eq!(csv_field("Hips", true), "Hips");
-/// assert_eq!(csv_field("=1+1", false), "=1+1");
-/// assert_eq!(csv_field("=SUM(A1,A2)", true), "\"'=SUM(A1,A2)\"");
-/// ```
-pub fn csv_field(text: &str, for_spreadsheet: bool) -> String {
-    let is_formula = for_spreadsheet && text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
-    let mark = if is_formula { "'" } else { "" };
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{mark}{}\"", text.replace('"', "\"\""))
-    } else {
-        format!("{mark}{text}")
-    }
 }

@@ -46,46 +46,40 @@ impl Arrays {
     }
 }
 
-impl DetectedContacts {
-    /// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
-    /// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
-    pub fn to_npz(&self) -> Vec<u8> {
-        Archive::made(|archive| archive.add_contacts(self))
-    }
+/// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
+/// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
+pub fn contacts_npz(contacts: &DetectedContacts) -> Vec<u8> {
+    Archive::made(|archive| archive.add_contacts(contacts))
 }
 
-impl RobotMotion {
-    /// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
-    /// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
-    /// source). All numbers are float64.
-    pub fn to_npz(&self) -> Vec<u8> {
-        let frames = self.frames();
-        Archive::made(|archive| {
-            archive
-                .doubles("root_pos", &[frames, 3], &self.root_pos())
-                .and_then(|()| archive.doubles("root_rot", &[frames, 4], &self.root_rot()))
-                .and_then(|()| archive.doubles("dof_pos", &[frames, self.dof_names.len()], &self.dof_pos))
-                .and_then(|()| archive.add_of_robot(self))
-        })
-    }
-
-    /// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as
-    /// w, x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`to_npz`](Self::to_npz).
-    pub fn to_qpos_npz(&self) -> Vec<u8> {
-        let shape = [self.frames(), 7 + self.dof_names.len()];
-        Archive::made(|archive| {
-            archive
-                .doubles("qpos", &shape, &self.qpos())
-                .and_then(|()| archive.add_of_robot(self))
-        })
-    }
+/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
+/// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
+/// source). All numbers are float64.
+pub fn robot_npz(motion: &RobotMotion) -> Vec<u8> {
+    let frames = motion.frames();
+    Archive::made(|archive| {
+        archive
+            .doubles("root_pos", &[frames, 3], &motion.root_pos())
+            .and_then(|()| archive.doubles("root_rot", &[frames, 4], &motion.root_rot()))
+            .and_then(|()| archive.doubles("dof_pos", &[frames, motion.dof_names.len()], &motion.dof_pos))
+            .and_then(|()| archive.add_of_robot(motion))
+    })
 }
 
-impl DistanceMatrix {
-    /// The distances in metres as NumPy's `.npy`: float32, windows of the first clip x those of the second.
-    pub fn to_npy(&self) -> Vec<u8> {
-        npy_of_floats(&[self.rows, self.columns], &self.values)
-    }
+/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as
+/// w, x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`robot_npz`].
+pub fn robot_qpos_npz(motion: &RobotMotion) -> Vec<u8> {
+    let shape = [motion.frames(), 7 + motion.dof_names.len()];
+    Archive::made(|archive| {
+        archive
+            .doubles("qpos", &shape, &motion.qpos())
+            .and_then(|()| archive.add_of_robot(motion))
+    })
+}
+
+/// The distances of a matrix in metres as NumPy's `.npy`: float32, windows of the first clip x those of the second.
+pub fn matrix_npy(matrix: &DistanceMatrix) -> Vec<u8> {
+    npy_of_floats(&[matrix.rows, matrix.columns], &matrix.values)
 }
 
 /// An archive of arrays, each of its type.

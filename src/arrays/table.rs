@@ -62,7 +62,7 @@ use crate::scene::{Animation, Scene};
 
 pub use self::robot_reports::{RobotClip, robot_reports};
 #[cfg(feature = "parquet")]
-pub use super::parquet::{is_own_parquet, to_parquet};
+pub use crate::export::parquet::{is_own_parquet, to_parquet};
 /// The version of Arrow that the tables use.
 pub use {arrow_array, arrow_schema};
 

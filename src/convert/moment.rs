@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Code, Diagnostic, Result};
+use crate::options::as_text;
 use crate::scene::Animation;
 
 /// A time in the motion.
@@ -58,9 +59,11 @@ pub struct TimeRange {
     pub last: Option<Moment>,
 }
 
+as_text!(TimeRange);
+
 impl TimeRange {
     #[cfg(feature = "schema")]
-    pub(crate) const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
+    const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
 
     /// Whether that is so in any file: both ends are times, or both are frames.
     fn ends_before_it_begins(self) -> bool {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::Diagnostic;
+use crate::figure::assumptions;
 use crate::scene::{Animation, Assumption, Format, NodeKind, Recorded, RootOffsetUsed, Scene, Solved};
 
 /// What a scene has: counts, clips, what was assumed, warnings. Serialised it is what `mocap info --json` prints.
@@ -81,7 +82,7 @@ impl<'a> Summary<'a> {
             recorded: scene.metadata.recorded.as_deref(),
             solved: scene.metadata.solved.as_deref(),
             root_offset: scene.metadata.root_offset.as_ref(),
-            assumptions: scene.assumptions(),
+            assumptions: assumptions(scene),
             warnings: &scene.warnings,
         }
     }

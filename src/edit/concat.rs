@@ -174,7 +174,7 @@ pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Fr
         let message = format!("the two motions have different skeletons: {difference}");
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         return Err(diagnostic
-            .help("retarget one onto the skeleton of the other first, as EditStep::apply_all does")
+            .help("retarget one onto the skeleton of the other first, as retargeting::apply_steps does")
             .into());
     }
     let driven = |scene: &Scene, animation: usize| -> Vec<NodeId> {

@@ -74,96 +74,94 @@ struct Limb {
     links: Vec<usize>,
 }
 
-impl Robot {
-    /// The bones of the humanoid that the robot has, with those of `map` instead of what is found.
-    ///
-    /// # Errors
-    /// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
-    /// [`Code::InvalidValue`] where no link has a name of the map.
-    pub fn bones(&self, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
-        let tree = Tree::new(self);
-        let mut links: BTreeMap<Bone, usize> = match tree.find() {
-            Ok(links) => links,
-            Err(_) if map.is_some_and(|map| map.len() >= 5) => BTreeMap::new(),
-            Err(reason) => {
-                let message = format!("the robot is not a humanoid: {reason}");
-                return Err(Diagnostic::new(Code::NotHumanoid, message)
-                    .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
-                    .into());
-            }
-        };
-        for (bone, name) in map.into_iter().flatten() {
-            let Some(name) = name else {
-                links.remove(bone);
-                continue;
-            };
-            let Some(link) = self.links.iter().position(|link| link.name == *name) else {
-                let message = format!("no link is called {name:?}, which the map names as {}", bone.as_str());
-                return Err(Diagnostic::new(Code::InvalidValue, message).into());
-            };
-            links.insert(*bone, link);
+/// The bones of the humanoid that a robot has, with those of `map` instead of what is found.
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
+/// [`Code::InvalidValue`] where no link has a name of the map.
+pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
+    let tree = Tree::new(robot);
+    let mut links: BTreeMap<Bone, usize> = match tree.find() {
+        Ok(links) => links,
+        Err(_) if map.is_some_and(|map| map.len() >= 5) => BTreeMap::new(),
+        Err(reason) => {
+            let message = format!("the robot is not a humanoid: {reason}");
+            return Err(Diagnostic::new(Code::NotHumanoid, message)
+                .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
+                .into());
         }
-        let is_leg = |bone: &Bone| LEGS.contains(bone);
-        let needed: &[Bone] = match links.keys().any(is_leg) || !ARMS.iter().all(|arm| links.contains_key(arm)) {
-            true => &LEGS,
-            false => &ARMS,
+    };
+    for (bone, name) in map.into_iter().flatten() {
+        let Some(name) = name else {
+            links.remove(bone);
+            continue;
         };
-        for bone in [Bone::Hips].iter().chain(needed) {
-            if !links.contains_key(bone) {
-                let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
-                return Err(Diagnostic::new(Code::NotHumanoid, message)
-                    .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
-                    .into());
-            }
-        }
-        let taken: Vec<usize> = links.values().copied().collect();
-        let bones = links.iter().map(|(&bone, &link)| {
-            // A foot that is part of the link of its shin.
-            if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
-                let at = tree.lowest_point(link).unwrap_or(tree.transforms[link].translation);
-                let joints = Vec::new();
-                return RobotBone { bone, link, joints, at };
-            }
-            let joints = tree.joints_to(link, &taken);
-            let at = tree.centre(&joints).unwrap_or(tree.transforms[link].translation);
-            RobotBone { bone, link, joints, at }
-        });
-        Ok(bones.collect())
+        let Some(link) = robot.links.iter().position(|link| link.name == *name) else {
+            let message = format!("no link is called {name:?}, which the map names as {}", bone.as_str());
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        };
+        links.insert(*bone, link);
     }
+    let is_leg = |bone: &Bone| LEGS.contains(bone);
+    let needed: &[Bone] = match links.keys().any(is_leg) || !ARMS.iter().all(|arm| links.contains_key(arm)) {
+        true => &LEGS,
+        false => &ARMS,
+    };
+    for bone in [Bone::Hips].iter().chain(needed) {
+        if !links.contains_key(bone) {
+            let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
+            return Err(Diagnostic::new(Code::NotHumanoid, message)
+                .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
+                .into());
+        }
+    }
+    let taken: Vec<usize> = links.values().copied().collect();
+    let bones = links.iter().map(|(&bone, &link)| {
+        // A foot that is part of the link of its shin.
+        if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
+            let at = tree.lowest_point(link).unwrap_or(tree.transforms[link].translation);
+            let joints = Vec::new();
+            return RobotBone { bone, link, joints, at };
+        }
+        let joints = tree.joints_to(link, &taken);
+        let at = tree.centre(&joints).unwrap_or(tree.transforms[link].translation);
+        RobotBone { bone, link, joints, at }
+    });
+    Ok(bones.collect())
+}
 
-    /// The robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that
-    /// are bones of a humanoid are marked.
-    pub fn scene(&self) -> Scene {
-        let nodes = self.links.iter().map(|link| Node {
-            name: link.name.clone(),
-            kind: NodeKind::Joint,
-            parent: link.parent.map(NodeId::new),
-            transform: link.joint.link_to_parent(0.0).to_matrix(),
-            source: Some(SourceLines {
-                name: link.line,
-                ..SourceLines::default()
-            }),
-            ..Node::default()
-        });
-        let mut scene = Scene {
-            nodes: nodes.collect(),
-            metadata: Metadata {
-                format: self.format,
-                metres_per_unit: Some(1.0),
-                up: Some(UpAxis::Z),
-                ..Metadata::default()
-            },
-            ..Scene::default()
-        };
-        for bone in self.bones(None).unwrap_or_default() {
-            let marked = &mut scene.nodes[bone.link].humanoid_bone;
-            // A foot that is part of the shin is no node of its own.
-            if marked.is_none() || !bone.joints.is_empty() {
-                *marked = Some(bone.bone);
-            }
+/// A robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that
+/// are bones of a humanoid are marked.
+pub fn robot_scene(robot: &Robot) -> Scene {
+    let nodes = robot.links.iter().map(|link| Node {
+        name: link.name.clone(),
+        kind: NodeKind::Joint,
+        parent: link.parent.map(NodeId::new),
+        transform: link.joint.link_to_parent(0.0).to_matrix(),
+        source: Some(SourceLines {
+            name: link.line,
+            ..SourceLines::default()
+        }),
+        ..Node::default()
+    });
+    let mut scene = Scene {
+        nodes: nodes.collect(),
+        metadata: Metadata {
+            format: robot.format,
+            metres_per_unit: Some(1.0),
+            up: Some(UpAxis::Z),
+            ..Metadata::default()
+        },
+        ..Scene::default()
+    };
+    for bone in robot_bones(robot, None).unwrap_or_default() {
+        let marked = &mut scene.nodes[bone.link].humanoid_bone;
+        // A foot that is part of the shin is no node of its own.
+        if marked.is_none() || !bone.joints.is_empty() {
+            *marked = Some(bone.bone);
         }
-        scene
     }
+    scene
 }
 
 /// The moving links of a robot.

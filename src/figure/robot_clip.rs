@@ -5,48 +5,47 @@ use glam::{Quat, Vec3};
 use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Channel, Keys, NodeId};
 
-impl Robot {
-    /// The animation of [`scene`](Self::scene) in which the base and the joints, frame by frame, are there.
-    pub(crate) fn clip(&self, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
-        let joints = self.moving_joints();
-        let channel = |link: usize, transforms: Vec<Placement>| {
-            let mut rotations: Vec<Quat> = transforms
-                .iter()
-                .map(|transform| transform.rotation.as_quat())
-                .collect();
-            for index in 1..rotations.len() {
-                if rotations[index].dot(rotations[index - 1]) < 0.0 {
-                    rotations[index] = -rotations[index];
-                }
+/// The animation of [`robot_scene`](super::robot_bones::robot_scene) in which the base and the joints, frame by frame,
+/// are there.
+pub(crate) fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
+    let joints = robot.moving_joints();
+    let channel = |link: usize, transforms: Vec<Placement>| {
+        let mut rotations: Vec<Quat> = transforms
+            .iter()
+            .map(|transform| transform.rotation.as_quat())
+            .collect();
+        for index in 1..rotations.len() {
+            if rotations[index].dot(rotations[index - 1]) < 0.0 {
+                rotations[index] = -rotations[index];
             }
-            let positions: Vec<Vec3> = transforms
-                .iter()
-                .map(|transform| transform.translation.as_vec3())
-                .collect();
-            let stays = positions.iter().all(|position| *position == positions[0]);
-            Channel {
-                node_name: self.links[link].name.clone(),
-                node: Some(NodeId::new(link)),
-                position_keys: match positions.first() {
-                    Some(first) if stays => Keys::constant(*first),
-                    _ => Keys::every_tick(positions),
-                },
-                rotation_keys: Keys::every_tick(rotations),
-                scaling_keys: Keys::constant(Vec3::ONE),
-            }
-        };
-        let frames = root.len();
-        let mut channels = vec![channel(0, root.to_vec())];
-        for (dof, &link) in joints.iter().enumerate().filter(|(_, link)| **link > 0) {
-            let joint = &self.links[link].joint;
-            let transform = |frame: usize| joint.link_to_parent(dof_pos[frame * joints.len() + dof]);
-            channels.push(channel(link, (0..frames).map(transform).collect()));
         }
-        Animation {
-            name: name.to_owned(),
-            ticks_per_second: fps,
-            duration: frames.saturating_sub(1) as f64,
-            channels,
+        let positions: Vec<Vec3> = transforms
+            .iter()
+            .map(|transform| transform.translation.as_vec3())
+            .collect();
+        let stays = positions.iter().all(|position| *position == positions[0]);
+        Channel {
+            node_name: robot.links[link].name.clone(),
+            node: Some(NodeId::new(link)),
+            position_keys: match positions.first() {
+                Some(first) if stays => Keys::constant(*first),
+                _ => Keys::every_tick(positions),
+            },
+            rotation_keys: Keys::every_tick(rotations),
+            scaling_keys: Keys::constant(Vec3::ONE),
         }
+    };
+    let frames = root.len();
+    let mut channels = vec![channel(0, root.to_vec())];
+    for (dof, &link) in joints.iter().enumerate().filter(|(_, link)| **link > 0) {
+        let joint = &robot.links[link].joint;
+        let transform = |frame: usize| joint.link_to_parent(dof_pos[frame * joints.len() + dof]);
+        channels.push(channel(link, (0..frames).map(transform).collect()));
+    }
+    Animation {
+        name: name.to_owned(),
+        ticks_per_second: fps,
+        duration: frames.saturating_sub(1) as f64,
+        channels,
     }
 }

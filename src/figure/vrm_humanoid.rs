@@ -27,30 +27,28 @@ pub(crate) const ENDS: [Bone; 5] = [
     Bone::RightFoot,
 ];
 
-impl Scene {
-    /// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the
-    /// humanoid: the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no
-    /// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
-    /// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where
-    /// they are not to be searched for.
-    ///
-    /// ```
-    /// use mocap::Conversion;
-    ///
-    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-    /// Conversion::new().apply(&mut scene)?;
-    /// let humanoid = scene.vrm_humanoid(None)?;
-    /// let bones = |scene: &mocap::Scene| scene.nodes.iter().filter(|node| node.humanoid_bone.is_some()).count();
-    /// assert_eq!(bones(&humanoid), humanoid.nodes.len());
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
-    /// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
-    pub fn vrm_humanoid(&self, known: Option<Humanoid>) -> Result<Scene> {
-        vrm_humanoid_shown(self, None, known)
-    }
+/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the
+/// humanoid: the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no
+/// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
+/// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where
+/// they are not to be searched for.
+///
+/// ```
+/// use mocap::{Conversion, figure};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let humanoid = figure::vrm_humanoid(&scene, None)?;
+/// let bones = |scene: &mocap::Scene| scene.nodes.iter().filter(|node| node.humanoid_bone.is_some()).count();
+/// assert_eq!(bones(&humanoid), humanoid.nodes.len());
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
+/// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
+pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
+    vrm_humanoid_shown(scene, None, known)
 }
 
 /// As [`vrm_humanoid`]. The T-pose is read from `other`, which has other frames of the motion, unless a step changed

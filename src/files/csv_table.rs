@@ -15,6 +15,29 @@ pub(crate) fn is_own_csv(head: &[u8]) -> bool {
     OWN_HEADS.iter().any(|own| head.starts_with(own.as_bytes()))
 }
 
+/// A name as a field of RFC 4180: one with a comma, a quote or a line end is quoted, and its quotes doubled.
+///
+/// Spreadsheets calculate what begins with `=`, `+`, `-`, `@`, a tab or a line end, whether it is quoted or not. With
+/// `for_spreadsheet`, such a name gets a `'` before it, which a spreadsheet takes as the mark of a text. Numbers need
+/// none.
+///
+/// ```
+/// use mocap::files::csv_field;
+///
+/// assert_eq!(csv_field("Hips", true), "Hips");
+/// assert_eq!(csv_field("=1+1", false), "=1+1");
+/// assert_eq!(csv_field("=SUM(A1,A2)", true), "\"'=SUM(A1,A2)\"");
+/// ```
+pub fn csv_field(text: &str, for_spreadsheet: bool) -> String {
+    let is_formula = for_spreadsheet && text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    let mark = if is_formula { "'" } else { "" };
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{mark}{}\"", text.replace('"', "\"\""))
+    } else {
+        format!("{mark}{text}")
+    }
+}
+
 /// Whether the text begins with the names of the columns of a table of points.
 pub(crate) fn is_csv_of_points(head: &[u8]) -> bool {
     let head = &head[..head.len().min(CSV_HEAD)];

@@ -9,6 +9,8 @@ use super::Importer;
 use super::solved::is_array;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::robot_bones::robot_scene;
+use crate::figure::vrm_humanoid;
 use crate::format::{Body, ReadOptions, Source, body_model};
 use crate::pose::Pose;
 use crate::scene::{Format, HumanoidBone, Scene};
@@ -41,7 +43,7 @@ impl Importer {
         if matches!(format, Ok(Format::Urdf | Format::Mjcf)) {
             let robot = importer.robot(file)?;
             // A robot without legs takes no rotations of people, but it has joints.
-            let bones = bones(robot.scene()).unwrap_or_default();
+            let bones = bones(robot_scene(&robot)).unwrap_or_default();
             return Ok(Body::Robot(Box::new(robot), bones));
         }
         bones(importer.read(file.bytes, file.name)?).map(Body::Bones)
@@ -61,7 +63,7 @@ impl Importer {
 /// Where the bones of a figure are in its T-pose.
 fn bones(mut scene: Scene) -> Result<BTreeMap<HumanoidBone, Vec3>> {
     Conversion::new().apply(&mut scene)?;
-    let body = scene.vrm_humanoid(None)?;
+    let body = vrm_humanoid(&scene, None)?;
     let rest = Pose::rest(&body);
     let position =
         |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));

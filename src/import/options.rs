@@ -309,6 +309,7 @@ impl Importer {
     /// (`.dae`), with as many details as a picture shows. Default: `false`, only their extent is read, of STL and OBJ.
     ///
     /// ```
+    /// use mocap::robot::{add_links, robot_scene};
     /// use mocap::{Importer, MemoryFile};
     ///
     /// let robot = r#"<robot name="r"><link name="arm"><visual><geometry>
@@ -318,8 +319,8 @@ impl Importer {
     /// let robot = MemoryFile { name: "r.urdf", bytes: robot.as_bytes() };
     /// let arm = MemoryFile { name: "meshes/arm.obj", bytes: arm };
     /// let robot = Importer::new().robot_meshes(true).read_robot_among(robot, &[arm])?;
-    /// let mut scene = robot.scene();
-    /// robot.add_links(&mut scene);
+    /// let mut scene = robot_scene(&robot);
+    /// add_links(&robot, &mut scene);
     /// assert_eq!(scene.meshes[0].indices.len(), 4 * 3);
     /// assert!(scene.meshes[0].vertices.iter().any(|vertex| vertex.z == 0.5));
     /// # Ok::<(), mocap::Error>(())

@@ -197,7 +197,7 @@ impl Clips<'_> {
 /// A matrix as an array of NumPy.
 #[cfg(feature = "npz")]
 fn array_of(matrix: &DistanceMatrix) -> Result<Vec<u8>> {
-    Ok(matrix.to_npy())
+    Ok(crate::arrays::matrix_npy(matrix))
 }
 
 #[cfg(not(feature = "npz"))]
@@ -217,7 +217,7 @@ fn picture_of(matrix: &DistanceMatrix, graph: Option<&MotionGraph>, second: usiz
         .iter()
         .filter(|transition| transition.from[0] == 0 && transition.to[0] == second)
         .map(|transition| [transition.from[1], transition.to[1] + 1 - window]);
-    matrix.png(&Vec::from_iter(between))
+    crate::render::distance_matrix_png(matrix, &Vec::from_iter(between))
 }
 
 #[cfg(not(feature = "render"))]

@@ -22,7 +22,7 @@ use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
 use crate::process::{self, SkeletonMesh};
-use crate::retargeting::{Report, Retargeting, SourceMotion, whole};
+use crate::retargeting::{Report, Retargeting, SourceMotion, apply_steps_with_bones, whole};
 use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -377,7 +377,7 @@ impl<'a> Maker<'a> {
         // What the caller has stated is recorded.
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
-        let (reports, found) = EditStep::apply_found(scene, &self.job.steps, &others, stated, found)?;
+        let (reports, found) = apply_steps_with_bones(scene, &self.job.steps, &others, stated, found)?;
         reports.iter().for_each(|report| hear(Said::Step(report)));
         Ok(found)
     }

@@ -1,5 +1,6 @@
 //! The formats of motions on robots.
 
+use crate::arrays::{self, trainers};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::Written;
 use crate::retargeting::{Retargeting, Target};
@@ -127,10 +128,10 @@ impl RobotFormat {
         });
         let metadata = metadata.to_string();
         Ok(match self {
-            Self::Pkl | Self::Gmr => Written::from(motion.to_pickle()),
-            Self::Csv | Self::UnitreeCsv => Written::from(motion.to_csv(robot).into_bytes()),
-            Self::MimicKit => Written::from(motion.for_mimic_kit(&metadata)),
-            Self::Twist => Written::from(motion.for_twist(robot, &metadata)),
+            Self::Pkl | Self::Gmr => Written::from(arrays::robot_pickle(motion)),
+            Self::Csv | Self::UnitreeCsv => Written::from(arrays::robot_csv(motion, robot).into_bytes()),
+            Self::MimicKit => Written::from(trainers::for_mimic_kit(motion, &metadata)),
+            Self::Twist => Written::from(trainers::for_twist(motion, robot, &metadata)),
             Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => {
                 Written::from(self.archive(motion, robot, &metadata)?)
             }
@@ -143,12 +144,12 @@ impl RobotFormat {
         use crate::arrays::npz::of_arrays;
 
         Ok(match self {
-            Self::Qpos => motion.to_qpos_npz(),
-            Self::Mjlab => of_arrays(&motion.for_mjlab(robot, metadata)),
-            Self::IsaacLab => of_arrays(&motion.for_isaac_lab(robot, metadata)),
-            Self::Dynamics => of_arrays(&motion.for_dynamics(robot, metadata)),
-            Self::ProtoMotions => of_arrays(&motion.for_proto_motions(metadata)),
-            _ => motion.to_npz(),
+            Self::Qpos => arrays::robot_qpos_npz(motion),
+            Self::Mjlab => of_arrays(&trainers::for_mjlab(motion, robot, metadata)),
+            Self::IsaacLab => of_arrays(&trainers::for_isaac_lab(motion, robot, metadata)),
+            Self::Dynamics => of_arrays(&trainers::for_dynamics(motion, robot, metadata)),
+            Self::ProtoMotions => of_arrays(&trainers::for_proto_motions(motion, metadata)),
+            _ => arrays::robot_npz(motion),
         })
     }
 

@@ -3,54 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::de::{Deserializer, Error as _};
-use serde::{Deserialize, Serialize, Serializer};
-
-use crate::convert::{RestPoseSource, TimeRange};
 use crate::figure::Unit;
-use crate::retarget::Scale;
+use crate::options::as_text;
 use crate::scene::UpAxis;
 
-/// A type that serializes as its text; a number is read as its text too.
-macro_rules! as_text {
-    ($($name:ident)*) => {$(
-        impl Serialize for $name {
-            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.collect_str(self)
-            }
-        }
-
-        impl<'de> Deserialize<'de> for $name {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let text = match TextOrNumber::deserialize(deserializer)? {
-                    TextOrNumber::Text(text) => text,
-                    TextOrNumber::Number(number) => number.to_string(),
-                };
-                text.parse().map_err(|expected: String| D::Error::custom(format!("{text:?}: {expected}")))
-            }
-        }
-
-        #[cfg(feature = "schema")]
-        impl schemars::JsonSchema for $name {
-            fn schema_name() -> std::borrow::Cow<'static, str> {
-                stringify!($name).into()
-            }
-
-            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                schemars::json_schema!({ "type": ["string", "number"], "description": Self::TAKES })
-            }
-        }
-    )*};
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a text or a number")]
-enum TextOrNumber {
-    Text(String),
-    Number(serde_json::Number),
-}
-
-as_text!(Length UnitChoice UpChoice TimeRange RestPoseSource Scale Angle);
+as_text!(Length UnitChoice UpChoice Angle);
 
 /// A length in metres.
 ///
@@ -214,69 +171,6 @@ impl fmt::Display for UpChoice {
     }
 }
 
-impl RestPoseSource {
-    #[cfg(feature = "schema")]
-    const TAKES: &str = "zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N";
-}
-
-impl FromStr for RestPoseSource {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let frame = text.strip_prefix("frame:").and_then(|frame| frame.parse().ok());
-        match (text, frame) {
-            ("zero", _) => Ok(Self::InFile),
-            ("t-pose", _) => Ok(Self::TPose),
-            ("a-pose", _) => Ok(Self::APose),
-            (_, Some(frame)) => Ok(Self::Frame(frame)),
-            _ => Err("expected zero, t-pose, a-pose or frame:N".to_owned()),
-        }
-    }
-}
-
-impl fmt::Display for RestPoseSource {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Frame(frame) => write!(f, "frame:{frame}"),
-            Self::TPose => f.write_str("t-pose"),
-            Self::APose => f.write_str("a-pose"),
-            Self::InFile => f.write_str("zero"),
-        }
-    }
-}
-
-impl Scale {
-    #[cfg(feature = "schema")]
-    const TAKES: &str = "auto (in the proportion of the legs), none (as in the source), or a factor above 0";
-}
-
-impl FromStr for Scale {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let factor = text
-            .parse()
-            .ok()
-            .filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
-        match (text, factor) {
-            ("auto", _) => Ok(Self::Auto),
-            ("none", _) => Ok(Self::None),
-            (_, Some(factor)) => Ok(Self::Factor(factor)),
-            _ => Err("neither auto nor none nor a factor above 0".to_owned()),
-        }
-    }
-}
-
-impl fmt::Display for Scale {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Auto => f.write_str("auto"),
-            Self::None => f.write_str("none"),
-            Self::Factor(factor) => factor.fmt(f),
-        }
-    }
-}
-
 /// An angle in degrees.
 ///
 /// ```
@@ -313,6 +207,8 @@ impl fmt::Display for Angle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::convert::{RestPoseSource, TimeRange};
+    use crate::retarget::Scale;
 
     /// What is printed is read as the value that was printed.
     fn round_trips<T: FromStr<Err = String> + fmt::Display + PartialEq + fmt::Debug>(texts: &[&str]) {

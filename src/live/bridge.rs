@@ -9,6 +9,7 @@ use super::play::{beginning, bundles, pose_message};
 use super::record::{VmcCounts, VmcRecorder};
 use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
 use crate::error::{Error, Result};
+use crate::figure::vrm_humanoid;
 use crate::pose::{Pose, Trs};
 use crate::retarget::{RetargetOptions, Retargeter};
 use crate::robot::{RobotOptions, RobotStream};
@@ -112,11 +113,11 @@ impl VmcBridge {
     /// those of blend shapes, go on as they are.
     ///
     /// # Errors
-    /// As [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid): where no humanoid is found in it.
+    /// As [`figure::vrm_humanoid`](crate::figure::vrm_humanoid()): where no humanoid is found in it.
     pub fn onto(character: &Scene) -> Result<Self> {
         let mut target = character.clone();
         target.animations.clear();
-        let mut target = target.vrm_humanoid(None)?;
+        let mut target = vrm_humanoid(&target, None)?;
         target.nodes.retain(|node| node.humanoid_bone.is_some());
         // As in a VRM animation, its rest pose is the T-pose.
         target.metadata.format = Some(Format::Vrma);

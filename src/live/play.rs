@@ -5,6 +5,7 @@ use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
 use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 use crate::error::Result;
+use crate::figure::vrm_humanoid;
 use crate::scene::{Channel, HumanoidBone as Bone, Scene};
 
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
@@ -26,9 +27,9 @@ impl VmcMotion {
     /// The first motion of a scene, which is in metres with +Y up.
     ///
     /// # Errors
-    /// As [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid): where no humanoid is found in it.
+    /// As [`figure::vrm_humanoid`](crate::figure::vrm_humanoid()): where no humanoid is found in it.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let scene = scene.vrm_humanoid(None)?;
+        let scene = vrm_humanoid(scene, None)?;
         Ok(Self { scene })
     }
 

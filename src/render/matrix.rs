@@ -14,51 +14,50 @@ const BLACK: f32 = 0.5;
 const DOT: usize = 1;
 const MARK: [u8; 3] = [220, 30, 40];
 
-impl DistanceMatrix {
-    /// Draws the matrix as PNG, as the paper has it: the moments of the first clip from top to bottom, those of the
-    /// second from left to right, and the lighter, the more alike. `marked` are rows and columns that get a red dot.
-    ///
-    /// ```
-    /// use mocap::graph::{GraphBuilder, GraphOptions};
-    ///
-    /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
-    /// let mut builder = GraphBuilder::new(&GraphOptions::new())?;
-    /// builder.add("walk.bvh", &walk)?;
-    /// let png = builder.matrix(0, 0)?.png(&[])?;
-    /// assert!(png.starts_with(b"\x89PNG"));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`Code::LimitExceeded`] for a matrix without a row or a column.
-    pub fn png(&self, marked: &[[usize; 2]]) -> Result<Vec<u8>> {
-        const STEADY: &str = "the header is one of a picture of this size, and memory takes all";
-        let block = self.rows.max(self.columns).div_ceil(LARGEST).max(1);
-        let (height, width) = (self.rows.div_ceil(block), self.columns.div_ceil(block));
-        check_size(width as u32, height as u32, Code::LimitExceeded)?;
-        let mut least = vec![f32::INFINITY; width * height];
-        for (index, distance) in self.values.iter().enumerate() {
-            let (row, column) = (index / self.columns / block, index % self.columns / block);
-            let pixel = &mut least[row * width + column];
-            *pixel = pixel.min(*distance);
-        }
-        let light = |distance: &f32| (255.0 * (1.0 - (distance / BLACK).min(1.0))).round() as u8;
-        let mut pixels: Vec<[u8; 3]> = least.iter().map(|distance| [light(distance); 3]).collect();
-        for [row, column] in marked {
-            let around = |middle: usize, side: usize| middle.saturating_sub(DOT)..=(middle + DOT).min(side - 1);
-            for row in around(row / block, height) {
-                for column in around(column / block, width) {
-                    pixels[row * width + column] = MARK;
-                }
+/// Draws a matrix as PNG, as the paper has it: the moments of the first clip from top to bottom, those of the
+/// second from left to right, and the lighter, the more alike. `marked` are rows and columns that get a red dot.
+///
+/// ```
+/// use mocap::graph::{GraphBuilder, GraphOptions};
+/// use mocap::render::distance_matrix_png;
+///
+/// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// let mut builder = GraphBuilder::new(&GraphOptions::new())?;
+/// builder.add("walk.bvh", &walk)?;
+/// let png = distance_matrix_png(&builder.matrix(0, 0)?, &[])?;
+/// assert!(png.starts_with(b"\x89PNG"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::LimitExceeded`] for a matrix without a row or a column.
+pub fn distance_matrix_png(matrix: &DistanceMatrix, marked: &[[usize; 2]]) -> Result<Vec<u8>> {
+    const STEADY: &str = "the header is one of a picture of this size, and memory takes all";
+    let block = matrix.rows.max(matrix.columns).div_ceil(LARGEST).max(1);
+    let (height, width) = (matrix.rows.div_ceil(block), matrix.columns.div_ceil(block));
+    check_size(width as u32, height as u32, Code::LimitExceeded)?;
+    let mut least = vec![f32::INFINITY; width * height];
+    for (index, distance) in matrix.values.iter().enumerate() {
+        let (row, column) = (index / matrix.columns / block, index % matrix.columns / block);
+        let pixel = &mut least[row * width + column];
+        *pixel = pixel.min(*distance);
+    }
+    let light = |distance: &f32| (255.0 * (1.0 - (distance / BLACK).min(1.0))).round() as u8;
+    let mut pixels: Vec<[u8; 3]> = least.iter().map(|distance| [light(distance); 3]).collect();
+    for [row, column] in marked {
+        let around = |middle: usize, side: usize| middle.saturating_sub(DOT)..=(middle + DOT).min(side - 1);
+        for row in around(row / block, height) {
+            for column in around(column / block, width) {
+                pixels[row * width + column] = MARK;
             }
         }
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header().expect(STEADY);
-        writer.write_image_data(pixels.as_flattened()).expect(STEADY);
-        writer.finish().expect(STEADY);
-        Ok(bytes)
     }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().expect(STEADY);
+    writer.write_image_data(pixels.as_flattened()).expect(STEADY);
+    writer.finish().expect(STEADY);
+    Ok(bytes)
 }

@@ -32,7 +32,7 @@ use super::svg::escape;
 use crate::edit::DetectedContacts;
 use crate::error::visible;
 use crate::figure::Figure;
-use crate::retarget::LimbAngles;
+use crate::figure::LimbAngles;
 
 /// A clip on a page.
 ///

@@ -1,22 +1,9 @@
 //! The angle of each limb between two skeletons, tick by tick.
 
 use super::{Retargeter, measure};
+use crate::figure::LimbAngles;
 use crate::figure::ticks::ticks;
-use crate::scene::{Animation, HumanoidBone, NodeId, Scene};
-
-/// How far the directions of a limb are apart at each tick.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct LimbAngles {
-    /// The bone.
-    pub bone: HumanoidBone,
-    /// The joint of the target that the limb starts from.
-    pub node: NodeId,
-    /// The angle at each tick, in degrees.
-    pub degrees: Vec<f32>,
-}
+use crate::scene::{Animation, Scene};
 
 impl Retargeter {
     /// The angles of which [`Retargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of

@@ -7,51 +7,50 @@ use crate::figure::{Humanoid, HumanoidMap};
 use crate::pose::have_the_same_joints;
 use crate::scene::Scene;
 
-impl EditStep {
-    /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
-    /// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
-    /// of the step before. A second motion with another skeleton is retargeted, which the report of its step says.
-    ///
-    /// ```
-    /// use mocap::edit::{Concat, EditStep, Smooth};
-    ///
-    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-    /// let other = mocap::import("fixtures/skeletons/accad_run_turn.bvh")?;
-    /// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Concat::new().into()];
-    /// let reports = EditStep::apply_all(&mut scene, &steps, &[&other], None)?;
-    /// assert!(reports[0].to_string().starts_with("smooth: "));
-    /// let text = reports[1].to_string();
-    /// assert!(text.starts_with("concat with accad_run_turn.bvh, retargeted from another skeleton ("));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// Those of the steps, and of [`second_motions`](Self::second_motions);
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where a second motion has another skeleton and cannot be
-    /// retargeted. `scene` has then the changes of the steps before.
-    pub fn apply_all(
-        scene: &mut Scene,
-        steps: &[Self],
-        others: &[&Scene],
-        humanoid: Option<&Humanoid>,
-    ) -> Result<Vec<EditReport>> {
-        if steps.is_empty() {
-            return Self::check_others(others).map(|()| Vec::new());
-        }
-        let found = humanoid.cloned().unwrap_or_else(|| Humanoid::of(scene));
-        Ok(Self::apply_found(scene, steps, others, humanoid.cloned(), found)?.0)
+/// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
+/// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
+/// of the step before. A second motion with another skeleton is retargeted, which the report of its step says.
+///
+/// ```
+/// use mocap::edit::{Concat, EditStep, Smooth};
+/// use mocap::retargeting::apply_steps;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let other = mocap::import("fixtures/skeletons/accad_run_turn.bvh")?;
+/// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Concat::new().into()];
+/// let reports = apply_steps(&mut scene, &steps, &[&other], None)?;
+/// assert!(reports[0].to_string().starts_with("smooth: "));
+/// let text = reports[1].to_string();
+/// assert!(text.starts_with("concat with accad_run_turn.bvh, retargeted from another skeleton ("));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// Those of the steps, and of [`EditStep::second_motions`];
+/// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where a second motion has another skeleton and cannot be
+/// retargeted. `scene` has then the changes of the steps before.
+pub fn apply_steps(
+    scene: &mut Scene,
+    steps: &[EditStep],
+    others: &[&Scene],
+    humanoid: Option<&Humanoid>,
+) -> Result<Vec<EditReport>> {
+    if steps.is_empty() {
+        return EditStep::check_others(others).map(|()| Vec::new());
     }
+    let found = humanoid.cloned().unwrap_or_else(|| Humanoid::of(scene));
+    Ok(apply_steps_with_bones(scene, steps, others, humanoid.cloned(), found)?.0)
+}
 
-    /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
-    pub(crate) fn apply_found(
-        scene: &mut Scene,
-        steps: &[Self],
-        others: &[&Scene],
-        stated: Option<Humanoid>,
-        found: Humanoid,
-    ) -> Result<(Vec<EditReport>, Humanoid)> {
-        Self::apply_fitted(scene, steps, (others, &second_motion), stated, found)
-    }
+/// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
+pub(crate) fn apply_steps_with_bones(
+    scene: &mut Scene,
+    steps: &[EditStep],
+    others: &[&Scene],
+    stated: Option<Humanoid>,
+    found: Humanoid,
+) -> Result<(Vec<EditReport>, Humanoid)> {
+    EditStep::apply_fitted(scene, steps, (others, &second_motion), stated, found)
 }
 
 /// A second motion on the skeleton of `scene`, which has these bones: `None` where it has the joints already.

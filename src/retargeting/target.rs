@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::error::{Code, Result};
 use crate::format::gltf::Character;
 use crate::import::Importer;
-use crate::robot::Robot;
+use crate::robot::{Robot, robot_scene};
 use crate::scene::Scene;
 
 /// The body that motions are put on. A clone shares it.
@@ -52,7 +52,7 @@ impl Target {
         match self {
             Self::Character(character) => Cow::Borrowed(character.scene()),
             Self::Skeleton(scene) => Cow::Borrowed(scene),
-            Self::Robot(robot) => Cow::Owned(robot.scene()),
+            Self::Robot(robot) => Cow::Owned(robot_scene(robot)),
         }
     }
 }

@@ -351,6 +351,7 @@ fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::robot_bones::robot_bones;
 
     /// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
     #[test]
@@ -379,7 +380,7 @@ mod tests {
     fn stuck_leg() -> Stuck {
         let urdf = std::fs::read("fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
         let robot = crate::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
-        let twin = Twin::new(&robot, &robot.bones(None).unwrap()).unwrap();
+        let twin = Twin::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
         let kinematics = Kinematics::new(&robot);
         let mut branches = Branches::new(&kinematics, &twin);
         branches.limbs.retain(|limb| limb.foot.is_some());

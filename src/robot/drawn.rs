@@ -14,98 +14,99 @@ const AROUND: usize = 16;
 /// Rings of each of its ends.
 const RINGS: usize = 5;
 
-impl Robot {
-    /// Adds a mesh for each link to a scene with the nodes of [`Robot::scene`]. Pictures draw them. A link has the
-    /// triangles of its mesh files, where [`Importer::robot_meshes`](crate::Importer::robot_meshes) has read them; else
-    /// the capsules within its shapes, as for collisions, or where it has none the lines to the joints that it carries.
-    ///
-    /// ```
-    /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
-    /// let mut scene = robot.scene();
-    /// robot.add_links(&mut scene);
-    /// assert!(scene.meshes.len() > 15);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    pub fn add_links(&self, scene: &mut Scene) {
-        let material_index = scene.materials.len();
-        scene.materials.push(Material {
-            name: "links".to_owned(),
-            two_sided: true,
-            surface: None,
-        });
-        for link in 0..self.links.len().min(scene.nodes.len()) {
-            let Some((vertices, normals, indices)) = self.files_of(link).or_else(|| self.body_of(link)) else {
-                continue;
-            };
-            let weight = |vertex_id| VertexWeight { vertex_id, weight: 1.0 };
-            let name = self.links[link].name.clone();
-            scene.nodes[link].meshes.push(scene.meshes.len());
-            scene.meshes.push(Mesh {
-                name: format!("{name} link"),
-                primitive: Primitive::Triangles,
-                bones: vec![Bone {
-                    name,
-                    node: NodeId::new(link),
-                    offset_matrix: Mat4::IDENTITY,
-                    weights: (0..vertices.len() as u32).map(weight).collect(),
-                }],
-                vertices,
-                normals,
-                indices,
-                material_index,
-                ..Mesh::default()
-            });
-        }
-    }
-
-    /// The triangles of the mesh files of a link: of what is only seen, or else of what touches.
-    fn files_of(&self, link: usize) -> Option<Surface> {
-        let surfaces = |collides: bool| {
-            let shapes = self.links[link]
-                .shapes
-                .iter()
-                .filter(move |shape| shape.collides == collides);
-            shapes.filter_map(|shape| match &shape.kind {
-                ShapeKind::Mesh {
-                    surface: Some(mesh), ..
-                } => Some((shape.origin, mesh)),
-                _ => None,
-            })
+/// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene). Pictures draw
+/// them. A link has the triangles of its mesh files, where
+/// [`Importer::robot_meshes`](crate::Importer::robot_meshes) has read them; else the capsules within its shapes, as for
+/// collisions, or where it has none the lines to the joints that it carries.
+///
+/// ```
+/// use mocap::robot::{add_links, robot_scene};
+///
+/// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let mut scene = robot_scene(&robot);
+/// add_links(&robot, &mut scene);
+/// assert!(scene.meshes.len() > 15);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn add_links(robot: &Robot, scene: &mut Scene) {
+    let material_index = scene.materials.len();
+    scene.materials.push(Material {
+        name: "links".to_owned(),
+        two_sided: true,
+        surface: None,
+    });
+    for link in 0..robot.links.len().min(scene.nodes.len()) {
+        let Some((vertices, normals, indices)) = files_of(robot, link).or_else(|| body_of(robot, link)) else {
+            continue;
         };
-        let are_seen = surfaces(false).next().is_some();
-        let (mut vertices, mut normals, mut indices) = Surface::default();
-        for (origin, mesh) in surfaces(!are_seen) {
-            let first = vertices.len() as u32;
-            let matrix = origin.to_matrix();
-            vertices.extend(mesh.vertices.iter().map(|vertex| matrix.transform_point3(*vertex)));
-            normals.extend(
-                mesh.normals
-                    .iter()
-                    .map(|normal| matrix.transform_vector3(*normal).normalize_or(*normal)),
-            );
-            indices.extend(mesh.indices.iter().map(|index| first + index));
-        }
-        (!indices.is_empty()).then_some((vertices, normals, indices))
+        let weight = |vertex_id| VertexWeight { vertex_id, weight: 1.0 };
+        let name = robot.links[link].name.clone();
+        scene.nodes[link].meshes.push(scene.meshes.len());
+        scene.meshes.push(Mesh {
+            name: format!("{name} link"),
+            primitive: Primitive::Triangles,
+            bones: vec![Bone {
+                name,
+                node: NodeId::new(link),
+                offset_matrix: Mat4::IDENTITY,
+                weights: (0..vertices.len() as u32).map(weight).collect(),
+            }],
+            vertices,
+            normals,
+            indices,
+            material_index,
+            ..Mesh::default()
+        });
     }
+}
 
-    fn body_of(&self, link: usize) -> Option<Surface> {
-        let mut capsules = capsules_of(self, &[(Placement::IDENTITY, link)]);
-        if capsules.is_empty() {
-            capsules = self.lines_to_children(link);
-        }
-        (!capsules.is_empty()).then(|| surface_of(&capsules))
-    }
-
-    fn lines_to_children(&self, link: usize) -> Vec<Capsule> {
-        let children = self.links.iter().filter(|child| child.parent == Some(link));
-        let ends = children.map(|child| child.joint.origin.translation);
-        let far = ends.filter(|end| end.length() > 0.0);
-        far.map(|end| Capsule {
-            ends: [DVec3::ZERO, end],
-            radius: THICKNESS * end.length(),
+/// The triangles of the mesh files of a link: of what is only seen, or else of what touches.
+fn files_of(robot: &Robot, link: usize) -> Option<Surface> {
+    let surfaces = |collides: bool| {
+        let shapes = robot.links[link]
+            .shapes
+            .iter()
+            .filter(move |shape| shape.collides == collides);
+        shapes.filter_map(|shape| match &shape.kind {
+            ShapeKind::Mesh {
+                surface: Some(mesh), ..
+            } => Some((shape.origin, mesh)),
+            _ => None,
         })
-        .collect()
+    };
+    let are_seen = surfaces(false).next().is_some();
+    let (mut vertices, mut normals, mut indices) = Surface::default();
+    for (origin, mesh) in surfaces(!are_seen) {
+        let first = vertices.len() as u32;
+        let matrix = origin.to_matrix();
+        vertices.extend(mesh.vertices.iter().map(|vertex| matrix.transform_point3(*vertex)));
+        normals.extend(
+            mesh.normals
+                .iter()
+                .map(|normal| matrix.transform_vector3(*normal).normalize_or(*normal)),
+        );
+        indices.extend(mesh.indices.iter().map(|index| first + index));
     }
+    (!indices.is_empty()).then_some((vertices, normals, indices))
+}
+
+fn body_of(robot: &Robot, link: usize) -> Option<Surface> {
+    let mut capsules = capsules_of(robot, &[(Placement::IDENTITY, link)]);
+    if capsules.is_empty() {
+        capsules = lines_to_children(robot, link);
+    }
+    (!capsules.is_empty()).then(|| surface_of(&capsules))
+}
+
+fn lines_to_children(robot: &Robot, link: usize) -> Vec<Capsule> {
+    let children = robot.links.iter().filter(|child| child.parent == Some(link));
+    let ends = children.map(|child| child.joint.origin.translation);
+    let far = ends.filter(|end| end.length() > 0.0);
+    far.map(|end| Capsule {
+        ends: [DVec3::ZERO, end],
+        radius: THICKNESS * end.length(),
+    })
+    .collect()
 }
 
 /// Vertices, normals, corners of triangles.

@@ -176,7 +176,7 @@ impl Measured<'_> {
     }
 
     /// The angles of the limbs that the report is about, frame by frame; each starts from a link, a node of
-    /// [`Robot::scene`](crate::robot::Robot::scene).
+    /// [`robot_scene`](crate::robot::robot_scene).
     pub(super) fn limb_angles(
         &self,
         retargeter: &Retargeter,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::kinematics::{Kinematics, RobotPose};
+use crate::figure::robot_clip;
 use crate::scene::Animation;
 use crate::scene::robot::{Placement, Robot};
 
@@ -81,12 +82,10 @@ impl RobotMotion {
         }
         values
     }
-}
 
-impl Robot {
-    /// A motion as an animation of [`scene`](Self::scene).
-    pub fn animation(&self, motion: &RobotMotion) -> Animation {
-        self.clip(&motion.name, motion.fps, &motion.root, &motion.dof_pos)
+    /// The motion as an animation of [`robot_scene`](crate::robot::robot_scene).
+    pub fn to_animation(&self, robot: &Robot) -> Animation {
+        robot_clip(robot, &self.name, self.fps, &self.root, &self.dof_pos)
     }
 }
 

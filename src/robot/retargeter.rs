@@ -24,7 +24,7 @@ use super::terms::{Goals, Terms};
 use super::twin::Twin;
 use super::window::{Bound, Windows};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::robot_bones::RobotMap;
+use crate::figure::robot_bones::{RobotMap, robot_bones};
 use crate::figure::{Figure, Humanoid};
 use crate::options::setters;
 use crate::pose::{Binding, Pose};
@@ -38,10 +38,10 @@ use crate::scene::{Animation, Scene, Side};
 /// use mocap::Importer;
 /// use mocap::figure::HumanoidBone;
 /// use mocap::retarget::Scale;
-/// use mocap::robot::{RobotMap, RobotOptions};
+/// use mocap::robot::{RobotMap, RobotOptions, robot_bones};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
-/// let bones = robot.bones(None)?;
+/// let bones = robot_bones(&robot, None)?;
 /// let knee = bones.iter().find(|bone| bone.bone == HumanoidBone::LeftLowerLeg).unwrap();
 /// assert_eq!(robot.links[knee.link].name, "left_knee_link");
 /// // Steps as long as those of the person, and a torso that is no bone of its own.
@@ -127,7 +127,7 @@ impl RobotRetargeter {
     /// # Errors
     /// [`Code::NotHumanoid`] where the source or the robot is no humanoid.
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
-        let bones = robot.bones(Some(&options.map))?;
+        let bones = robot_bones(robot, Some(&options.map))?;
         let twin = Twin::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
         let figure = Figure::with_bones(source, bones.clone());

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use super::corpus::Corpus;
 use super::row::{Cell, ClipRow};
-use crate::arrays::csv_field;
 use crate::error::{Code, Diagnostic, Result};
+use crate::files::csv_field;
 
 impl Corpus {
     /// The formats of [`to_format`](Self::to_format), by their extensions.
@@ -24,7 +24,7 @@ impl Corpus {
             "jsonl" => self.to_record().into_bytes(),
             "txt" => self.to_list().into_bytes(),
             #[cfg(feature = "parquet")]
-            "parquet" => crate::arrays::table::to_parquet(&[self.to_table()])?,
+            "parquet" => crate::export::parquet::to_parquet(&[self.to_table()])?,
             #[cfg(not(feature = "parquet"))]
             "parquet" => {
                 let message = "this build cannot write Parquet; build it with `--features parquet`";

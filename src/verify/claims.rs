@@ -10,36 +10,34 @@ use crate::format::gltf::Provenance;
 use crate::import::{Clips, Importer};
 use crate::scene::{AppliedStep, Origin, Scene};
 
-impl Provenance {
-    /// Imports the source as it was read for the conversion.
-    pub(super) fn import(&self, mut importer: Importer, source: &Path) -> Result<Scene> {
-        if let Some(used) = &self.root_offset {
-            importer = importer.root_offset(used.policy);
-        }
-        let mut is_retimed = false;
-        for step in &self.steps {
-            match step {
-                AppliedStep::SelectClip { index } => importer = importer.clips(Clips::Index(*index)),
-                AppliedStep::Retime { frames_per_second } => {
-                    importer = importer.retime(*frames_per_second);
-                    is_retimed = true;
-                }
-                _ => {}
+/// Imports the source as it was read for the conversion.
+pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, source: &Path) -> Result<Scene> {
+    if let Some(used) = &provenance.root_offset {
+        importer = importer.root_offset(used.policy);
+    }
+    let mut is_retimed = false;
+    for step in &provenance.steps {
+        match step {
+            AppliedStep::SelectClip { index } => importer = importer.clips(Clips::Index(*index)),
+            AppliedStep::Retime { frames_per_second } => {
+                importer = importer.retime(*frames_per_second);
+                is_retimed = true;
             }
+            _ => {}
         }
-        if is_retimed {
-            return importer.import(source);
-        }
-        let Some(recorded) = self.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
-            return importer.import(source);
-        };
-        // Files of earlier versions say by this time alone that another rate was given for all clips of the source.
-        let found = importer.import(source);
-        let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
-        match &found {
-            Ok(scene) if scene.metadata.origin.as_ref().is_some_and(has_rate) => found,
-            _ => importer.retime(recorded.frame_time.recip()).import(source),
-        }
+    }
+    if is_retimed {
+        return importer.import(source);
+    }
+    let Some(recorded) = provenance.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
+        return importer.import(source);
+    };
+    // Files of earlier versions say by this time alone that another rate was given for all clips of the source.
+    let found = importer.import(source);
+    let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
+    match &found {
+        Ok(scene) if scene.metadata.origin.as_ref().is_some_and(has_rate) => found,
+        _ => importer.retime(recorded.frame_time.recip()).import(source),
     }
 }
 

@@ -23,7 +23,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "options", "scene", "math", "pose", "figure", "compress",
         ],
     ),
-    ("convert", &["error", "limits", "scene", "pose", "figure", "process"]),
+    (
+        "convert",
+        &["error", "limits", "options", "scene", "pose", "figure", "process"],
+    ),
     (
         "biomechanics",
         &["error", "files", "scene", "pose", "figure", "convert"],
@@ -106,12 +109,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "biomechanics",
             "solve",
             "format",
+            "export",
         ],
     ),
     (
         "render",
         &[
-            "error", "options", "scene", "math", "pose", "figure", "compress", "graph", "edit", "retarget",
+            "error", "options", "scene", "math", "pose", "figure", "compress", "graph", "edit",
         ],
     ),
     (
@@ -133,7 +137,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "survey",
         &[
-            "error", "limits", "scene", "math", "pose", "figure", "process", "edit", "arrays", "render",
+            "error", "limits", "files", "scene", "math", "pose", "figure", "process", "edit", "export", "render",
         ],
     ),
     (
@@ -161,6 +165,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "job",
         &[
             "error",
+            "options",
             "scene",
             "figure",
             "files",
@@ -180,6 +185,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "math",
             "survey",
             "graph",
+            "render",
         ],
     ),
 ];

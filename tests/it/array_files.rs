@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use mocap::arrays::{ArrayOptions, Arrays, BodyArrays, BodyLayout, Rotation, RotationSpace};
+use mocap::figure::vrm_humanoid;
 use mocap::glam::Vec3;
 use mocap::scene::{HumanoidBone, NodeId, Topic, UpAxis};
 use mocap::{Code, Importer, Pose, Scene};
@@ -410,7 +411,7 @@ fn a_parquet_file_with_changed_bytes_is_an_error_or_a_scene() {
 fn layouts_that_are_written_come_back() {
     let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
-    let truth = scene.vrm_humanoid(None).unwrap();
+    let truth = vrm_humanoid(&scene, None).unwrap();
     let body = BodyArrays::new(&scene).unwrap();
     for layout in [BodyLayout::Amass, BodyLayout::Smplx, BodyLayout::Kimodo] {
         let back = Importer::new().read(&body.write(layout).unwrap(), "a.npz").unwrap();

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use mocap::figure::vrm_humanoid;
 use mocap::glam::Vec3;
 use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion};
 use mocap::scene::{Face, HumanoidBone};
@@ -420,7 +421,7 @@ fn any_humanoid_is_written_for_the_usual_bones() {
     );
     let mut again = Importer::new().read(&bytes, "walk.vmd").unwrap();
     Conversion::new().apply(&mut again).unwrap();
-    let humanoid = walk.vrm_humanoid(None).unwrap();
+    let humanoid = vrm_humanoid(&walk, None).unwrap();
     let apart = limbs_apart(&again, &humanoid, &[0.0, 0.5, 1.0, 2.0, 3.0]);
     assert!(apart < 0.05, "{apart}");
     let lowest = |scene: &Scene| {

@@ -2,7 +2,7 @@
 
 use mocap::arrays::{ArrayOptions, Arrays, Contacts};
 use mocap::edit::{ContactOptions, DetectedContacts};
-use mocap::figure::{Figure, HumanoidBone as Bone, Side};
+use mocap::figure::{Figure, HumanoidBone as Bone, Side, vrm_humanoid};
 use mocap::glam::Vec3;
 use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::robot::{RobotOptions, RobotRetargeter};
@@ -86,7 +86,7 @@ fn bones_and_t_pose_are_those_of_the_vrm_animation() {
         );
         let figure = Figure::new(&scene);
         let t_pose = figure.t_pose(&scene).unwrap();
-        let made = scene.vrm_humanoid(None).unwrap();
+        let made = vrm_humanoid(&scene, None).unwrap();
         let world = mocap::Pose::rest(&made);
         let node = |bone: Bone| made.nodes.iter().position(|node| node.humanoid_bone == Some(bone));
         let at = |bone: Bone| node(bone).map(|node| world.position(NodeId::new(node)));

@@ -7,6 +7,7 @@ use mocap::figure::Figure;
 use mocap::render::{
     Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip,
 };
+use mocap::robot::{add_links, robot_scene};
 use mocap::scene::{NodeId, Scene, SourceLines};
 
 fn import(name: &str) -> Scene {
@@ -301,9 +302,9 @@ fn a_robot_is_drawn_with_its_links() {
     let robot = mocap::Importer::new()
         .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
         .unwrap();
-    let bones = robot.scene();
+    let bones = robot_scene(&robot);
     let mut links = bones.clone();
-    robot.add_links(&mut links);
+    add_links(&robot, &mut links);
     assert_eq!(links.validate(), []);
     let painted = |scene: &Scene| {
         pixels(scene)

@@ -1,5 +1,6 @@
 //! `Retargeting`: the recipe, its order, and that it is the one of every door.
 
+use mocap::arrays::robot_pickle;
 use mocap::convert::Moment;
 use mocap::gltf::Character;
 use mocap::retargeting::{Report, Retargeted, Retargeting, RetargetingOptions, SourceMotion, Target};
@@ -198,7 +199,7 @@ fn the_program_and_the_library_give_the_same_bytes() {
     let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
     let motion = retargeting.clips()[0].robot_motion.as_ref().unwrap();
     let program = run(&["robot", SHORT, "--robot", ROBOT, "--to", "pkl"], "out.pkl");
-    assert!(motion.to_pickle() == program);
+    assert!(robot_pickle(motion) == program);
 }
 
 /// Rest poses that do not stand: where their bones are in a T-pose, the motion alone says.

@@ -1,7 +1,7 @@
 //! Elbows and knees of several hinges: which link is the upper arm is a question of axes.
 
 use mocap::Importer;
-use mocap::robot::Robot;
+use mocap::robot::{Robot, robot_bones};
 use mocap::scene::HumanoidBone as Bone;
 
 /// A robot with its arms sideways, whose elbow is these bodies, each a link further out, with the axes of their hinges.
@@ -69,7 +69,7 @@ fn an_upper_arm_ends_where_a_hinge_bends_the_arm() {
         let elbow: Vec<(&str, &[&str])> = elbow.iter().map(|(name, axes)| (*name, axes.as_slice())).collect();
         for knee in [&["0 1 0"] as &[&str], &["1 0 0", "0 1 0", "0 0 1"]] {
             let robot = robot(&elbow, knee);
-            let bones = robot.bones(None).unwrap();
+            let bones = robot_bones(&robot, None).unwrap();
             let link = |bone: Bone| {
                 let found = bones.iter().find(|found| found.bone == bone).unwrap();
                 robot.links[found.link].name.clone()

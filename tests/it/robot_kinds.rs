@@ -3,8 +3,9 @@
 
 use std::fmt::Write;
 
+use mocap::arrays::{robot_npz, robot_pickle, robot_qpos_npz};
 use mocap::glam::{DVec3, Quat, Vec3};
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_bones, robot_scene};
 use mocap::scene::Animation;
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Binding, Importer, Pose, Scene};
@@ -187,7 +188,7 @@ fn on(robot: &Robot, source: &Scene) -> (RobotMotion, RobotReport) {
 
 /// Points of a link in the world, in every frame, by the poses of the animation.
 fn points(robot: &Robot, motion: &RobotMotion, link: &str, points: &[Vec3]) -> Vec<Vec<Vec3>> {
-    let (scene, animation): (Scene, Animation) = (robot.scene(), robot.animation(motion));
+    let (scene, animation): (Scene, Animation) = (robot_scene(robot), motion.to_animation(robot));
     let node = scene.nodes.iter().position(|node| node.name == link).unwrap();
     let binding = Binding::new(&scene, &animation);
     let mut pose = Pose::rest(&scene);
@@ -232,7 +233,7 @@ fn keeps_above_the_floor(robot: &Robot, motion: &RobotMotion) {
 #[test]
 fn a_foot_without_an_ankle_is_what_is_fixed_to_the_shin() {
     let built = robot(Kind { ankles: false, ..PLAIN });
-    let bones = built.bones(None).unwrap();
+    let bones = robot_bones(&built, None).unwrap();
     let foot = bones.iter().find(|bone| bone.bone == Bone::LeftFoot).unwrap();
     assert!(foot.joints.is_empty());
     assert!((foot.at - DVec3::new(0.0, 0.1, -0.8)).length() < 1e-9, "{}", foot.at);
@@ -256,12 +257,12 @@ fn a_foot_may_be_a_part_of_the_shin() {
     };
     let text = text.replace("SIDE", &(leg("left", 0.1) + &leg("right", -0.1)));
     let robot = Importer::new().read_robot(text.as_bytes(), "legs.xml").unwrap();
-    let bones = robot.bones(None).unwrap();
+    let bones = robot_bones(&robot, None).unwrap();
     let find = |bone: Bone| bones.iter().find(|found| found.bone == bone).unwrap();
     assert_eq!(find(Bone::LeftFoot).link, find(Bone::LeftLowerLeg).link);
     assert!((find(Bone::LeftFoot).at - DVec3::new(0.0, 0.1, -0.8)).length() < 1e-9);
     assert_eq!(
-        robot.scene().nodes[find(Bone::LeftFoot).link].humanoid_bone,
+        robot_scene(&robot).nodes[find(Bone::LeftFoot).link].humanoid_bone,
         Some(Bone::LeftLowerLeg)
     );
     let (motion, report) = on(&robot, &walk());
@@ -336,7 +337,7 @@ fn shapes_show_where_a_forearm_without_mass_points() {
 #[test]
 fn fingers_are_no_limbs_and_stay() {
     let built = robot(Kind { fingers: true, ..PLAIN });
-    let bones = built.bones(None).unwrap();
+    let bones = robot_bones(&built, None).unwrap();
     let link = |bone: Bone| {
         let found = bones.iter().find(|found| found.bone == bone).unwrap();
         built.links[found.link].name.as_str()
@@ -415,7 +416,7 @@ fn arms_within_the_trunk_are_not_good() {
         .clip(&source, 0)
         .unwrap();
     let along: Vec<Vec3> = (0..=24).map(|step| Vec3::NEG_Z * 0.01 * step as f32).collect();
-    let (scene, animation) = (robot.scene(), robot.animation(&motion));
+    let (scene, animation) = (robot_scene(&robot), motion.to_animation(&robot));
     let link = |name: &str| scene.nodes.iter().position(|node| node.name == name).unwrap();
     let [torso, forearm] = [link("torso"), link("left_forearm")];
     let binding = Binding::new(&scene, &animation);
@@ -478,7 +479,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
     let importer = Importer::new().body(g1);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
-    for bytes in [motion.to_pickle(), motion.to_qpos_npz(), motion.to_npz()] {
+    for bytes in [robot_pickle(&motion), robot_qpos_npz(&motion), robot_npz(&motion)] {
         std::fs::write(&path, bytes).unwrap();
         let scene = importer.import(&path).unwrap();
         assert_eq!(scene.animations[0].ticks_per_second, 30.0);

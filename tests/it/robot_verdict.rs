@@ -2,7 +2,7 @@
 
 use mocap::glam::{Quat, Vec3};
 use mocap::retarget::Verdict;
-use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
 use mocap::{Binding, Importer, Pose, Scene};
 
 fn h1() -> Robot {
@@ -66,7 +66,7 @@ fn a_walk_in_the_air_is_not_good() {
     );
     // The ankles of H1 are 5 cm above its soles.
     let robot = h1();
-    let (scene, animation) = (robot.scene(), robot.animation(&motion));
+    let (scene, animation) = (robot_scene(&robot), motion.to_animation(&robot));
     let ankle = scene
         .nodes
         .iter()

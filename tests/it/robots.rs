@@ -3,7 +3,9 @@
 use std::fs;
 
 use mocap::glam::DVec3;
-use mocap::robot::{JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind};
+use mocap::robot::{
+    JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind, robot_bones, robot_scene,
+};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Code, Importer, Limits, Pose};
 
@@ -157,7 +159,7 @@ fn the_bones_are_those_of_the_truth() {
         "h1_nomesh.xml",
     ] {
         let robot = robot(name);
-        let bones = robot.bones(None).unwrap();
+        let bones = robot_bones(&robot, None).unwrap();
         let truth = &truth["robots"][name];
         assert_eq!(truth["dof"], robot.dof_names().len());
         let wanted = truth["bones"].as_object().unwrap();
@@ -181,13 +183,13 @@ fn the_bones_are_those_of_the_truth() {
 fn a_map_names_other_links() {
     let robot = robot("h1.urdf");
     let map = RobotMap::from([(Bone::Chest, None), (Bone::LeftFoot, Some("left_knee_link".to_owned()))]);
-    let bones = robot.bones(Some(&map)).unwrap();
+    let bones = robot_bones(&robot, Some(&map)).unwrap();
     assert!(bones.iter().all(|bone| bone.bone != Bone::Chest));
     let foot = bones.iter().find(|bone| bone.bone == Bone::LeftFoot).unwrap();
     assert_eq!(robot.links[foot.link].name, "left_knee_link");
     let map = RobotMap::from([(Bone::Chest, Some("nothing".to_owned()))]);
-    assert_eq!(robot.bones(Some(&map)).unwrap_err().code(), Code::InvalidValue);
-    assert_eq!(read(URDF).bones(None).unwrap_err().code(), Code::NotHumanoid);
+    assert_eq!(robot_bones(&robot, Some(&map)).unwrap_err().code(), Code::InvalidValue);
+    assert_eq!(robot_bones(&read(URDF), None).unwrap_err().code(), Code::NotHumanoid);
 }
 
 #[test]
@@ -213,7 +215,7 @@ fn two_arms_are_not_legs() {
         arm("right", -0.1)
     );
     let bones = |text: &str| -> Vec<Bone> {
-        let found = read(text).bones(None).unwrap();
+        let found = robot_bones(&read(text), None).unwrap();
         found.into_iter().map(|bone| bone.bone).collect()
     };
     // An upper body; the same limbs under names that say nothing are legs.
@@ -254,8 +256,8 @@ fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
         assert_eq!(report.fraction_below_floor, 0.0, "{name}");
         assert!(report.skate.unwrap() < report.source_skate.unwrap() + 0.005, "{name}");
         // The scene with this animation stands where the numbers say.
-        let mut scene = robot.scene();
-        scene.animations.push(robot.animation(&motion));
+        let mut scene = robot_scene(&robot);
+        scene.animations.push(motion.to_animation(&robot));
         assert_eq!(scene.validate(), []);
         let pose = Pose::at_tick(&scene, 0, 20.0).unwrap();
         let base = pose.node_to_world[0].w_axis.truncate().as_dvec3();
@@ -427,10 +429,10 @@ fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
     let Ok(robot) = Importer::new().read_robot(bytes, "hostile.xml") else {
         return;
     };
-    let scene = robot.scene();
+    let scene = robot_scene(&robot);
     let violations = scene.validate();
     assert!(violations.is_empty(), "{}: {violations:?}", what());
-    if let Ok(bones) = robot.bones(None) {
+    if let Ok(bones) = robot_bones(&robot, None) {
         assert!(bones.iter().all(|bone| bone.link < robot.links.len()));
     }
 }

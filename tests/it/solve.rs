@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{Humanoid, HumanoidBone as Bone};
+use mocap::figure::{Humanoid, HumanoidBone as Bone, vrm_humanoid};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::NodeId;
 use mocap::solve::Lengths;
@@ -39,7 +39,7 @@ impl Truth {
         if !found.found {
             return None;
         }
-        let normalized = scene.vrm_humanoid(None).ok()?;
+        let normalized = vrm_humanoid(&scene, None).ok()?;
         let frames = frames.min(scene.animations[0].frame_count());
         let bones: Vec<Bone> = Bone::ALL
             .iter()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mocap::figure::{Humanoid, HumanoidBone as Bone};
+use mocap::figure::{Humanoid, HumanoidBone as Bone, vrm_humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::GltfOptions;
 use mocap::retarget::{RetargetOptions, Retargeter};
@@ -314,7 +314,7 @@ fn a_motion_below_the_origin_is_raised_to_the_ground() {
     for value in &mut sunk.animations[0].channels[0].position_keys.values {
         value.y -= 1.0;
     }
-    let (plain, raised) = (scene.vrm_humanoid(None).unwrap(), sunk.vrm_humanoid(None).unwrap());
+    let (plain, raised) = (vrm_humanoid(&scene, None).unwrap(), vrm_humanoid(&sunk, None).unwrap());
     let height = |scene: &Scene| scene.animations[0].channels[0].position_keys.values[100].y;
     assert!(
         (height(&plain) - height(&raised)).abs() < 0.08,

@@ -4,7 +4,7 @@ use mocap::edit::{EditStep, Mirror};
 use mocap::glam::{EulerRot, Quat, Vec3};
 use mocap::gltf::GltfOptions;
 use mocap::job::{Job, Maker};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{Retargeting, RetargetingOptions, apply_steps};
 use mocap::scene::{Face, HumanoidBone, NodeId, NodeKind};
 use mocap::verify::{FindingKind, Verification};
 use mocap::vrma::VrmaOptions;
@@ -143,19 +143,19 @@ fn what_a_face_must_not_have_is_left_out_with_a_warning() {
 fn steps_take_the_face_along() {
     let mut scene = fixture();
     let trim: EditStep = "trim:range=0..0.25".parse().unwrap();
-    EditStep::apply_all(&mut scene, &[trim], &[], None).unwrap();
+    apply_steps(&mut scene, &[trim], &[], None).unwrap();
     let share = 0.25 / END;
     assert!((at(&read(&written(&scene)), "happy", 1.0).0.x - share as f32).abs() < 0.01);
 
     let mut scene = fixture();
     let before = scene.clone();
-    EditStep::apply_all(&mut scene, &[Mirror::new().into()], &[], None).unwrap();
+    apply_steps(&mut scene, &[Mirror::new().into()], &[], None).unwrap();
     // There was no right eye to exchange it with.
     assert_eq!(at(&scene, "blinkRight", 1.0).0.x, 1.0);
     assert_eq!(at(&scene, "happy", 0.5).0, at(&before, "happy", 0.5).0);
     let (yaw, pitch, _) = at(&scene, "lookAt", 0.5).1.to_euler(EulerRot::YXZ);
     assert!((yaw.to_degrees() - 30.0).abs() < 0.1 && (pitch.to_degrees() - 10.0).abs() < 0.1);
-    EditStep::apply_all(&mut scene, &[Mirror::new().into()], &[], None).unwrap();
+    apply_steps(&mut scene, &[Mirror::new().into()], &[], None).unwrap();
     expect_whole(&scene);
 }
 

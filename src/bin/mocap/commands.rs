@@ -45,6 +45,7 @@ use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Maker, Reading, SourceMap};
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
+use mocap::robot::add_links;
 use mocap::scene::Scene;
 use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
@@ -70,7 +71,7 @@ fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     let robot = Importer::new().import_robot(robot)?;
     let done = Retargeting::new(scene, robot.clone(), RetargetingOptions::new());
     let mut moved = done.map_err(|error| error.with_path(file))?.scene();
-    robot.add_links(&mut moved);
+    add_links(&robot, &mut moved);
     Ok(moved)
 }
 

@@ -66,8 +66,8 @@ impl VrmaOptions {
     /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
     ///
     /// # Errors
-    /// As [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid) and [`GltfOptions::write_glb`]; [`Code::NoMotion`] where
-    /// there is no motion.
+    /// As [`figure::vrm_humanoid`](crate::figure::vrm_humanoid()) and [`GltfOptions::write_glb`]; [`Code::NoMotion`]
+    /// where there is no motion.
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, GltfReport)> {
         let (document, report, _) = document(scene, None, self)?;
         let bytes = document.to_glb()?;

@@ -196,7 +196,8 @@ impl Document {
         Ok(document)
     }
 
-    /// Makes the document of a VRM animation: `scene` as [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid) makes it.
+    /// Makes the document of a VRM animation: `scene` as [`figure::vrm_humanoid`](crate::figure::vrm_humanoid()) makes
+    /// it.
     pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let options = GltfOptions {
             keep_constant: false,

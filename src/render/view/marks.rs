@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::edit::{ContactPoint, DetectedContacts};
-use crate::retarget::LimbAngles;
+use crate::figure::LimbAngles;
 
 /// A point of a foot or a hand, and when it is at rest.
 #[derive(Serialize)]

@@ -65,7 +65,7 @@ pub enum AppliedStep {
     /// The frames of all joints were put along the axes of the world at rest, so that the rotations of the rest pose
     /// are zero: [`RestPoseSource::TPose`](crate::convert::RestPoseSource::TPose).
     ZeroRestRotations,
-    /// [`Scene::vrm_humanoid`](crate::Scene::vrm_humanoid): the bones of the humanoid alone.
+    /// [`figure::vrm_humanoid`](crate::figure::vrm_humanoid()): the bones of the humanoid alone.
     VrmHumanoid {
         /// The rotation about +Y that brought the figure to face +Z at rest, in degrees.
         heading: f64,

@@ -4,6 +4,7 @@ use glam::Vec3;
 use mocap::Scene;
 use mocap::edit::{Blend, Concat, EditStep, Step, StepInput, StepReport};
 use mocap::figure::{Humanoid, HumanoidBone};
+use mocap::retargeting::apply_steps;
 
 use super::*;
 
@@ -107,7 +108,7 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
     let run = mocap::import(file("skeletons/accad_run_turn.bvh")).unwrap();
     let steps: Vec<EditStep> = vec!["concat:within=0.5".parse().unwrap()];
     let mut joined = walk.clone();
-    let reports = EditStep::apply_all(&mut joined, &steps, &[&run], None).unwrap();
+    let reports = apply_steps(&mut joined, &steps, &[&run], None).unwrap();
     let text = reports[0].to_string();
     assert!(
         text.starts_with("concat with accad_run_turn.bvh, retargeted from another skeleton ("),
@@ -136,7 +137,7 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
 
     // What is no humanoid is refused, with the reason.
     let chain = mocap::import(file("real/blender_two_joints.bvh")).unwrap();
-    let error = EditStep::apply_all(&mut walk.clone(), &steps, &[&chain], None).unwrap_err();
+    let error = apply_steps(&mut walk.clone(), &steps, &[&chain], None).unwrap_err();
     let expected = "the two motions have different skeletons, and the second cannot be retargeted: ";
     assert!(error.diagnostic().message.starts_with(expected), "{error}");
 }

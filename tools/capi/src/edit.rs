@@ -5,6 +5,7 @@ use std::ptr;
 use std::slice;
 
 use mocap::edit::EditStep;
+use mocap::retargeting::apply_steps;
 
 use crate::border::{Failure, guard};
 use crate::handle::Scene;
@@ -47,7 +48,7 @@ pub unsafe extern "C" fn mocap_edit(
         let others = others.iter().map(|other| Ok(unsafe { opened(*other) }?.scene()));
         let others = others.collect::<Result<Vec<_>, Failure>>()?;
         let mut changed = scene.scene().clone();
-        let reports = EditStep::apply_all(&mut changed, &steps, &others, None)?;
+        let reports = apply_steps(&mut changed, &steps, &others, None)?;
         Ok(scene.edited(changed, &reports).into_raw())
     })
 }

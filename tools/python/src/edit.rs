@@ -6,6 +6,7 @@ use mocap::Conversion;
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, EditStep};
 use mocap::figure::{Humanoid, HumanoidMap};
+use mocap::retargeting::apply_steps;
 use pyo3::prelude::*;
 
 use crate::convert::{WriteOptions, up_axis};
@@ -80,7 +81,7 @@ fn apply(
             .map(EditStep::from_value)
             .collect::<mocap::Result<Vec<_>>>()?;
         let others: Vec<_> = others.iter().map(|other| other.get().scene()).collect();
-        EditStep::apply_all(&mut changed, &steps, &others, known.as_ref())
+        apply_steps(&mut changed, &steps, &others, known.as_ref())
     });
     let reports = done.map_err(|error| to_python(py, &error))?;
     Ok((Scene::new(changed), reports))

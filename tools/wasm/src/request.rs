@@ -6,7 +6,8 @@ use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes};
 use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
-use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
+use mocap::retargeting::{Report, Retargeting, SourceMotion, Target, apply_steps};
+use mocap::robot::add_links;
 use mocap::scene::{Assumption, RootOffsetUsed};
 use mocap::{Code, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
 use serde::de::DeserializeOwned;
@@ -308,7 +309,7 @@ fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>])
             (None, true) => "ok",
         },
         diagnostics,
-        assumptions: read.as_ref().map(mocap::Scene::assumptions).unwrap_or_default(),
+        assumptions: read.as_ref().map(mocap::figure::assumptions).unwrap_or_default(),
     };
     Ok((json(&checked)?, Vec::new()))
 }
@@ -359,7 +360,7 @@ fn edit(
         }
     };
     let mut scene = entry.scene.clone();
-    let reports = EditStep::apply_all(&mut scene, &steps, &others, known.as_ref())?;
+    let reports = apply_steps(&mut scene, &steps, &others, known.as_ref())?;
     let entry = entry.edited(scene);
     let number = scenes.add(entry)?;
     let answer = json(&Edited {
@@ -488,7 +489,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     };
     let on_robot = target.robot.is_some().then(|| Arc::new(retargeting.clone()));
     if let Some(robot) = target.robot.as_ref().filter(|_| !target.scene.meshes.is_empty()) {
-        robot.add_links(&mut scene);
+        add_links(robot, &mut scene);
     }
     // It may have a root that the file lacked.
     let file = match retargeting.target() {

@@ -8,7 +8,7 @@ use mocap::glam::Mat4;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::LimbAngles;
 use mocap::retargeting::Retargeting;
-use mocap::robot::Robot;
+use mocap::robot::{Robot, add_links, robot_scene};
 use mocap::{Binding, Pose, Scene};
 
 use crate::failure::Failure;
@@ -60,9 +60,9 @@ impl Entry {
 
     /// The links of a robot; `shapes` says whether they are drawn as bodies.
     pub(crate) fn of_robot(robot: Robot, shapes: bool) -> Self {
-        let mut scene = robot.scene();
+        let mut scene = robot_scene(&robot);
         if shapes {
-            robot.add_links(&mut scene);
+            add_links(&robot, &mut scene);
         }
         Self {
             robot: Some(Arc::new(robot)),

@@ -109,7 +109,7 @@ fn check(args: &CheckArgs, input: &Input) -> Checked {
         .skeleton_mesh(SkeletonMesh::None);
     match input.path().and_then(|file| streams::import(&importer, file)) {
         Ok(scene) => {
-            let assumptions = scene.assumptions();
+            let assumptions = mocap::figure::assumptions(&scene);
             checked(args, input, scene.warnings, None, assumptions)
         }
         Err(error) => checked(args, input, error.warnings().to_vec(), Some(error), Vec::new()),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap::arrays::contacts_npz;
 use mocap::edit::{ContactOptions, EditReport, StepReport};
 use mocap::figure::Humanoid;
 use mocap::files::ReplacePolicy;
@@ -125,7 +126,7 @@ fn contact_bytes(
     let found = options.detect(scene, 0, humanoid);
     let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
     Ok(match extension(file).as_str() {
-        "npz" => found.to_npz(),
+        "npz" => contacts_npz(&found),
         _ => serde_json::to_vec(&found).unwrap_or_default(),
     })
 }

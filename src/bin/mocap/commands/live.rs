@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use mocap::edit::{Clean, Step, StepInput};
 use mocap::files::ReplacePolicy;
 use mocap::live::{VmcBridge, VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
+use mocap::robot::robot_bones;
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
 use super::packets::{PATIENCE, Packets, of_socket};
@@ -265,7 +266,7 @@ fn bridge_onto(args: &BridgeArgs, is_json: bool) -> Result<VmcBridge, Failure> {
             let message = "--vmc is for a humanoid, and a robot has joints of its own: --udp-json HOST:PORT";
             return Err(Failure::Usage(message.to_owned()));
         }
-        robot.bones(None).map_err(with_path)?;
+        robot_bones(&robot, None).map_err(with_path)?;
         return Ok(VmcBridge::onto_robot(&robot));
     }
     let mut scene = importer.import(&args.onto)?;

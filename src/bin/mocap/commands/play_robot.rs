@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use mocap::arrays::robot_csv;
 use mocap::convert::FirstFrame;
 use mocap::live::{VmcCleaner, VmcPoses};
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
@@ -123,7 +124,7 @@ fn begin(scene: &Scene, robot: &Robot, rate: f64) -> mocap::Result<SmoothRobotSt
 fn write(robot: &Robot, motion: Option<&RobotMotion>) -> Result<(), Failure> {
     let Some(motion) = motion else { return Ok(()) };
     let mut out = stdout().lock();
-    let rows = motion.to_csv(robot);
+    let rows = robot_csv(motion, robot);
     out.write_all(rows.as_bytes())
         .and_then(|()| out.flush())
         .map_err(Failure::Output)

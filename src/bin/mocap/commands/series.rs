@@ -21,7 +21,7 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
         "mot" | "sto" => |series| Ok(series.to_mot().into_bytes()),
         "csv" => |series| Ok(series.to_csv().into_bytes()),
         #[cfg(feature = "parquet")]
-        "parquet" => TimeSeries::to_parquet,
+        "parquet" => mocap::arrays::time_series_parquet,
         #[cfg(not(feature = "parquet"))]
         "parquet" => return Err(super::without_parquet()),
         _ => return Err(super::unknown_extension(&args.output, ".mot, .sto, .csv or .parquet")),

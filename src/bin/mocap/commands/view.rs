@@ -10,6 +10,7 @@ use mocap::figure::Figure;
 use mocap::render::{Clip, ListingEntry, Page, PageClip};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::robot::add_links;
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Exporter, Importer, Scene, SkeletonMesh, gltf};
 
@@ -361,7 +362,7 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
     let mut read = Read::new(name, scene, figure)?;
     // The file of the download has the links alone, as `mocap robot` writes them; the picture has their bodies.
     if let Target::Robot(robot) = retargeting.target() {
-        robot.add_links(&mut read.scene);
+        add_links(robot, &mut read.scene);
     }
     Ok(Read { limb_angles, ..read })
 }

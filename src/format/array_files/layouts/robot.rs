@@ -5,6 +5,8 @@ use glam::{DQuat, DVec3, Vec3};
 
 use super::{Reader, refused};
 use crate::error::{Code, Diagnostic};
+use crate::figure::robot_bones::{robot_bones, robot_scene};
+use crate::figure::robot_clip;
 use crate::format::Failure;
 use crate::format::array_files::body::Body;
 use crate::format::array_files::motion::Motion;
@@ -78,10 +80,10 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
     let mut motion = Motion::default();
     reader.frame_rate(USUAL_RATE, &mut motion)?;
     let (root, positions) = positions(reader, robot)?;
-    let mut scene = robot.scene();
+    let mut scene = robot_scene(robot);
     scene.metadata.format = Some(format);
     scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
-    let clip = robot.clip("", motion.frame_rate, &root, &positions);
+    let clip = robot_clip(robot, "", motion.frame_rate, &root, &positions);
     scene.animations.push(clip);
     begin_at_bones(&mut scene, robot);
     Ok(scene)
@@ -92,7 +94,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
 fn begin_at_bones(scene: &mut Scene, robot: &Robot) {
     let rest = robot.zero_pose();
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
-    for bone in robot.bones(None).unwrap_or_default() {
+    for bone in robot_bones(robot, None).unwrap_or_default() {
         // A foot may be a part of its shin, which begins at the knee.
         if scene.nodes[bone.link].humanoid_bone == Some(bone.bone) {
             begins[bone.link] = rest[bone.link].to_inner(bone.at).as_vec3();
