@@ -55,18 +55,13 @@ pub struct Graphing {
 
 impl Default for Graphing {
     fn default() -> Self {
-        let GraphOptions {
-            rate,
-            window,
-            threshold,
-            whole,
-        } = GraphOptions::default();
+        let options = GraphOptions::default();
         Self {
-            rate,
-            window,
-            threshold: Length::metres(threshold),
+            rate: options.rate,
+            window: options.window,
+            threshold: Length::metres(options.threshold),
             on: None,
-            whole,
+            whole: options.whole,
             matrix: None,
         }
     }

@@ -55,11 +55,9 @@ impl Smaller {
             Some(length) => bound.shell_distance(length.to_metres()),
             None => bound,
         };
-        GltfOptions {
-            compression,
-            error_bound: self.has_bound().then_some(bound),
-            ..GltfOptions::default()
-        }
+        GltfOptions::new()
+            .compression(compression)
+            .error_bound(self.has_bound().then_some(bound))
     }
 
     /// Whether keys or bits may be left out.

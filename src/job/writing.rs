@@ -256,12 +256,11 @@ impl OutSpace {
 impl WritingBvh {
     /// The options of the writer.
     pub fn options(&self) -> BvhOptions {
-        BvhOptions {
-            order: self.order,
-            digits: self.digits,
-            channels: self.channels,
-            sidecar: self.sidecar,
-        }
+        BvhOptions::new()
+            .order(self.order)
+            .digits(self.digits)
+            .channels(self.channels)
+            .sidecar(self.sidecar)
     }
 }
 
@@ -269,12 +268,8 @@ impl WritingFbx {
     /// The options of the writer.
     pub fn options(&self) -> FbxOptions {
         let options = self.target.map(FbxOptions::of_target).unwrap_or_default();
-        FbxOptions {
-            version: self.fbx_version,
-            rest: self.fbx_rest.unwrap_or(options.rest),
-            textures: self.textures,
-            ..options
-        }
+        let rest = self.fbx_rest.unwrap_or(options.rest);
+        options.version(self.fbx_version).rest(rest).textures(self.textures)
     }
 }
 
