@@ -40,22 +40,22 @@ pub(crate) use self::space::{Needs, Space};
 ///
 /// [`Conversion::first_frame`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FirstFrame {
     /// Drop it if it is a rest pose, and the motion jumps after it.
     #[serde(rename = "auto")]
-    #[cfg_attr(feature = "cli", value(name = "auto"))]
+    #[cfg_attr(feature = "clap", value(name = "auto"))]
     DropRestPose,
     /// Drop it.
     #[serde(rename = "yes")]
-    #[cfg_attr(feature = "cli", value(name = "yes"))]
+    #[cfg_attr(feature = "clap", value(name = "yes"))]
     Drop,
     /// Keep it.
     #[default]
     #[serde(rename = "no")]
-    #[cfg_attr(feature = "cli", value(name = "no"))]
+    #[cfg_attr(feature = "clap", value(name = "no"))]
     Keep,
 }
 

@@ -41,10 +41,9 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the program `mocap`. `fbx` (default): FBX files; needs a C compiler. `npz` (default): NumPy's
-//! archives. `render` (with `cli`): pictures and pages. `live` (with `cli`): the VMC protocol. `meshopt`: glTF that
-//! meshopt compresses; needs a C++ compiler. `arrow`, `parquet`: tables. A library user begins with
-//! `default-features = false, features = ["fbx"]`.
+//! `fbx` (default): FBX files; needs a C compiler. `npz` (default): NumPy's archives. `render`: pictures and pages.
+//! `live`: the VMC protocol. `meshopt`: glTF that meshopt compresses; needs a C++ compiler. `arrow`, `parquet`: tables.
+//! `clap`: options of a [`job`] as arguments of a command line. The program `mocap` is the package `mocap-cli`.
 //!
 //! # Vectors and matrices
 //!

@@ -23,32 +23,32 @@ use crate::graph::{GraphOptions, MotionGraph};
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Graphing {
     /// Frames per second at which clips are compared
-    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
     pub rate: f64,
     /// The length of the window that is compared, and of a transition, in seconds
-    #[cfg_attr(feature = "cli", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
     pub window: f64,
     /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, in metres
     /// or with a unit, such as 6cm
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = Graphing::default().threshold))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = Graphing::default().threshold))]
     pub threshold: Length,
     /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
     /// motion file, glTF, VRM or FBX file of a humanoid
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub on: Option<PathBuf>,
     /// Keep the transitions too that lead out of the largest strongly connected component, or into it from outside
-    #[cfg_attr(feature = "cli", arg(long))]
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub whole: bool,
     /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
     /// lighter is more alike and red dots are transitions, or an array, .npy
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub matrix: Option<PathBuf>,
 }

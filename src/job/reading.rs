@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 use crate::convert::Conversion;
 use crate::import::{Clips, Importer};
 use crate::scene::{Format, RootOffset};
@@ -23,67 +23,67 @@ use crate::solve::Lengths;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Reading {
     /// Format of the input [default: found from its contents, or else from its extension]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser()))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser()))]
     #[serde(skip_serializing_if = "is_default")]
     pub from: Option<Format>,
     /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub skeleton: Option<PathBuf>,
     /// How the root's OFFSET and its position channels combine
-    #[cfg_attr(feature = "cli", arg(long, value_name = "POLICY", default_value = "auto"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "POLICY", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub root_offset: RootOffset,
     /// Read all rows of the motion, including those beyond the declared number of frames
-    #[cfg_attr(feature = "cli", arg(long))]
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub all_rows: bool,
     /// The animation to use, by name or by its number from 0, of a file that has several
-    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,
     /// The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
     /// openpose25, or a JSON file [default: an array with the joints of SMPL is solved]
-    #[cfg_attr(feature = "cli", arg(id = "joint-set", long, value_name = "SET|FILE"))]
+    #[cfg_attr(feature = "clap", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
     /// Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are
     /// where their positions are
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub lengths: Option<Lengths>,
     /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of
     /// that subject; or a JSON file, an object from labels to landmarks [default: markers stay points]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "auto|FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "auto|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub markers: Option<String>,
     /// A file of markers of somebody who stands, which may have more markers than the motion
-    #[cfg_attr(feature = "cli", arg(long = "static", value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long = "static", value_name = "FILE"))]
     #[serde(rename = "static", skip_serializing_if = "is_default")]
     pub static_trial: Option<PathBuf>,
     /// The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or
     /// .pkl, or a file with a figure in any format [default: generic proportions, 1.70 m tall]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub body: Option<PathBuf>,
     /// Treat every warning as an error
-    #[cfg_attr(feature = "cli", arg(long))]
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub strict: bool,
     /// Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster
-    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", value_parser = Self::parse_rate))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = Self::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub retime: Option<f64>,
 }
 
 impl Reading {
     /// Frames per second, as a command line takes them.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "clap")]
     pub fn parse_rate(text: &str) -> Result<f64, String> {
         let rate: f64 = text.parse().map_err(|_| "it must be a number".to_owned())?;
         let checked = Conversion::new().frame_rate(rate).check();
@@ -135,14 +135,14 @@ impl Reading {
     }
 }
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 fn format_parser() -> impl clap::builder::TypedValueParser<Value = Format> {
     use clap::builder::{PossibleValuesParser, TypedValueParser};
 
     PossibleValuesParser::new(Format::ALL.map(Format::as_str)).try_map(|name| name.parse::<Format>())
 }
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 fn parse_clip(text: &str) -> Result<Clips, std::convert::Infallible> {
     text.parse()
 }

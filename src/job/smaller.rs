@@ -17,22 +17,22 @@ use crate::format::gltf::{Compression, GltfOptions};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Smaller files"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Smaller files"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Smaller {
     /// Largest distance of any joint or end site from its position, at any frame, in metres or with a unit, such as
     /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub max_error: Option<Length>,
     /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
     /// [default: 0, joints and end sites alone]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub shell_distance: Option<Length>,
     /// How to store the keys [default with --max-error: int16, otherwise none]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub compress: Option<Compression>,
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 use super::reading::Reading;
 use super::text::{UnitChoice, UpChoice};
 use crate::convert::RestPoseSource;
@@ -55,16 +55,16 @@ pub struct Sources {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceSpace {
     /// Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
-    #[cfg_attr(feature = "cli", arg(long, value_name = "UNIT", default_value = "auto"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub unit: UnitChoice,
     /// The up axis.
-    #[cfg_attr(feature = "cli", command(flatten))]
+    #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub up: SourceUp,
 }
@@ -79,13 +79,13 @@ pub struct SourceSpace {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceUp {
     /// Up axis of the input: auto (from the feet to the head), y, z, -y or -z
     #[cfg_attr(
-        feature = "cli",
+        feature = "clap",
         arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true)
     )]
     pub up: UpChoice,
@@ -102,13 +102,13 @@ pub struct SourceUp {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceMap {
     /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name
     /// are searched for
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE", value_parser = |path: &str| BoneMap::parse_file(path).map(BoneMap::Bones)))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_parser = |path: &str| BoneMap::parse_file(path).map(BoneMap::Bones)))]
     pub map: Option<BoneMap>,
 }
 
@@ -154,7 +154,7 @@ impl BoneMap {
 
     /// The bones of a file, as a command line takes them: read at once, so that a bad file is refused before the work
     /// begins.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "clap")]
     pub fn parse_file(path: &str) -> Result<HumanoidMap, String> {
         let bones = Self::File(PathBuf::from(path)).bones();
         bones.map_err(|error| error.diagnostic().message.clone())
@@ -201,33 +201,33 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Changing"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Changing"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceFrames {
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
-    #[cfg_attr(feature = "cli", arg(long, value_name = "A..B", allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "A..B", allow_hyphen_values = true))]
     #[serde(skip_serializing_if = "is_default")]
     pub trim: Option<TimeRange>,
     /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate
-    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", value_parser = Reading::parse_rate))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = Reading::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub fps: Option<f64>,
     /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it
-    #[cfg_attr(feature = "cli", arg(long, value_name = "WHEN", default_value = "no"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHEN", default_value = "no"))]
     #[serde(skip_serializing_if = "is_default")]
     pub drop_first_frame: FirstFrame,
     /// Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N
-    #[cfg_attr(feature = "cli", arg(long, value_name = "POSE", default_value = "zero"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
     pub rest: RestPoseSource,
     /// Put the T-pose before the first frame, on the floor
-    #[cfg_attr(feature = "cli", arg(long))]
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub t_pose_first: bool,
     /// What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root.
     // Not an argument of its own: a command line has two switches for it.
-    #[cfg_attr(feature = "cli", arg(skip))]
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub root: RootMotion,
 }

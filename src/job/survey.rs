@@ -28,48 +28,48 @@ use crate::survey::{ClipRow, Condition, Corpus, Examined, Quality, SelectAmount,
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Surveying {
     /// The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a
     /// kind off; once for each kind
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND=AMOUNT"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND=AMOUNT"))]
     #[serde(skip_serializing_if = "is_default")]
     pub threshold: Vec<String>,
     /// Keep the rows for which this holds, as "skate < 1 and not twin"
-    #[cfg_attr(feature = "cli", arg(id = "where", long = "where", value_name = "EXPR"))]
+    #[cfg_attr(feature = "clap", arg(id = "where", long = "where", value_name = "EXPR"))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(rename = "where", skip_serializing_if = "is_default")]
     pub condition: Option<Condition>,
     /// Keep so many clips, or so many per cent, which are as different as can be
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N|N%"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N|N%"))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(skip_serializing_if = "is_default")]
     pub select: Option<SelectAmount>,
     /// By what to select: quality leaves out bad clips and twins first [default: quality,diversity]
     #[cfg_attr(
-        feature = "cli",
+        feature = "clap",
         arg(long, value_name = "LIST", value_delimiter = ',', requires = "select")
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub by: Vec<SelectBy>,
     /// Write the findings as SARIF, which code hosts show beside files
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub sarif: Option<PathBuf>,
     /// Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map
-    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub html: Option<PathBuf>,
     /// Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so
-    #[cfg_attr(feature = "cli", arg(long, value_name = "VERDICT", value_parser = parse_verdict))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT", value_parser = parse_verdict))]
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub fail_on: Option<Quality>,
 }
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 fn parse_verdict(text: &str) -> Result<Quality, String> {
     let known = [Quality::Suspect, Quality::Bad];
     let found = known.into_iter().find(|verdict| verdict.as_str() == text);

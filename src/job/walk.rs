@@ -27,7 +27,7 @@ use crate::graph::{MotionGraph, Network, Walk};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(
-    feature = "cli",
+    feature = "clap",
     derive(clap::Args),
     command(group(clap::ArgGroup::new("aim").required(true).multiple(false)))
 )]
@@ -35,12 +35,12 @@ use crate::graph::{MotionGraph, Network, Walk};
 #[non_exhaustive]
 pub struct Walking {
     /// Walk for so long, where it was seldom
-    #[cfg_attr(feature = "cli", arg(long, value_name = "SECONDS", group = "aim"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", group = "aim"))]
     #[serde(skip_serializing_if = "is_default")]
     pub seconds: Option<f64>,
     /// Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is
     #[cfg_attr(
-        feature = "cli",
+        feature = "clap",
         arg(long, value_name = "M/M+...", group = "aim", value_parser = parse_path, allow_hyphen_values = true)
     )]
     #[serde(skip_serializing_if = "is_default")]
@@ -48,13 +48,13 @@ pub struct Walking {
     pub path: Option<std::vec::Vec<[f64; 2]>>,
     /// Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip
     #[cfg_attr(
-        feature = "cli",
+        feature = "clap",
         arg(long, value_name = "CLIP[@SECONDS]", group = "aim", num_args = 2..)
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
     /// The number that the walk of --seconds depends on: another gives another walk
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = Walking::default().seed))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = Walking::default().seed))]
     pub seed: u64,
 }
 
@@ -70,7 +70,7 @@ impl Default for Walking {
 }
 
 /// As the step warp of mocap edit has a path, without times.
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 fn parse_path(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let point = |text: &str| {
         let (first, second) = text.split_once('/')?;

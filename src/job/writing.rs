@@ -84,17 +84,17 @@ pub struct Writing {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutSpace {
     /// Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit [default: the input's; glTF is in
     /// metres]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "UNIT", value_parser = super::text::parse_unit))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", value_parser = super::text::parse_unit))]
     #[serde(skip_serializing_if = "is_default")]
     pub out_unit: Option<UnitChoice>,
     /// Up axis of the output [default: the input's; glTF has +Y up]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "AXIS"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
     #[serde(skip_serializing_if = "is_default")]
     pub out_up: Option<OutUp>,
 }
@@ -104,7 +104,7 @@ pub struct OutSpace {
 /// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum OutUp {
@@ -119,7 +119,7 @@ pub enum OutUp {
 /// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum OutBoneAxis {
@@ -136,7 +136,7 @@ pub enum OutBoneAxis {
 /// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum DrawnMesh {
@@ -168,24 +168,24 @@ impl From<DrawnMesh> for SkeletonMesh {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Writing BVH"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing BVH"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WritingBvh {
     /// Order of the rotation channels [default: each joint's own, or else ZXY]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "ORDER", value_parser = parse_order))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER", value_parser = parse_order))]
     #[serde(skip_serializing_if = "is_default")]
     pub order: Option<RotationOrder>,
     /// Decimals of every number [default: as many as are needed to read the same motion back]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     #[serde(skip_serializing_if = "is_default")]
     pub digits: Option<usize>,
     /// Which joints have position channels
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND", default_value = "auto"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub channels: Channels,
     /// Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too
-    #[cfg_attr(feature = "cli", arg(long))]
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub sidecar: bool,
 }
@@ -201,24 +201,24 @@ pub struct WritingBvh {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Writing FBX"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing FBX"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WritingFbx {
     /// Version of the file
-    #[cfg_attr(feature = "cli", arg(long, value_name = "VERSION", default_value = "7.5"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "VERSION", default_value = "7.5"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_version: FbxVersion,
     /// Where the rotations of the rest pose are [default: rotation; for --target maya pre-rotation]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "WHERE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_rest: Option<FbxRest>,
     /// The program whose conventions the file is to have: unit, axes, root, frame rate
-    #[cfg_attr(feature = "cli", arg(long, value_name = "PROGRAM"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PROGRAM"))]
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<FbxTarget>,
     /// Where the images of textures are
-    #[cfg_attr(feature = "cli", arg(long, value_name = "WHERE", default_value = "embedded"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE", default_value = "embedded"))]
     #[serde(skip_serializing_if = "is_default")]
     pub textures: FbxTextures,
 }
@@ -382,7 +382,7 @@ impl Writing {
     }
 }
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "clap")]
 fn parse_order(text: &str) -> Result<RotationOrder, String> {
     let named = |order: &RotationOrder| format!("{order:?}").eq_ignore_ascii_case(text);
     RotationOrder::ALL

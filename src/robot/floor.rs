@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Floor {
@@ -22,7 +22,7 @@ pub enum Floor {
     Auto,
     /// At height 0 of the source's file; a robot that would be below it is raised.
     #[serde(rename = "z=0")]
-    #[cfg_attr(feature = "cli", value(name = "z=0"))]
+    #[cfg_attr(feature = "clap", value(name = "z=0"))]
     Zero,
     /// Where the source has it in the mean, with every height as in the source, also below it.
     Keep,

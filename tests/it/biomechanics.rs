@@ -5,8 +5,6 @@ use mocap::edit::ContactOptions;
 use mocap::figure::{Humanoid, HumanoidBone as Bone, Side};
 use mocap::{Code, Conversion, Format, Importer, Pose, Scene};
 
-use crate::program::Folder;
-
 /// Joints of a body in T-pose that faces +Z, its left at +X: name, parent, OFFSET in centimetres.
 const JOINTS: [(&str, &str, [f32; 3]); 19] = [
     ("Hips", "", [0.0, 96.0, 0.0]),
@@ -196,19 +194,6 @@ fn motion_files_say_what_is_no_number_and_what_is_not_there() {
             .iter()
             .any(|warning| warning.code == Code::FrameTime && warning.message.contains("frame 1"))
     );
-}
-
-/// A pelvis that faces aside tilts about other axes than its own, which is said.
-#[test]
-fn a_pelvis_that_faces_aside_is_said() {
-    let folder = Folder::of_real(&["cmu_short.bvh"]);
-    for (facing, is_aside) in [("x", true), ("z", false)] {
-        folder.succeeds(&format!(
-            "edit cmu_short.bvh -o turned.bvh --force --step turn:facing={facing}"
-        ));
-        let said = folder.succeeds("angles turned.bvh -o angles.csv --force");
-        assert_eq!(said.contains("to the left of +Z"), is_aside, "{said}");
-    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use std::fs;
 use std::ops::Range;
 
+use crate::ROOT;
 use crate::sample::Sample;
 
 /// The text of a BVH file with some of its frames.
@@ -37,14 +38,14 @@ pub(crate) fn count(text: &str) -> usize {
 
 /// The text of a file of the fixtures with its first frames.
 pub(crate) fn first_frames(file: &str, frames: usize) -> String {
-    let text = fs::read_to_string(format!("fixtures/{file}")).unwrap();
+    let text = fs::read_to_string(format!("{ROOT}/fixtures/{file}")).unwrap();
     let frames = frames.min(count(&text));
     self::frames(&text, 0..frames)
 }
 
 /// With as many frames from anywhere, as the seed chooses; all of them with `MOCAP_ALL`.
 pub(crate) fn some_frames(random: &mut Sample, file: &str, frames: usize) -> String {
-    let text = fs::read_to_string(format!("fixtures/{file}")).unwrap();
+    let text = fs::read_to_string(format!("{ROOT}/fixtures/{file}")).unwrap();
     let all = count(&text);
     if crate::sample::is_all() || all <= frames {
         return text;
@@ -56,7 +57,7 @@ pub(crate) fn some_frames(random: &mut Sample, file: &str, frames: usize) -> Str
 #[test]
 fn a_cut_file_has_the_rows_that_were_asked_for() {
     let scene = |text: &str| mocap::Importer::new().read(text.as_bytes(), "cut.bvh").unwrap();
-    let whole = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let whole = fs::read_to_string(format!("{ROOT}/fixtures/real/cmu_short.bvh")).unwrap();
     let keys = |text: &str| scene(text).animations[0].channels[0].position_keys.values.clone();
     assert_eq!(count(&whole), 75);
     assert_eq!(keys(&frames(&whole, 10..14)), keys(&whole)[10..14]);

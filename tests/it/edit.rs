@@ -4,13 +4,9 @@ mod alike;
 mod bent;
 mod bones;
 mod cleaned;
-#[cfg(feature = "cli")]
-mod command;
 mod feet;
 mod joined;
 mod laws;
-#[cfg(feature = "cli")]
-mod many;
 mod mirrored;
 mod reached;
 

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program::Folder;
 use crate::sample::Sample;
 use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
@@ -280,52 +279,6 @@ fn with_rotations_at_keys_alone(scene: &Scene, bytes: &[u8]) -> Scene {
         *keys = Keys::at_ticks(ticks.iter().map(|tick| keys.values[*tick as usize]).collect(), ticks);
     }
     scene
-}
-
-/// Each command that writes FBX has the same options for it.
-#[test]
-fn every_command_takes_the_options_of_fbx() {
-    let folder = Folder::of_real(&["cmu_short.bvh"]);
-    let plain = folder.succeeds("convert cmu_short.bvh plain.fbx --verify");
-    assert!(!plain.contains("keys in"), "{plain}");
-    for command in [
-        "convert cmu_short.bvh out.fbx --verify",
-        "retarget cmu_short.bvh cmu_short.bvh -o out.fbx",
-        "edit cmu_short.bvh -o out.fbx --step mirror",
-    ] {
-        let words = folder.succeeds(&format!(
-            "{command} --target motionbuilder --fbx-version 7.4 --fbx-rest pre-rotation --max-error 2mm"
-        ));
-        assert!(
-            words.contains(" curves, 1.") && words.contains(" mm at most"),
-            "{words}"
-        );
-        let bytes = folder.read("out.fbx");
-        assert!(
-            4 * bytes.len() < 3 * folder.read("plain.fbx").len(),
-            "{command}: {}",
-            bytes.len()
-        );
-        let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
-        assert_eq!(
-            (file.metadata.version, file.settings.frames_per_second),
-            (7400, 120.0),
-            "{command}"
-        );
-        let has = |name: &str| file.nodes.iter().any(|node| &*node.element.name == name);
-        assert!(has("Reference"), "{command}");
-        let arm = file.nodes.iter().find(|node| &*node.element.name == "LeftArm").unwrap();
-        assert!(
-            arm.element.props.find_prop("PreRotation").is_some() || arm.euler_rotation.x == 0.0,
-            "{command}"
-        );
-        folder.refuses(&format!("{command} --max-error 0"), 2, "--max-error 0: ");
-    }
-    folder.succeeds("edit cmu_short.bvh -o out.fbx --step mirror --max-error 2mm --force");
-    folder.succeeds("verify cmu_short.bvh out.fbx --max-error 2mm");
-    folder.refuses("verify cmu_short.bvh out.fbx --max-error 0.5mm", 1, "");
-    let refused = folder.run("convert cmu_short.bvh new.fbx --max-error 1mm --compress int16");
-    assert_eq!(refused.status.code(), Some(2));
 }
 
 #[test]
@@ -623,40 +576,6 @@ fn textures_are_embedded() {
     assert_eq!(again.warnings, []);
     assert_eq!(again.textures[0].bytes, scene.textures[0].bytes);
     assert_eq!(again.meshes[0].texture_coords.len(), again.meshes[0].vertices.len());
-}
-
-#[test]
-fn textures_stand_beside_the_file_by_choice() {
-    let folder = Folder::of_real(&[]);
-    let character = fs::canonicalize("fixtures/made/two_bones_textured.gltf").unwrap();
-    let convert = format!("convert {} out.fbx --textures beside", character.display());
-    folder.succeeds(&convert);
-    let embedded = import(&character).unwrap();
-    let images = |folder: &Folder| -> Vec<PathBuf> {
-        let names = folder.contents().into_iter().map(|(path, _)| path);
-        names
-            .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
-            .collect()
-    };
-    let [image] = images(&folder).try_into().unwrap();
-    assert_eq!(fs::read(&image).unwrap(), embedded.textures[0].bytes);
-    let again = import(folder.path("out.fbx")).unwrap();
-    assert_eq!((again.warnings.len(), again.textures.len()), (0, 1));
-    assert_eq!(again.textures[0].bytes, embedded.textures[0].bytes);
-    assert!(!folder.read("out.fbx").windows(4).any(|bytes| bytes == b"IHDR"));
-    // Once more, for the same bytes are there; but another image is not replaced, and then nothing is.
-    folder.succeeds(&convert);
-    fs::write(&image, b"of somebody else").unwrap();
-    folder.refuses(&convert, 1, "output-exists");
-    folder.refuses(&convert.replace("out.fbx", "other.fbx"), 1, "output-exists");
-    folder.succeeds(&format!("{convert} --force"));
-    assert_eq!(fs::read(&image).unwrap(), embedded.textures[0].bytes);
-    folder.refuses(&convert.replace("out.fbx", "- --to fbx"), 2, "--textures beside: ");
-    folder.refuses(
-        &convert.replace("out.fbx", "-o many --to fbx"),
-        2,
-        "--textures beside: ",
-    );
 }
 
 #[test]

@@ -457,38 +457,6 @@ fn the_t_pose_is_one() {
     assert!(turned >= 10, "{turned}");
 }
 
-/// What `mocap skeleton --json` prints: the fields that scripts rely on, and further ones behind them.
-#[test]
-fn the_json_has_the_t_pose_beside_the_figure() {
-    let output = crate::program::run(&["skeleton", "--json", "fixtures/real/rokoko_dance.bvh"]);
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    for field in ["unit", "up", "facing", "root_offset", "rest_pose", "sides"] {
-        assert!(
-            found[field]["confidence"].is_string() && found[field]["reason"].is_string(),
-            "{field}"
-        );
-    }
-    assert_eq!(found["unit"]["name"], "cm");
-    assert_eq!(found["humanoid"]["bones"]["hips"]["joint"], "Hips");
-    let pose = &found["t_pose"];
-    assert_eq!(pose["source"], "computed");
-    let bones = pose["bones"].as_object().unwrap();
-    assert_eq!(bones.len(), found["humanoid"]["bones"].as_object().unwrap().len());
-    let mut largest = 0.0;
-    for (bone, turn) in bones {
-        let part = |place: usize| turn["rotation"][place].as_f64().unwrap();
-        let [x, y, z, w] = [0, 1, 2, 3].map(part);
-        assert!(((x * x + y * y + z * z + w * w) - 1.0).abs() < 1e-5, "{bone}");
-        let degrees = turn["degrees"].as_f64().unwrap();
-        assert!(
-            (2.0 * w.abs().min(1.0).acos().to_degrees() - degrees).abs() < 0.1,
-            "{bone}: {degrees}"
-        );
-        largest = f64::max(largest, degrees);
-    }
-    assert_eq!(pose["largest_rotation"].as_f64(), Some(largest));
-}
-
 /// The rotations of a T-pose, one after the other from the hips outwards, bring the rest pose there.
 #[test]
 fn the_rotations_bring_the_rest_pose_into_t_pose() {

@@ -111,11 +111,13 @@ fn a_motion_on_its_model_is_as_another_program_poses_it() {
         "{said:?}"
     );
     assert!(said.iter().any(|said| said.contains("2 keys of cameras")), "{said:?}");
+    #[cfg(feature = "render")]
     let screen = mocap::render::Clip {
         name: MOTION,
         scene: &scene,
     }
     .screen(&mocap::render::ScreenOptions::default());
+    #[cfg(feature = "render")]
     assert!(
         screen.lines().any(|line| line.starts_with("interpolation ")),
         "{screen}"

@@ -12,8 +12,6 @@ use mocap::{Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
 use crate::humanoid::truth;
-#[cfg(feature = "cli")]
-use crate::program::Folder;
 
 /// What Mixamo, Unreal and CMU call bones.
 const SPELLED: [(&str, [&str; 3]); 14] = [
@@ -250,37 +248,4 @@ fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     let glb = mocap::Exporter::new().write(&scene, mocap::Format::Gltf).unwrap();
     let verified = Verification::of(&source, &glb.into_bytes().unwrap()).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
-}
-
-/// The command line: the words, a file, a second `verify`, and what it refuses.
-#[cfg(feature = "cli")]
-#[test]
-fn the_program_takes_words_and_files() {
-    let folder = Folder::of_real(&["cmu_short.bvh"]);
-    let said = folder.succeeds("convert cmu_short.bvh out.glb --names unreal");
-    assert!(
-        said.contains("kept, because they are no bones: \"LHipJoint\""),
-        "{said}"
-    );
-    folder.succeeds("verify cmu_short.bvh out.glb");
-    // The names of one skeleton for another.
-    let printed = folder.run("skeleton out.glb --json").stdout;
-    folder.write("names.json", &printed);
-    folder.succeeds("edit cmu_short.bvh -o named.bvh --step smooth --names names.json --sidecar");
-    folder.succeeds("verify cmu_short.bvh named.bvh");
-    let text = String::from_utf8(folder.read("named.bvh")).unwrap();
-    assert!(joints_of_bvh(&text).contains(&"clavicle_r"));
-    folder.write("hero.glb", &fs::read("fixtures/characters/human_default.glb").unwrap());
-    folder.succeeds("retarget cmu_short.bvh hero.glb -o hero.fbx --names mixamo");
-    let scene = mocap::import(folder.path("hero.fbx")).unwrap();
-    assert!(scene.nodes.iter().any(|node| node.name == "mixamorig:LeftForeArm"));
-    folder.refuses(
-        "retarget cmu_short.bvh hero.glb -o again.glb --names mixamo",
-        2,
-        "--names has no effect on a character, whose file is passed through",
-    );
-    folder.write("bad.json", b"{\"bones\": {\"hips\": \"A\",\n\"shin\": \"B\"}}");
-    folder.refuses("convert cmu_short.bvh b.bvh --names bad.json", 2, "line 2 column");
-    folder.refuses("convert cmu_short.bvh b.bvh --names mixanu", 2, "neither vrm, mixamo");
-    assert!(!folder.path("b.bvh").exists());
 }

@@ -1,6 +1,5 @@
 //! `Retargeting`: the recipe, its order, and that it is the one of every door.
 
-use mocap::arrays::robot_pickle;
 use mocap::convert::Moment;
 use mocap::gltf::Character;
 use mocap::retargeting::{Report, Retargeted, Retargeting, RetargetingOptions, SourceMotion, Target};
@@ -177,29 +176,6 @@ fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
             "{limb:?}"
         );
     }
-}
-
-/// The program says what the library gives, for a character and for a robot.
-#[cfg(feature = "cli")]
-#[test]
-fn the_program_and_the_library_give_the_same_bytes() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = |arguments: &[&str], name: &str| {
-        let output = folder.path().join(name);
-        let mut command = crate::program::command(arguments);
-        let done = command.arg("-o").arg(&output).output().unwrap();
-        assert!(done.status.success(), "{}", crate::program::words(&done));
-        std::fs::read(output).unwrap()
-    };
-    let retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
-    let program = run(&["retarget", SHORT, CHARACTER, "--embed"], "out.gltf");
-    assert!(retargeting.character_file().unwrap().unwrap().into_bytes().unwrap() == program);
-
-    let robot = Importer::new().import_robot(ROBOT).unwrap();
-    let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
-    let motion = retargeting.clips()[0].robot_motion.as_ref().unwrap();
-    let program = run(&["robot", SHORT, "--robot", ROBOT, "--to", "pkl"], "out.pkl");
-    assert!(robot_pickle(motion) == program);
 }
 
 /// Rest poses that do not stand: where their bones are in a T-pose, the motion alone says.

@@ -6,8 +6,6 @@ use std::fs;
 use glam::Vec3;
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene, SkeletonMesh};
 
-use crate::program::Folder;
-
 const ARM: &str = "fixtures/made/arm.usda";
 
 fn read(text: &str) -> mocap::Result<Scene> {
@@ -245,27 +243,6 @@ fn prefixes_and_changed_bytes_give_an_error_or_a_valid_scene() {
         changed[at] = b"\"(9{]"[at % 5];
         survive(&changed);
     }
-}
-
-#[test]
-fn an_output_is_replaced_and_somebodys_stage_is_not() {
-    let folder = Folder::of_real(&["lecture_Test.bvh", "blender_two_joints.bvh"]);
-    folder.write("scene.usda", &fs::read(ARM).unwrap());
-    for output in ["take.usda", "take.usdz"] {
-        folder.succeeds(&format!("convert lecture_Test.bvh {output}"));
-        let first = folder.read(output);
-        folder.succeeds(&format!("convert lecture_Test.bvh {output}"));
-        assert_eq!(folder.read(output), first);
-        folder.succeeds(&format!("verify lecture_Test.bvh {output}"));
-        // Motion from it is no reason to replace another.
-        folder.succeeds(&format!("convert blender_two_joints.bvh other_{output}"));
-        folder.refuses(
-            &format!("convert {output} other_{output}"),
-            1,
-            "would replace a file that this program did not write from these inputs",
-        );
-    }
-    folder.refuses("convert lecture_Test.bvh scene.usda", 1, "would replace a file");
 }
 
 /// As Pixar's library writes them: `\\x` and two hexadecimal digits.

@@ -36,7 +36,7 @@ use serde::{Deserialize, Serialize};
 /// [`BvhOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Channels {
@@ -45,11 +45,11 @@ pub enum Channels {
     Auto,
     /// Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
     #[serde(rename = "3")]
-    #[cfg_attr(feature = "cli", value(name = "3"))]
+    #[cfg_attr(feature = "clap", value(name = "3"))]
     Three,
     /// Every joint.
     #[serde(rename = "6")]
-    #[cfg_attr(feature = "cli", value(name = "6"))]
+    #[cfg_attr(feature = "clap", value(name = "6"))]
     Six,
 }
 

@@ -63,18 +63,18 @@ const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxVersion {
     /// 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
     #[serde(rename = "7.4")]
-    #[cfg_attr(feature = "cli", value(name = "7.4"))]
+    #[cfg_attr(feature = "clap", value(name = "7.4"))]
     V7400,
     /// 7.5, of FBX 2016 and newer.
     #[default]
     #[serde(rename = "7.5")]
-    #[cfg_attr(feature = "cli", value(name = "7.5"))]
+    #[cfg_attr(feature = "clap", value(name = "7.5"))]
     V7500,
 }
 
@@ -92,7 +92,7 @@ impl FbxVersion {
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxRest {
@@ -128,7 +128,7 @@ impl Default for FbxRoot {
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxTextures {
@@ -196,7 +196,7 @@ setters! {
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxTarget {
@@ -210,7 +210,7 @@ pub enum FbxTarget {
     Maya,
     /// MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
     #[serde(rename = "motionbuilder")]
-    #[cfg_attr(feature = "cli", value(name = "motionbuilder"))]
+    #[cfg_attr(feature = "clap", value(name = "motionbuilder"))]
     MotionBuilder,
 }
 

@@ -1,6 +1,7 @@
 //! Meshes that are read: their vertices, bones, materials and textures.
 
 use mocap::glam::{Vec2, Vec3};
+#[cfg(feature = "render")]
 use mocap::render::{Clip, Page, PageClip};
 use mocap::scene::{AlphaMode, Scene};
 use mocap::{Code, Importer};
@@ -174,6 +175,7 @@ fn a_mesh_left_out_of_many_nodes_is_one_warning() {
 }
 
 /// The JSON pointers of all numbers in a value.
+#[cfg(feature = "render")]
 fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(at.to_owned()),
@@ -188,6 +190,7 @@ fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
+#[cfg(feature = "render")]
 #[test]
 fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
     let mut file = bar();
@@ -219,6 +222,7 @@ fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
     }
 }
 
+#[cfg(feature = "render")]
 #[test]
 fn a_skin_that_is_too_large_is_left_out_of_a_page() {
     let mut scene = read(&bar());

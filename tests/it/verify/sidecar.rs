@@ -50,17 +50,3 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
     let error = exporter.export(&scene, &alone).unwrap_err();
     assert_eq!(error.code(), Code::OutputExists);
 }
-
-#[cfg(feature = "cli")]
-#[test]
-fn the_program_writes_one_by_choice() {
-    use crate::program::Folder;
-    let folder = Folder::with(&["w.bvh"]);
-    folder.succeeds("convert w.bvh out.bvh --unit cm --out-unit m --trim 0.1..0.5 --sidecar --verify");
-    folder.succeeds("verify w.bvh out.bvh");
-    assert!(folder.path("out.bvh.json").exists());
-    folder.succeeds("edit w.bvh -o edited.bvh --step in-place --sidecar");
-    folder.succeeds("verify w.bvh edited.bvh");
-    folder.ends_with(2, "convert w.bvh out.glb --sidecar");
-    folder.refuses("convert w.bvh - --to bvh --sidecar", 2, "several files");
-}

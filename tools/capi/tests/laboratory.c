@@ -68,7 +68,7 @@ int main(int count, char **arguments)
     mocap_table *forces = mocap_table_new(plates, "forces");
     check(forces != NULL, "forces");
     check(mocap_table_rate(forces) == 400 && mocap_table_row_count(forces) == 80, "rows");
-    /* What ezc3d reads of it; see tests/it/c3d_recorded.rs. */
+    /* What ezc3d reads of it; see src/cli/tests/it/c3d_recorded.rs. */
     check(fabs(value(forces, 40, "ground_force_1_vy", "N") - 779.14866) < 1e-3, "force");
     check(fabs(value(forces, 40, "ground_force_1_px", "m") - 0.16927582) < 1e-6, "centre");
     mocap_table *analog = mocap_table_new(plates, "analog");

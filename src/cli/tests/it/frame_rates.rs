@@ -4,12 +4,16 @@ use mocap::gltf::BufferPlace;
 use mocap::verify::Verifier;
 use mocap::{Conversion, Exporter, Importer, Scene};
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// 75 frames at 120 a second.
 fn folder() -> Folder {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
-    folder.write("robot.urdf", &std::fs::read("fixtures/robots/h1.urdf").unwrap());
+    folder.write(
+        "robot.urdf",
+        &std::fs::read(at_root("fixtures/robots/h1.urdf")).unwrap(),
+    );
     folder
 }
 

@@ -4,16 +4,17 @@ use std::fs;
 
 use serde_json::Value;
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// Two motions of two skeletons, since those of one say together where its T-pose is, and a character beside them.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
-    let short = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let short = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     folder.write("in/a.bvh", short.as_bytes());
     let other = short.replace(".0083333", ".0166667").replace("LThumb", "LeftThumb");
     folder.write("in/below/b.bvh", other.as_bytes());
-    let hero = fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap();
+    let hero = fs::read(at_root("fixtures/skeletons/human_vrm1.gltf")).unwrap();
     folder.write("in/hero.gltf", &hero);
     folder
 }
@@ -56,7 +57,10 @@ fn each_motion_gets_the_output_that_it_has_alone() {
 #[test]
 fn a_file_without_a_motion_is_left_out_and_reported() {
     let folder = folder();
-    folder.write("in/arm.bvh", &fs::read("fixtures/real/lecture_Test.bvh").unwrap());
+    folder.write(
+        "in/arm.bvh",
+        &fs::read(at_root("fixtures/real/lecture_Test.bvh")).unwrap(),
+    );
     folder.write("in/broken.bvh", b"HIERARCHY\nROOT");
     let said = folder.ends_with(3, COMMAND);
     assert!(
@@ -90,7 +94,7 @@ fn only_what_changed_is_retargeted_again() {
     // Another scale, and another character of the same name.
     let said = folder.succeeds(&format!("{again} --scale 1.5"));
     assert!(said.contains("2 of 2 files converted, 0 done before"), "{said}");
-    let hero = fs::read("fixtures/skeletons/human_default.gltf").unwrap();
+    let hero = fs::read(at_root("fixtures/skeletons/human_default.gltf")).unwrap();
     folder.write("in/hero.gltf", &hero);
     let said = folder.succeeds(&format!("{again} --scale 1.5"));
     assert!(said.contains("2 of 2 files converted, 0 done before"), "{said}");

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::at_root;
 use crate::program::{Folder, run, words};
 use mocap::{Exporter, Format, Importer, MemoryFile, Pose};
 use serde_json::Value;
@@ -137,7 +138,7 @@ fn characters(folder: &Folder) -> Vec<PathBuf> {
         ]);
         made.push(output);
     }
-    made.push("fixtures/made/two_bones_textured.gltf".into());
+    made.push(at_root("fixtures/made/two_bones_textured.gltf").into());
     made
 }
 
@@ -159,7 +160,8 @@ fn names(file: &File) -> Vec<&str> {
 #[test]
 fn channels_of_morph_targets_that_go_are_counted() {
     let folder = Folder::of_real(&[]);
-    let mut json: Value = serde_json::from_slice(&fs::read("fixtures/made/two_bones_textured.gltf").unwrap()).unwrap();
+    let mut json: Value =
+        serde_json::from_slice(&fs::read(at_root("fixtures/made/two_bones_textured.gltf")).unwrap()).unwrap();
     let channels = json["animations"][0]["channels"].as_array_mut().unwrap();
     let mut weights = channels[0].clone();
     weights["target"]["path"] = "weights".into();
@@ -244,7 +246,7 @@ fn a_smaller_file_has_lost_the_keys_that_were_replaced() {
     let folder = Folder::of_real(&[]);
     let character = characters(&folder).remove(0);
     let length = |path: &Path| fs::metadata(path).unwrap().len();
-    let original = length("fixtures/characters/human_vrm0.vrm".as_ref());
+    let original = length(at_root("fixtures/characters/human_vrm0.vrm").as_ref());
     let small = folder.path("small.vrm");
     let small_name = small.to_str().unwrap();
     done(&["convert", character.to_str().unwrap(), small_name, "--max-error", "1mm"]);
@@ -344,15 +346,15 @@ fn what_cannot_be_kept_is_refused_and_dropped_by_choice() {
 
 #[test]
 fn the_library_keeps_it_too() {
-    let scene = mocap::import("fixtures/characters/human_vrm0.vrm").unwrap();
+    let scene = mocap::import(at_root("fixtures/characters/human_vrm0.vrm")).unwrap();
     let bytes = Exporter::new()
         .write(&scene, Format::Gltf)
         .unwrap()
         .into_bytes()
         .unwrap();
-    assert_eq!(bytes, fs::read("fixtures/characters/human_vrm0.vrm").unwrap());
+    assert_eq!(bytes, fs::read(at_root("fixtures/characters/human_vrm0.vrm")).unwrap());
     // What this program has drawn of a skeleton is no mesh to keep.
-    let mut drawn = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    let mut drawn = mocap::import(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     mocap::Conversion::new().apply(&mut drawn).unwrap();
     let glb = Exporter::new()
         .write(&drawn, Format::Gltf)

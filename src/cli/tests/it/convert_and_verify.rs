@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use crate::at_root;
 use crate::program::{run, words};
 
 fn fixture(file: &str) -> String {
-    format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
+    at_root(&format!("fixtures/real/{file}"))
 }
 
 /// Runs `mocap convert` into a folder of its own.

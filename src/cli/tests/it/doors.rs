@@ -10,6 +10,7 @@ use mocap::gltf::Compression;
 use mocap::job::{Job, RobotFormat};
 use mocap::{Conversion, Exporter, FormatInfo, MemoryFile, Scene, WriteOption};
 
+use crate::at_root;
 use crate::cut;
 use crate::program::{Folder, words};
 use crate::sample::Sample;
@@ -40,7 +41,7 @@ fn folder() -> Folder {
     let folder = Folder::with(&[]);
     folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
     for (name, file) in FILES {
-        folder.write(name, &fs::read(file).unwrap());
+        folder.write(name, &fs::read(at_root(file)).unwrap());
     }
     folder
 }
@@ -327,7 +328,7 @@ fn calls() -> String {
 /// Every call of the second table is declared in its language, and every command is in the table.
 #[test]
 fn what_does_the_work_of_a_command_is_there() {
-    let declared = DECLARED.map(|path| match Path::new(path).is_dir() {
+    let declared = DECLARED.map(at_root).map(|path| match Path::new(&path).is_dir() {
         false => fs::read_to_string(path).unwrap(),
         true => fs::read_dir(path)
             .unwrap()
@@ -347,7 +348,11 @@ fn what_does_the_work_of_a_command_is_there() {
             }
         }
     }
-    assert!(fs::read_to_string("docs/doors.md").unwrap().ends_with(&calls()));
+    assert!(
+        fs::read_to_string(at_root("docs/doors.md"))
+            .unwrap()
+            .ends_with(&calls())
+    );
     // The shown commands, but for those that print lists.
     let help = String::from_utf8(Folder::with(&[]).run("--help").stdout).unwrap();
     let named =
@@ -383,7 +388,7 @@ fn every_door_writes_every_format_or_says_why_not() {
         (row, cells)
     });
     let tried: Vec<(Row, Vec<Cell>)> = tried.collect();
-    let path = "docs/doors.md";
+    let path = &at_root("docs/doors.md");
     if writes && cfg!(feature = "meshopt") {
         fs::write(path, format!("{HEAD}{}{}", table(&tried), calls())).unwrap();
     }
@@ -410,7 +415,10 @@ fn other_languages_call_what_the_table_tries() {
         ("tools/python/src/convert.rs", ".t_pose_first("),
         ("tools/wasm/src/options.rs", ".t_pose_first("),
     ] {
-        assert!(fs::read_to_string(file).unwrap().contains(call), "{file}: {call}");
+        assert!(
+            fs::read_to_string(at_root(file)).unwrap().contains(call),
+            "{file}: {call}"
+        );
     }
 }
 
@@ -427,12 +435,12 @@ fn the_readme_has_the_table_of_formats() {
         assert_eq!(row.writing.starts_with("no"), !row.writes(), "{name}");
         assert!(!row.reads || !row.reading.starts_with("no"), "{name}");
     }
-    let text = fs::read_to_string("README.md").unwrap();
+    let text = fs::read_to_string(at_root("README.md")).unwrap();
     let (before, rest) = text.split_once(start).unwrap();
     let (_, after) = rest.split_once(end).unwrap();
     let whole = format!("{before}{start}{made}{end}{after}");
     if std::env::var_os("MOCAP_WRITE").is_some() {
-        fs::write("README.md", &whole).unwrap();
+        fs::write(at_root("README.md"), &whole).unwrap();
     }
     assert!(
         text == whole || std::env::var_os("MOCAP_WRITE").is_some(),

@@ -2,15 +2,16 @@
 
 use std::fs;
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// Two motions, and a robot.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
-    let short = fs::read("fixtures/real/cmu_short.bvh").unwrap();
+    let short = fs::read(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     folder.write("in/a.bvh", &short);
     folder.write("in/below/b.bvh", &short);
-    folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
+    folder.write("robot.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
     folder
 }
 

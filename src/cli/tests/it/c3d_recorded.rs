@@ -5,6 +5,7 @@
 use mocap::Importer;
 use mocap::biomechanics::TimeSeries;
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// What ezc3d reads at sample 40 of the file that `tools/markers/plates.py` makes. Rows are plates of type 2, 3 and 4.
@@ -76,11 +77,11 @@ fn assert_forces(forces: &TimeSeries, plates: &[[[f64; 3]; 3]; 3], tolerance: f6
 
 #[test]
 fn plates_with_matrices_give_the_forces_that_were_put_in() {
-    let scene = mocap::import("fixtures/made/plates_5_6_7.c3d").unwrap();
+    let scene = mocap::import(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     // The file has raw values of 1e5 in single precision.
     assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED, 1e-3);
     // Without its matrix such a plate says nothing.
-    let mut bytes = std::fs::read("fixtures/made/plates_5_6_7.c3d").unwrap();
+    let mut bytes = std::fs::read(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     let name = bytes.windows(10).position(|window| window == b"CAL_MATRIX").unwrap();
     bytes[name] = b'X';
     let without = Importer::new().read(&bytes, "plates.c3d").unwrap();
@@ -93,7 +94,7 @@ fn plates_with_matrices_give_the_forces_that_were_put_in() {
 
 #[test]
 fn plates_give_the_forces_that_another_reader_finds() {
-    let scene = mocap::import("fixtures/made/plates.c3d").unwrap();
+    let scene = mocap::import(at_root("fixtures/made/plates.c3d")).unwrap();
     let forces = TimeSeries::ground_forces(&scene).unwrap();
     assert_forces(&forces, &PLATES, 1e-4);
     let analog = TimeSeries::analog(&scene).unwrap();
@@ -119,7 +120,7 @@ fn plates_give_the_forces_that_another_reader_finds() {
     // Rates of a caller stretch all times alike.
     let faster = Importer::new()
         .retime(200.0)
-        .import("fixtures/made/plates.c3d")
+        .import(at_root("fixtures/made/plates.c3d"))
         .unwrap();
     let recorded = faster.metadata.recorded.unwrap();
     assert_eq!(recorded.analog_rate, 800.0);
@@ -130,7 +131,8 @@ fn plates_give_the_forces_that_another_reader_finds() {
 /// 1244 are (-39.5116, 22.4299, 838.5556), and (-26.1762, 0.0525, 21.2040) in the mean of the first 40.
 #[test]
 fn a_baseline_is_taken_out_of_real_plates() {
-    let forces = TimeSeries::ground_forces(&mocap::import("fixtures/real/py_c3d_motion.c3d").unwrap()).unwrap();
+    let forces =
+        TimeSeries::ground_forces(&mocap::import(at_root("fixtures/real/py_c3d_motion.c3d")).unwrap()).unwrap();
     for (axis, value) in [("x", -13.3353), ("y", 817.3516), ("z", -22.3773)] {
         let found = forces
             .column(&format!("ground_force_1_v{axis}"))
@@ -143,7 +145,7 @@ fn a_baseline_is_taken_out_of_real_plates() {
 
 #[test]
 fn broken_plates_and_channels_are_left_out_with_a_word() {
-    let bytes = std::fs::read("fixtures/made/plates.c3d").unwrap();
+    let bytes = std::fs::read(at_root("fixtures/made/plates.c3d")).unwrap();
     let read = |bytes: &[u8]| Importer::new().read(bytes, "plates.c3d").unwrap();
     let place = |name: &str| {
         bytes
@@ -184,14 +186,14 @@ fn broken_plates_and_channels_are_left_out_with_a_word() {
                 .iter()
                 .all(|channel| channel.values.len() == 4 * frames)
     );
-    let none = TimeSeries::ground_forces(&mocap::import("fixtures/real/optotrak.c3d").unwrap()).unwrap_err();
+    let none = TimeSeries::ground_forces(&mocap::import(at_root("fixtures/real/optotrak.c3d")).unwrap()).unwrap_err();
     assert!(none.to_string().contains("no force plates"), "{none}");
 }
 
 #[test]
 fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     let folder = Folder::of_real(&[]);
-    folder.write("p.c3d", &std::fs::read("fixtures/made/plates.c3d").unwrap());
+    folder.write("p.c3d", &std::fs::read(at_root("fixtures/made/plates.c3d")).unwrap());
     for name in ["f.mot", "f.sto", "f.csv", "f.mot", "f.sto"] {
         let output = folder.run(&format!("forces p.c3d -o {name} --quiet"));
         assert!(
@@ -208,6 +210,6 @@ fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     folder.refuses("forces p.c3d -o f.bvh", 2, ".parquet");
     folder.write("their.mot", b"Coordinates\nversion=1\n");
     folder.refuses("analog p.c3d -o their.mot", 1, "their.mot");
-    folder.write("w.bvh", &std::fs::read("fixtures/real/cmu_short.bvh").unwrap());
+    folder.write("w.bvh", &std::fs::read(at_root("fixtures/real/cmu_short.bvh")).unwrap());
     folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
 }

@@ -2,12 +2,13 @@
 
 use std::fs;
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// Two motions, one without, and one to join them with.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
-    let short = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let short = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     folder.write("in/a.bvh", short.as_bytes());
     folder.write("in/below/b.bvh", short.replace(".0083333", ".0166667").as_bytes());
     folder.write("second.bvh", short.as_bytes());
@@ -49,7 +50,7 @@ fn a_second_motion_is_joined_with_each() {
     // The second is read anew where it is another.
     let command = "edit in -o out/ --step concat --with second.bvh --to bvh --resume";
     assert!(folder.succeeds(command).contains("2 done before"));
-    folder.write("second.bvh", &fs::read("fixtures/real/cmu_short.bvh").unwrap());
+    folder.write("second.bvh", &fs::read(at_root("fixtures/real/cmu_short.bvh")).unwrap());
     assert!(folder.succeeds(command).contains("2 done before"));
     let text = String::from_utf8(folder.read("second.bvh")).unwrap();
     folder.write("second.bvh", text.replace(".0083333", ".0166667").as_bytes());
@@ -69,7 +70,10 @@ fn a_second_motion_among_the_inputs_is_an_input_too() {
 #[test]
 fn a_character_among_the_inputs_is_said_to_be_none() {
     let folder = folder();
-    folder.write("in/hero.gltf", &fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap());
+    folder.write(
+        "in/hero.gltf",
+        &fs::read(at_root("fixtures/skeletons/human_vrm1.gltf")).unwrap(),
+    );
     let said = folder.succeeds("retarget in --character in/hero.gltf -o moved/");
     assert!(
         said.contains("in/hero.gltf: motions are put on it, so it is no input"),
@@ -83,7 +87,10 @@ fn a_character_among_the_inputs_is_said_to_be_none() {
 #[test]
 fn gltf_has_its_buffer_where_it_is_asked_for() {
     let folder = folder();
-    folder.write("hero.gltf", &fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap());
+    folder.write(
+        "hero.gltf",
+        &fs::read(at_root("fixtures/skeletons/human_vrm1.gltf")).unwrap(),
+    );
     for (command, name) in [
         ("edit in/a.bvh --step mirror", "edited"),
         ("retarget in/a.bvh hero.gltf", "moved"),
@@ -148,7 +155,7 @@ fn shards_make_what_one_run_makes() {
 #[test]
 fn a_job_with_many_motions_makes_the_same_folder() {
     let folder = folder();
-    folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
+    folder.write("robot.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
     for command in [
         COMMAND,
         "convert in -o out --max-error 1mm",

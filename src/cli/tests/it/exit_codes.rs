@@ -3,6 +3,7 @@
 use std::fs;
 use std::process::Command;
 
+use crate::at_root;
 use crate::program::{Folder, words};
 
 /// A command with one motion, `IN`, and one output, `OUT`.
@@ -135,7 +136,7 @@ fn folder() -> Folder {
         "still.bvh",
         format!("{hierarchy}MOTION\nFrames: 0\nFrame Time: 0.01\n").as_bytes(),
     );
-    folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
+    folder.write("robot.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
     folder.succeeds("convert w.bvh w.glb");
     folder.succeeds("index w.bvh -o moves.mdb");
     folder.write(
@@ -228,7 +229,7 @@ fn the_arguments_are_at_fault() {
 #[test]
 fn another_file_is_at_fault() {
     let folder = folder();
-    let points = fs::read("fixtures/arrays/points_smpl22.npy").unwrap();
+    let points = fs::read(at_root("fixtures/arrays/points_smpl22.npy")).unwrap();
     folder.write("p.npy", &points);
     folder.write("bad.npy", &points[..900]);
     folder.write("own.glb", &points);
@@ -319,7 +320,7 @@ fn a_full_disk_is_an_error_and_no_signal() {
     for name in 0..30 {
         folder.write(
             &format!("takes/{name}.bvh"),
-            &fs::read("fixtures/dialects/plain.bvh").unwrap(),
+            &fs::read(at_root("fixtures/dialects/plain.bvh")).unwrap(),
         );
     }
     let limited = |kilobytes: usize, arguments: &str| {

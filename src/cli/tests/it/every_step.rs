@@ -13,7 +13,7 @@ const OTHER: &str = "cmu_12_01_walk.bvh";
 
 /// The steps, and whether each takes a second motion.
 fn steps() -> Vec<(String, bool)> {
-    let texts: Vec<String> = serde_json::from_str(include_str!("../steps.json")).unwrap();
+    let texts: Vec<String> = serde_json::from_str(include_str!("../../../../tests/steps.json")).unwrap();
     let known = |text: &String| {
         EditStep::ALL
             .iter()

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use mocap::edit::EditStep;
 
-use crate::program::{run, words};
+use crate::at_root;
+use crate::program::{command, run, words};
 
 fn real(file: &str) -> String {
-    format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
+    at_root(&format!("fixtures/real/{file}"))
 }
 
 fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {
@@ -407,7 +408,7 @@ fn the_result_is_viewed_beside_the_source() {
     let (folder, path) = folder();
     let empty = path("empty");
     std::fs::create_dir(&empty).unwrap();
-    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_mocap"));
+    let mut program = command::<&str>(&[]);
     program.env("PATH", &empty).env("TMPDIR", folder.path());
     let args = [
         "edit",

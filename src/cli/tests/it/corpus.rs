@@ -6,11 +6,12 @@ use mocap::job::Job;
 use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds};
 
 use crate::program::{Folder, words};
+use crate::{ROOT, at_root};
 
 const WALK: &str = "cmu_12_01_walk.bvh";
 
 fn rows_of(file: &str) -> Vec<Examined> {
-    let scene = mocap::import(Path::new("fixtures/real").join(file)).unwrap();
+    let scene = mocap::import(Path::new(ROOT).join("fixtures/real").join(file)).unwrap();
     Thresholds::default().examine(&scene, file)
 }
 
@@ -36,7 +37,7 @@ fn what_has_no_body_has_no_measures_of_one() {
 
 #[test]
 fn a_skeleton_is_known_at_another_scale_and_with_other_names() {
-    let text = std::fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let text = std::fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     let skeleton = |text: &str| {
         let scene = mocap::Importer::new().read(text.as_bytes(), "x.bvh").unwrap();
         Thresholds::default().examine(&scene, "x.bvh").remove(0).row.skeleton
@@ -64,7 +65,7 @@ fn a_skeleton_is_known_at_another_scale_and_with_other_names() {
 fn thresholds_decide_the_verdict() {
     let mut strict = Thresholds::default();
     strict.set("skate=0.1").unwrap();
-    let scene = mocap::import(Path::new("fixtures/real").join(WALK)).unwrap();
+    let scene = mocap::import(Path::new(ROOT).join("fixtures/real").join(WALK)).unwrap();
     let row = strict.examine(&scene, WALK).remove(0).row;
     assert_eq!((row.verdict, row.reasons.as_str()), (Quality::Bad, "skate"));
     assert!(row.defects.iter().all(|defect| defect.kind == DefectKind::Skate));
@@ -165,7 +166,7 @@ fn the_command_writes_tables_and_says_what_failed() {
 
 #[test]
 fn twins_are_found_and_one_of_them_is_kept() {
-    let text = std::fs::read_to_string(Path::new("fixtures/real").join(WALK)).unwrap();
+    let text = std::fs::read_to_string(Path::new(ROOT).join("fixtures/real").join(WALK)).unwrap();
     let folder = Folder::of_real(&[WALK, "rokoko_dance.bvh", "mocopi_jump_six_channels.bvh"]);
     folder.write("copy.bvh", text.as_bytes());
     folder.write("retimed.bvh", text.replace(".0083333", ".0078").as_bytes());
@@ -216,7 +217,7 @@ fn twins_are_found_and_one_of_them_is_kept() {
 /// The table of kinds in the documentation; `MOCAP_WRITE=1` writes it.
 #[test]
 fn the_documentation_has_every_kind() {
-    let path = "docs/survey.md";
+    let path = &at_root("docs/survey.md");
     let text = std::fs::read_to_string(path).unwrap();
     let (before, rest) = text.split_once("<!-- kinds -->\n").unwrap();
     let (_, after) = rest.split_once("<!-- end of kinds -->").unwrap();
@@ -343,7 +344,7 @@ fn a_dance_is_no_treadmill_and_a_walk_in_place_is_one() {
 #[test]
 fn pointed_toes_are_no_knee_that_bends_forwards() {
     for file in ["fixtures/arrays/kimodo_soma_01.npz", "fixtures/real/run.fbx"] {
-        let scene = mocap::import(file).unwrap();
+        let scene = mocap::import(at_root(file)).unwrap();
         let row = Thresholds::default().examine(&scene, file).remove(0).row;
         assert!(row.amounts[&DefectKind::BeyondRange] < 20.0, "{file}: {row:?}");
     }
@@ -352,7 +353,7 @@ fn pointed_toes_are_no_knee_that_bends_forwards() {
 /// The rows of a clip that begins between two samples of another, ten a second, are those of a piece of it.
 #[test]
 fn a_piece_that_begins_anywhere_is_a_twin() {
-    let scene = mocap::import(Path::new("fixtures/real").join(WALK)).unwrap();
+    let scene = mocap::import(Path::new(ROOT).join("fixtures/real").join(WALK)).unwrap();
     let mut clips = Thresholds::default().examine(&scene, "whole.bvh");
     for first in [101.0, 103.0, 107.0, 110.0] {
         let mut piece = scene.clone();
@@ -376,7 +377,7 @@ fn arms_that_are_held_out_are_a_t_pose() {
 
 #[test]
 fn a_copy_of_a_twin_repeats_what_is_kept_as_the_twin_does() {
-    let text = std::fs::read_to_string(Path::new("fixtures/real").join(WALK)).unwrap();
+    let text = std::fs::read_to_string(Path::new(ROOT).join("fixtures/real").join(WALK)).unwrap();
     let slower = text.replace("Frame Time: .0083333", "Frame Time: .0089");
     assert_ne!(text, slower);
     let rows_of_text = |text: &str, file: &str| {

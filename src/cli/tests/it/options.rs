@@ -4,6 +4,7 @@ use mocap::Pose;
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;
 
+use crate::at_root;
 use crate::program::Folder;
 use crate::sample::Sample;
 
@@ -284,7 +285,7 @@ fn an_inventory_takes_no_options_of_arrays() {
 #[test]
 fn no_cell_for_a_spreadsheet_is_a_formula() {
     let folder = folder();
-    let mut text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
+    let mut text = std::fs::read_to_string(at_root("fixtures/real/lecture_Test.bvh")).unwrap();
     let names = ["=1+1", "@SUM(A1,\"b\")", "-x"];
     for (name, new) in std::iter::zip(["Shoulder", "Elbow", "Wrist"], names) {
         text = text.replace(name, new);
@@ -353,7 +354,7 @@ fn a_build_without_parquet_names_the_feature() {
 #[test]
 fn a_build_without_fbx_names_the_feature() {
     let folder = folder();
-    std::fs::copy("fixtures/real/huesitos.fbx", folder.path("a.fbx")).unwrap();
+    std::fs::copy(at_root("fixtures/real/huesitos.fbx"), folder.path("a.fbx")).unwrap();
     for arguments in ["info a.fbx", "info a.fbx --from fbx", "convert a.fbx a.glb"] {
         let output = folder.run(arguments);
         let words = String::from_utf8(output.stderr).unwrap();

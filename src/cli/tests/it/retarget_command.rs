@@ -5,6 +5,7 @@ use std::process::Output;
 
 use serde_json::Value;
 
+use crate::at_root;
 use crate::program::{command, words};
 
 const WALK: &str = "fixtures/skeletons/bvhtoolbox_walk01.bvh";
@@ -12,7 +13,6 @@ const CHARACTER: &str = "fixtures/skeletons/human_vrm1.gltf";
 
 fn retarget(arguments: &[&str], output: &Path) -> Output {
     command(&["retarget"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .args(arguments)
         .arg("-o")
         .arg(output)
@@ -65,7 +65,7 @@ fn a_skeleton_is_written_in_any_format() {
         let path = folder.path().join(name);
         let output = retarget(&[WALK, "--to-skeleton", target], &path);
         assert!(output.status.success(), "{}", words(&output));
-        let (scene, source) = (mocap::import(&path).unwrap(), mocap::import(WALK).unwrap());
+        let (scene, source) = (mocap::import(&path).unwrap(), mocap::import(at_root(WALK)).unwrap());
         assert_eq!(
             scene.animations[0].frame_count(),
             source.animations[0].frame_count(),
@@ -136,7 +136,7 @@ fn a_vrm_animation_is_written_with_the_body_of_the_character() {
 fn an_output_is_replaced_by_the_same_command_alone() {
     let folder = tempfile::tempdir().unwrap();
     let character = folder.path().join("hero.gltf");
-    std::fs::copy(CHARACTER, &character).unwrap();
+    std::fs::copy(at_root(CHARACTER), &character).unwrap();
     let hero = character.to_str().unwrap();
     for name in ["out.gltf", "out.vrma"] {
         let path = folder.path().join(name);
@@ -156,7 +156,7 @@ fn an_output_is_replaced_by_the_same_command_alone() {
     // The character itself is an input, and nothing that this program wrote.
     assert!(words(&retarget(&[WALK, hero], &character)).contains("output-is-input"));
     let other = folder.path().join("other.gltf");
-    std::fs::copy(CHARACTER, &other).unwrap();
+    std::fs::copy(at_root(CHARACTER), &other).unwrap();
     assert!(words(&retarget(&[WALK, hero], &other)).contains("output-exists"));
 }
 
@@ -169,7 +169,7 @@ fn added_animations_say_where_they_are_from() {
     let recorded = &written["animations"][0]["extras"]["mocap"];
     let hash = |path: &str| -> String {
         use sha2::Digest;
-        let digest = sha2::Sha256::digest(std::fs::read(path).unwrap());
+        let digest = sha2::Sha256::digest(std::fs::read(at_root(path)).unwrap());
         digest.iter().map(|byte| format!("{byte:02x}")).collect()
     };
     assert_eq!(recorded["source"]["name"], "bvhtoolbox_walk01.bvh");
@@ -194,7 +194,6 @@ fn verify_refuses_motion_on_another_skeleton() {
         let made = retarget(&[WALK, target], &path);
         assert!(made.status.success(), "{}", words(&made));
         let verified = command(&["verify"])
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args([WALK, path.to_str().unwrap()])
             .output()
             .unwrap();
@@ -223,6 +222,6 @@ fn a_rest_pose_before_the_motion_is_left_out_and_that_is_said() {
             words(&output)
         );
         let frames = |path: &Path| mocap::import(path).unwrap().animations[0].frame_count();
-        assert_eq!(frames(&path), frames(Path::new(motion)) - dropped, "{motion}");
+        assert_eq!(frames(&path), frames(Path::new(&at_root(motion))) - dropped, "{motion}");
     }
 }

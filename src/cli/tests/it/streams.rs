@@ -10,6 +10,7 @@ use std::thread;
 
 use mocap::{Code, Format, Importer, Limits, SkeletonMesh};
 
+use crate::at_root;
 use crate::program::{command, words};
 
 fn make_fifo(path: &Path) {
@@ -21,13 +22,13 @@ fn a_pipe_that_a_file_names_is_refused_and_not_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     let beside = |name: &str| folder.path().join(name);
     make_fifo(&beside("walk.asf"));
-    fs::copy("fixtures/made/tiny.amc", beside("walk_01.amc")).unwrap();
+    fs::copy(at_root("fixtures/made/tiny.amc"), beside("walk_01.amc")).unwrap();
     let error = mocap::import(beside("walk_01.amc")).unwrap_err();
     assert_eq!(error.code(), Code::Io, "{error}");
     assert!(error.to_string().contains("must be a regular file"), "{error}");
 
     make_fifo(&beside("a.bin"));
-    let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    let scene = mocap::import(at_root("fixtures/real/lecture_Test.bvh")).unwrap();
     let written = beside("b.gltf");
     mocap::Exporter::new().export(&scene, &written).unwrap();
     let text = fs::read_to_string(&written).unwrap().replace("b.bin", "a.bin");
@@ -58,7 +59,7 @@ fn a_pipe_is_read_to_its_end() {
     let pipe = folder.path().join("pipe");
     make_fifo(&pipe);
     for name in ["lecture_Test.bvh", "py_c3d_motion.c3d"] {
-        let file = format!("fixtures/real/{name}");
+        let file = at_root(&format!("fixtures/real/{name}"));
         let expected = mocap::import(&file).unwrap();
         let piped = thread::scope(|scope| {
             scope.spawn(|| fs::write(&pipe, fs::read(&file).unwrap()).unwrap());
@@ -114,7 +115,7 @@ fn a_file_that_shrinks_while_it_is_read_is_an_error_or_a_scene() {
 /// Runs the program with a file as its standard input.
 fn mocap_with_input(arguments: &[&str], input: &str) -> Output {
     command(arguments)
-        .stdin(Stdio::from(File::open(format!("fixtures/{input}")).unwrap()))
+        .stdin(Stdio::from(File::open(at_root(&format!("fixtures/{input}"))).unwrap()))
         .output()
         .unwrap()
 }

@@ -7,13 +7,15 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::ROOT;
+
 /// The manifest of a folder of outputs.
 pub(crate) const MANIFEST: &str = "mocap-manifest.jsonl";
 
-/// The program with these arguments.
+/// The program with these arguments, in the root of the repository.
 pub(crate) fn command<A: AsRef<OsStr>>(arguments: &[A]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
-    command.args(arguments);
+    command.args(arguments).current_dir(ROOT);
     command
 }
 
@@ -41,7 +43,10 @@ impl Folder {
     pub(crate) fn of_real(names: &[&str]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         for name in names {
-            folder.write(name, &fs::read(Path::new("fixtures/real").join(name)).unwrap());
+            folder.write(
+                name,
+                &fs::read(Path::new(ROOT).join("fixtures/real").join(name)).unwrap(),
+            );
         }
         folder
     }
@@ -51,7 +56,10 @@ impl Folder {
         let folder = Self(tempfile::tempdir().unwrap());
         for (index, name) in names.iter().enumerate() {
             let source = ["lecture_Test.bvh", "cmu_short.bvh"][index % 2];
-            folder.write(name, &fs::read(Path::new("fixtures/real").join(source)).unwrap());
+            folder.write(
+                name,
+                &fs::read(Path::new(ROOT).join("fixtures/real").join(source)).unwrap(),
+            );
         }
         folder
     }

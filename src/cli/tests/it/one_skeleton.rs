@@ -6,6 +6,7 @@ use mocap::figure::{Humanoid, HumanoidBone as Bone};
 use mocap::glam::Quat;
 use mocap::{Pose, Scene};
 
+use crate::at_root;
 use crate::cut;
 use crate::program::Folder;
 
@@ -20,10 +21,10 @@ const LAW: f32 = 2.0;
 /// A folder with the whole motion, the part, and a character beside them.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
-    let whole = fs::read_to_string(FILE).unwrap();
+    let whole = fs::read_to_string(at_root(FILE)).unwrap();
     folder.write("in/whole.bvh", whole.as_bytes());
     folder.write("in/part.bvh", cut::frames(&whole, PART).as_bytes());
-    let hero = fs::read("fixtures/skeletons/human_game_engine.gltf").unwrap();
+    let hero = fs::read(at_root("fixtures/skeletons/human_game_engine.gltf")).unwrap();
     folder.write("hero.gltf", &hero);
     folder
 }
@@ -31,7 +32,7 @@ fn folder() -> Folder {
 /// How far the bones of a clip of a part are from those of the whole in the world, at most, in degrees.
 fn off(whole: &Scene, part: (&Scene, usize)) -> f32 {
     let bones = Humanoid::of(whole);
-    let frames_per_second = mocap::import(FILE).unwrap().animations[0].ticks_per_second;
+    let frames_per_second = mocap::import(at_root(FILE)).unwrap().animations[0].ticks_per_second;
     let rotation = |pose: &Pose, bone: Bone| -> Option<Quat> {
         let matrix = pose.node_to_world[bones.joint(bone)?.index()];
         Some(matrix.to_scale_rotation_translation().1)

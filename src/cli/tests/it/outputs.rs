@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use crate::at_root;
 use crate::program::{Folder, words};
 
 #[test]
@@ -101,7 +102,7 @@ fn an_output_that_an_option_names_is_refused() {
     let folder = Folder::of_real(&["cmu_short.bvh", "cmu_02.asf", "cmu_02_01.amc", "hand_take.c3d"]);
     folder.succeeds("index cmu_short.bvh -o moves.mdb");
     let real = |name: &str| folder.read(name);
-    let fixture = |name: &str| fs::read(format!("fixtures/{name}")).unwrap();
+    let fixture = |name: &str| fs::read(at_root(&format!("fixtures/{name}"))).unwrap();
     let job = br#"{"source": {"inputs": ["cmu_short.bvh"]}, "write": {"output": "own.glb", "force": true}}"#;
     folder.write("p.npy", &fixture("arrays/points_smpl22.npy"));
     folder.write("smplh.npz", &fixture("arrays/shaped_smplh.npz"));

@@ -14,6 +14,7 @@ use mocap::glam::{Quat, Vec3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use crate::at_root;
 use crate::cut;
 use crate::program::{MANIFEST, command};
 
@@ -41,7 +42,7 @@ impl Corpus {
         let corpus = Self {
             folder: tempfile::tempdir().unwrap(),
         };
-        let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+        let text = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
         let rows = cut::count(&text);
         for copy in 0..copies {
             let shorter = cut::frames(&text, 0..rows - copy % rows);
@@ -302,7 +303,7 @@ fn check_prints_a_folder_in_its_order() {
 #[test]
 fn check_names_the_file_to_blame() {
     let corpus = Corpus::new(0);
-    corpus.add("walk.amc", include_str!("../../fixtures/made/tiny.amc"));
+    corpus.add("walk.amc", include_str!("../../../../fixtures/made/tiny.amc"));
     corpus.add("walk.asf", ":bonedata\n  begin\n");
     let walk = corpus.inputs().join("walk.amc");
     let stdout = |args: &[&str]| String::from_utf8(run(args).stdout).unwrap();
@@ -320,7 +321,7 @@ fn check_names_the_file_to_blame() {
 /// A clip of a body that lies, and one of the same skeleton that stands, as BVH. Rokoko's rest pose is no figure, so
 /// that the clip that lies says nothing of the up axis; the other one does.
 fn lying_and_standing() -> [(&'static str, String); 2] {
-    let mut standing = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
+    let mut standing = mocap::import(at_root("fixtures/real/rokoko_dance.bvh")).unwrap();
     standing.trim(0.0, 40.0);
     let mut lying = standing.clone();
     let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);

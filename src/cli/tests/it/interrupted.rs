@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::at_root;
 use crate::program::{command_in, words};
 use crate::sample::Sample;
 
@@ -117,22 +118,28 @@ fn folder_with(files: &Files) -> tempfile::TempDir {
 }
 
 fn inputs(source: &str) -> Files {
-    let bytes = fs::read(format!("fixtures/real/{source}")).unwrap();
+    let bytes = fs::read(at_root(&format!("fixtures/real/{source}"))).unwrap();
     let names = ["walk.bvh", "clips/a.bvh", "clips/below/b.bvh"];
     let mut files: Files = names.into_iter().map(|name| (name.into(), bytes.clone())).collect();
     files.insert(
         "points.npy".into(),
-        fs::read("fixtures/arrays/points_smpl22.npy").unwrap(),
+        fs::read(at_root("fixtures/arrays/points_smpl22.npy")).unwrap(),
     );
-    files.insert("plates.c3d".into(), fs::read("fixtures/made/plates.c3d").unwrap());
+    files.insert(
+        "plates.c3d".into(),
+        fs::read(at_root("fixtures/made/plates.c3d")).unwrap(),
+    );
     files.insert(
         "character.bvh".into(),
-        fs::read("fixtures/real/biovision_example1.bvh").unwrap(),
+        fs::read(at_root("fixtures/real/biovision_example1.bvh")).unwrap(),
     );
     let job =
         r#"{"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "out.glb", "force": true}}"#;
     files.insert("job.json".into(), job.into());
-    files.insert("robot.urdf".into(), fs::read("fixtures/robots/h1.urdf").unwrap());
+    files.insert(
+        "robot.urdf".into(),
+        fs::read(at_root("fixtures/robots/h1.urdf")).unwrap(),
+    );
     files
 }
 

@@ -1,0 +1,59 @@
+//! The integration tests of the program: one test program, because linking is slow, with one module per subject.
+
+mod agent;
+mod angles;
+mod batch;
+mod c3d_recorded;
+mod conversion;
+mod convert_and_verify;
+mod corpus;
+#[path = "../../../../tests/it/cut.rs"]
+mod cut;
+#[cfg(feature = "fbx")]
+mod doors;
+mod edit_command;
+mod edit_many;
+mod every_step;
+mod exit_codes;
+mod exporter;
+#[cfg(feature = "fbx")]
+mod fbx_out;
+mod frame_rates;
+mod graph;
+#[cfg(unix)]
+mod interrupted;
+mod jobs;
+mod kept_characters;
+mod limits;
+#[cfg(unix)]
+mod live;
+mod names;
+mod one_answer;
+mod one_skeleton;
+mod options;
+mod outputs;
+mod packed_clip;
+mod program;
+mod refusals;
+mod retarget_command;
+mod retarget_many;
+mod retargeting;
+mod robot_command;
+#[cfg(unix)]
+mod robot_stream;
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+mod search;
+mod sidecar;
+mod skeleton;
+mod streams;
+mod usd;
+mod verify_arrays;
+
+/// The root of the repository. Cargo runs the tests in the folder of their package; the program runs in this one.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A file of the repository, for a test that reads it itself.
+fn at_root(path: &str) -> String {
+    format!("{ROOT}/{path}")
+}

@@ -1,0 +1,87 @@
+//! Every command gives one ground and one map of bones for one file.
+
+use mocap::Importer;
+use mocap::figure::Figure;
+use serde_json::Value;
+
+use crate::cut;
+use crate::program::Folder;
+use crate::sample::Sample;
+
+/// Rest poses of every kind, several units and up axes, feet with and without toes.
+const FILES: [&str; 8] = [
+    "real/cmu_12_01_walk.bvh",
+    "real/rokoko_dance.bvh",
+    "real/motionbuilder_vicon_walk.bvh",
+    "real/mocopi_jump_six_channels.bvh",
+    "real/biovision_example1.bvh",
+    "real/z_up_dab.bvh",
+    "skeletons/accad_run_turn.bvh",
+    "real/cmu_02_01.amc",
+];
+
+/// Frames of each file that are tried.
+const FRAMES: usize = 200;
+
+/// The number of a key in the JSON within a page.
+fn number_of(page: &str, key: &str) -> f64 {
+    let key = format!("\"{key}\":");
+    let start = page.find(&key).unwrap() + key.len();
+    let end = page[start..].find([',', '}']).unwrap();
+    page[start..start + end].parse().unwrap()
+}
+
+/// The ground of the figure in what every command says of it, the bones and the T-pose.
+#[test]
+fn every_command_has_one_ground_and_one_map() {
+    let mut random = Sample::new();
+    for file in FILES.into_iter().filter(|file| file.ends_with(".bvh")) {
+        let folder = Folder::of_real(&[]);
+        let text = cut::some_frames(&mut random, file, FRAMES);
+        folder.write("in.bvh", text.as_bytes());
+        let said: Value = serde_json::from_slice(&folder.run("skeleton in.bvh --json").stdout).unwrap();
+        let metres = said["unit"]["metres"].as_f64().unwrap();
+        let ground = said["floor"]["value"].as_f64().unwrap() * metres;
+
+        let scene = Importer::new().read(text.as_bytes(), "in.bvh").unwrap();
+        let figure = Figure::new(&scene);
+        assert!(
+            (figure.ground(&scene).unwrap().value * metres - ground).abs() < 1e-6,
+            "{file}"
+        );
+        // The contacts are those of the motion that is written.
+        folder.succeeds("edit in.bvh -o out.bvh --step reverse --contacts contacts.json");
+        let contacts: Value = serde_json::from_slice(&folder.read("contacts.json")).unwrap();
+        let of_edit = contacts["floor"].as_f64().unwrap();
+        let written: Value = serde_json::from_slice(&folder.run("skeleton out.bvh --json").stdout).unwrap();
+        let of_written = written["floor"]["value"].as_f64().unwrap() * metres;
+        assert!(
+            (of_edit - of_written).abs() < 1e-4,
+            "{file}: {of_edit} and {of_written}"
+        );
+        folder.succeeds("view in.bvh -o page.html");
+        let of_page = number_of(&String::from_utf8(folder.read("page.html")).unwrap(), "floor");
+        assert!((of_page - ground).abs() < 1e-4, "{file}: {of_page} and {ground}");
+
+        for (bone, joint) in said["humanoid"]["bones"].as_object().unwrap() {
+            let found = figure.humanoid.bones.iter().find(|(found, _)| found.as_str() == bone);
+            let node = found.unwrap().1.joint;
+            assert_eq!(joint["joint"], scene.nodes[node.index()].name, "{file}: {bone}");
+        }
+        let t_pose = figure.t_pose(&scene).unwrap();
+        let largest = said["t_pose"]["largest_rotation"].as_f64().unwrap();
+        assert!(
+            (largest - f64::from(t_pose.largest_rotation())).abs() < 1e-3,
+            "{file}: {largest}"
+        );
+        folder.succeeds("sheet in.bvh --t-pose -o sheet.svg");
+        let drawn = String::from_utf8(folder.read("sheet.svg")).unwrap();
+        let facts = [
+            format!("{largest:.0}° from the rest pose at most"),
+            format!("{} bones", said["humanoid"]["bones"].as_object().unwrap().len()),
+        ];
+        for fact in facts {
+            assert!(drawn.contains(&format!(">{fact}</text>")), "{file}: {fact}");
+        }
+    }
+}
