@@ -63,54 +63,42 @@
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
-pub mod arrays;
-pub mod biomechanics;
-pub mod compress;
-pub mod convert;
-pub mod dump;
-pub mod edit;
-mod error;
-mod export;
-pub mod figure;
-pub mod files;
-mod format;
-pub mod graph;
-pub mod ik;
-mod import;
-pub mod job;
-mod limits;
-#[cfg(feature = "live")]
-pub mod live;
-pub mod matching;
-mod math;
-mod options;
-mod player;
-mod pose;
-pub mod process;
+#[doc(inline)]
+pub use mocap_compress as compress;
+#[cfg(feature = "corpus")]
+#[doc(inline)]
+pub use mocap_corpus::{matching, survey};
+#[cfg(feature = "edit")]
+#[doc(inline)]
+pub use mocap_edit::{self as edit, graph};
+#[doc(inline)]
+pub use mocap_figure::{self as figure, Conversion, convert};
+#[doc(inline)]
+pub use mocap_formats::{FormatInfo, WriteOption, Written, WrittenFile, bvh, dump, fbx, gltf, vrma};
+#[doc(inline)]
+pub use mocap_io::{Clips, Exporter, Importer, MemoryFile, convert::convert, import::import};
+#[cfg(feature = "jobs")]
+#[doc(inline)]
+pub use mocap_job::{self as job, arrays, verify};
 #[cfg(feature = "render")]
-pub mod render;
-pub mod retarget;
-pub mod retargeting;
-pub mod robot;
-pub mod scene;
-pub mod solve;
-pub mod survey;
-pub mod verify;
+#[doc(inline)]
+pub use mocap_render as render;
+#[cfg(feature = "live")]
+#[doc(inline)]
+pub use mocap_retarget::live;
+#[cfg(feature = "retarget")]
+#[doc(inline)]
+pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
+#[doc(inline)]
+pub use mocap_scene::{
+    Binding, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose, Result, RootOffset,
+    Scene, SkeletonMesh, Trs, Updater, files, ik, process, scene, visible,
+};
+#[cfg(feature = "laboratory")]
+#[doc(inline)]
+pub use mocap_solve::{self as solve, biomechanics};
 
 pub use glam;
-
-pub use crate::convert::Conversion;
-pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible};
-pub use crate::export::Exporter;
-pub use crate::format::gltf::vrma;
-pub use crate::format::{FormatInfo, WriteOption, Written, WrittenFile, bvh, fbx, gltf};
-pub use crate::import::{Clips, Importer, MemoryFile, import};
-pub use crate::limits::Limits;
-pub use crate::player::{LoopMode, Player};
-pub use crate::pose::{Binding, OutOfRange, Pose, Trs, Updater};
-pub use crate::process::SkeletonMesh;
-pub use crate::retargeting::Retargeting;
-pub use crate::scene::{Format, RootOffset, Scene};
 
 /// The README's example runs with the tests.
 #[cfg(doctest)]

@@ -10,13 +10,13 @@ const ROTATED: f32 = 5e-4;
 const MOVED: f32 = 1e-3;
 
 /// Whether a constant rotation equals the rest pose.
-pub(crate) fn is_rotation_of_rest(constant: Quat, rest: Quat) -> bool {
+pub fn is_rotation_of_rest(constant: Quat, rest: Quat) -> bool {
     // Of small angles the cosine is too coarse.
     let between = constant * rest.conjugate();
     2.0 * Vec3::new(between.x, between.y, between.z).length() <= ROTATED
 }
 
 /// Whether a constant translation equals the rest pose.
-pub(crate) fn is_translation_of_rest(constant: Vec3, rest: Vec3) -> bool {
+pub fn is_translation_of_rest(constant: Vec3, rest: Vec3) -> bool {
     constant.distance(rest) <= MOVED * rest.length()
 }

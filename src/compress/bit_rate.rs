@@ -9,8 +9,8 @@
 use super::candidates::{Candidates, Dropped};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
-use crate::math::soa::single::LANES;
-use crate::math::wide;
+use mocap_scene::math::soa::single::LANES;
+use mocap_scene::math::wide;
 
 /// The coarsest lattice from `coarsest` on that keeps the error at every key frame within `tolerance`, and the keys. If
 /// none does, the finest.

@@ -11,7 +11,7 @@ use super::compensation::Targets;
 use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
-use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints
 /// further down the chain have to compensate for the error. Found by trials on the fixtures.

@@ -9,26 +9,35 @@ use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 
 /// An animation whose error is within the bound.
-pub(crate) struct CompressedClip {
+#[doc(hidden)]
+pub struct CompressedClip {
     /// One per node of the scene.
-    pub(crate) tracks: Vec<CompressedTrack>,
+    #[doc(hidden)]
+    pub tracks: Vec<CompressedTrack>,
     /// The tick of every frame.
-    pub(crate) ticks: Vec<f64>,
-    pub(crate) error: MeasuredError,
+    #[doc(hidden)]
+    pub ticks: Vec<f64>,
+    #[doc(hidden)]
+    pub error: MeasuredError,
 }
 
 /// What drives one node.
-pub(crate) struct CompressedTrack {
-    pub(crate) translation: TranslationTrack,
-    pub(crate) rotation: RotationTrack,
+#[doc(hidden)]
+pub struct CompressedTrack {
+    #[doc(hidden)]
+    pub translation: TranslationTrack,
+    #[doc(hidden)]
+    pub rotation: RotationTrack,
     /// What the tracks are made of, where the encoding states [Euler angles](super::curves::EulerAngles).
-    pub(crate) curves: Option<Box<JointCurves>>,
+    #[doc(hidden)]
+    pub curves: Option<Box<JointCurves>>,
 }
 
 pub(crate) type TranslationTrack = Track<Vec3, TranslationFormat, QuantizedTranslation>;
 pub(crate) type RotationTrack = Track<Quat, RotationFormat, QuantizedRotation>;
 
-pub(crate) enum Track<Value, Format, Key> {
+#[doc(hidden)]
+pub enum Track<Value, Format, Key> {
     Constant(Value),
     Animated {
         format: Format,
@@ -63,15 +72,20 @@ impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
 
 /// The error of a clip: distances between where joints are and where they should be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct MeasuredError {
+#[doc(hidden)]
+pub struct MeasuredError {
     /// The largest distance, in metres.
-    pub(crate) max: f64,
+    #[doc(hidden)]
+    pub max: f64,
     /// The root of the mean square of all distances, in metres.
-    pub(crate) rms: f64,
+    #[doc(hidden)]
+    pub rms: f64,
     /// The node with the largest distance.
-    pub(crate) node: usize,
+    #[doc(hidden)]
+    pub node: usize,
     /// The tick of the largest distance.
-    pub(crate) tick: f64,
+    #[doc(hidden)]
+    pub tick: f64,
 }
 
 /// Bytes of a key time, a 32-bit float.
@@ -96,7 +110,8 @@ impl CompressedClip {
     }
 
     /// The key frames of all tracks, each set once.
-    pub(crate) fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
+    #[doc(hidden)]
+    pub fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
         let mut distinct: Vec<&Arc<KeyFrames>> = Vec::new();
         for (key_frames, _) in self.animated_tracks() {
             if !distinct.contains(&key_frames) {
@@ -107,12 +122,14 @@ impl CompressedClip {
     }
 
     /// The number of keys of all tracks.
-    pub(crate) fn key_count(&self) -> usize {
+    #[doc(hidden)]
+    pub fn key_count(&self) -> usize {
         self.animated_tracks().map(|(key_frames, _)| key_frames.len()).sum()
     }
 
     /// Bytes of all keys and their times, where they are stored without streams.
-    pub(crate) fn size(&self) -> usize {
+    #[doc(hidden)]
+    pub fn size(&self) -> usize {
         let keys: usize = self.animated_tracks().map(|(frames, bytes)| frames.len() * bytes).sum();
         let distinct = self.distinct_key_frames().into_iter();
         let times: usize = distinct

@@ -13,8 +13,8 @@ use super::error_metric::{LeverArms, small_rotation_vector};
 use super::key_frames;
 use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
-use crate::math::quaternion::{in_hemisphere_of, mean};
-use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
+use mocap_scene::math::quaternion::{in_hemisphere_of, mean};
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// A joint below its lossy parent.
 pub(super) struct Compensation<'a> {

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::error_bound::Bounds;
 use super::error_metric::SHELL_DISTANCE;
 use super::raw_clip::RawClip;
-use crate::math::quaternion;
+use mocap_scene::math::quaternion;
 
 /// Makes tracks constant whose values all differ from their mean by so little that no joint and no point of a shell
 /// moves by more than this `fraction` of its bound.

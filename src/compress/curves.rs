@@ -11,18 +11,22 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use super::key_frames::{self, KeyFrames, Refine};
-use crate::math::quaternion::nlerp;
-use crate::math::rotation::{euler_rot, to_euler_xyz};
-use crate::scene::RotationOrder;
+use mocap_scene::math::quaternion::nlerp;
+use mocap_scene::math::rotation::{euler_rot, to_euler_xyz};
+use mocap_scene::scene::RotationOrder;
 
 /// How a file states the rotation of a node to its parent.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct EulerAngles {
-    pub(crate) order: RotationOrder,
+#[doc(hidden)]
+pub struct EulerAngles {
+    #[doc(hidden)]
+    pub order: RotationOrder,
     /// The part of the rotation that stands before the angles.
-    pub(crate) pre_rotation: DQuat,
+    #[doc(hidden)]
+    pub pre_rotation: DQuat,
     /// The angles of the rest pose, in degrees about x, y and z.
-    pub(crate) rest: DVec3,
+    #[doc(hidden)]
+    pub rest: DVec3,
 }
 
 impl EulerAngles {
@@ -39,10 +43,13 @@ impl EulerAngles {
 
 /// The values of one axis, with straight lines between the keys.
 #[derive(Clone, Debug)]
-pub(crate) struct Curve {
-    pub(crate) key_frames: Arc<KeyFrames>,
+#[doc(hidden)]
+pub struct Curve {
+    #[doc(hidden)]
+    pub key_frames: Arc<KeyFrames>,
     /// One per key frame.
-    pub(crate) values: Vec<f32>,
+    #[doc(hidden)]
+    pub values: Vec<f32>,
 }
 
 impl Curve {
@@ -57,11 +64,14 @@ impl Curve {
 }
 
 /// The curves of a joint, of x, y and z each; none of what does not move.
-pub(crate) struct JointCurves {
+#[doc(hidden)]
+pub struct JointCurves {
     pub(super) euler: EulerAngles,
-    pub(crate) translation: Option<[Curve; 3]>,
+    #[doc(hidden)]
+    pub translation: Option<[Curve; 3]>,
     /// Angles in degrees.
-    pub(crate) rotation: Option<[Curve; 3]>,
+    #[doc(hidden)]
+    pub rotation: Option<[Curve; 3]>,
 }
 
 impl JointCurves {

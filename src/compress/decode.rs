@@ -13,7 +13,7 @@ use super::key_frames::KeyFrames;
 use super::quantize::{QuantizedRotation, QuantizedTranslation};
 use super::raw_clip::{RawJoint, RawTrack};
 use super::read_ahead;
-use crate::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
+use mocap_scene::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
 
 /// How readers decode rotations.
 #[derive(Clone, Copy)]

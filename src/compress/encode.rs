@@ -17,7 +17,7 @@ use super::key_frames::{self, Insertion, KeyFrames};
 use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
 use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::raw_clip::{RawClip, RawJoint};
-use crate::pose::forward_kinematics;
+use mocap_scene::pose::forward_kinematics;
 
 // Found by trials on the fixtures. The bound holds with any other values.
 

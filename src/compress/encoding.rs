@@ -10,7 +10,8 @@ use super::quantize::{RotationFormat, TranslationFormat};
 /// Each format has an implementation beside its reader and writer, so that `compress` knows of none. It is asked once
 /// for a track, a constant or a clip; the loops over frames run on what it answers, a [`RotationFormat`] or a
 /// [`TranslationFormat`].
-pub(crate) trait Encoding {
+#[doc(hidden)]
+pub trait Encoding {
     /// How the rotations of a joint are stored. `steps` is how many steps a component needs from 0 to the root of a
     /// half so that the end of the joint's longest lever arm moves by about its tolerance. A format with a lattice is
     /// where the search for the lowest bit rate starts.
@@ -66,7 +67,8 @@ pub(crate) trait Encoding {
 
 /// Which frames may have keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum KeyFrameChoice {
+#[doc(hidden)]
+pub enum KeyFrameChoice {
     /// Each track has key frames of its own.
     Own,
     /// Each track has key frames of its own, or all tracks have common ones, whichever is smaller: for keys as plain
@@ -80,7 +82,8 @@ pub(crate) enum KeyFrameChoice {
 
 /// Keys as 32-bit floats, in no format: for the keys of a scene.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Float32;
+#[doc(hidden)]
+pub struct Float32;
 
 impl Encoding for Float32 {
     fn rotations(&self, _steps: f32) -> RotationFormat {

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::raw_clip::RawClip;
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 /// How far joints may be from their positions in the source, at any frame, for any reader of the file.
 ///
@@ -20,6 +20,7 @@ use crate::scene::Scene;
 /// or less than others have bounds of their own:
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::compress::{ErrorBound, PackedClip};
 /// use mocap::Conversion;
 ///
@@ -95,7 +96,8 @@ impl ErrorBound {
     }
 
     /// The bound with its lengths in a unit of `metres`.
-    pub(crate) fn in_units_of(mut self, metres: f64) -> Self {
+    #[doc(hidden)]
+    pub fn in_units_of(mut self, metres: f64) -> Self {
         self.max_error /= metres;
         self.shell_distance /= metres;
         self.per_joint.values_mut().for_each(|bound| *bound /= metres);
@@ -103,7 +105,8 @@ impl ErrorBound {
     }
 
     /// The bound with every largest error multiplied by `fraction`; the shell distance stays.
-    pub(crate) fn tighter(mut self, fraction: f64) -> Self {
+    #[doc(hidden)]
+    pub fn tighter(mut self, fraction: f64) -> Self {
         self.max_error *= fraction;
         self.per_joint.values_mut().for_each(|bound| *bound *= fraction);
         self

@@ -8,7 +8,7 @@
 use glam::{Mat3, Quat, Vec3};
 
 use super::raw_clip::RawClip;
-use crate::math::soa::single::{Lanes, Vectors};
+use mocap_scene::math::soa::single::{Lanes, Vectors};
 
 /// The distance of the shell from the joint, in metres.
 pub(super) const SHELL_DISTANCE: f32 = 0.03;

@@ -21,8 +21,8 @@ use super::compensation::Target;
 use super::error_metric::LeverArms;
 use super::key_frames::{KeyFrames, alpha, between};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
-use crate::math::cube_root::cube_root;
-use crate::math::quaternion::{exp, log, nlerp};
+use mocap_scene::math::cube_root::cube_root;
+use mocap_scene::math::quaternion::{exp, log, nlerp};
 
 // Found by trials on the fixtures. The tolerance holds with any other values.
 

@@ -8,7 +8,8 @@
 use std::ops::Range;
 
 /// The frames at which a track has keys, ascending. The first and the last frame always have one.
-pub(crate) type KeyFrames = Vec<u32>;
+#[doc(hidden)]
+pub type KeyFrames = Vec<u32>;
 
 /// A key at every frame.
 pub(super) fn every_frame(frames: usize) -> KeyFrames {

@@ -10,9 +10,9 @@ use super::clip::{CompressedTrack, MeasuredError};
 use super::decode::{Block, Cursor, Decoder, JointSampler, JointState};
 use super::raw_clip::RawClip;
 use super::read_ahead::ReadAhead;
-use crate::math::soa::double::{LANES, Lanes};
-use crate::math::wide;
-use crate::pose::forward_kinematics;
+use mocap_scene::math::soa::double::{LANES, Lanes};
+use mocap_scene::math::wide;
+use mocap_scene::pose::forward_kinematics;
 
 /// The errors at every frame, each times the weight of its joint.
 pub(super) struct FrameErrors {
@@ -168,7 +168,7 @@ mod tests {
     use super::super::key_frames::{KeyFrames, every_frame};
     use super::super::quantize::{QuantizedRotation, RotationFormat};
     use super::*;
-    use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+    use mocap_scene::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
     const FRAMES: usize = 14;
     const LAST: usize = FRAMES - 1;

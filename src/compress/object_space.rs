@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 
 use super::clip::{RotationTrack, Track, TranslationTrack};
 use super::key_frames;
-use crate::math::quaternion::nlerp;
+use mocap_scene::math::quaternion::nlerp;
 
 /// One joint in object space at every frame.
 #[derive(Clone, Default)]

@@ -18,14 +18,15 @@ use std::borrow::Cow;
 use self::encoding::Packed;
 use self::layout::{RotationTrack, TranslationTrack};
 use super::{CompressedClip, ErrorBound};
-use crate::error::Result;
-use crate::player::Player;
-use crate::pose::Trs;
-use crate::scene::Scene;
+use mocap_scene::error::Result;
+use mocap_scene::player::Player;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 /// An animation in packed form, which gives its pose at any tick.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::compress::PackedClip;
 /// use mocap::{Conversion, Trs};
 ///
@@ -85,16 +86,17 @@ impl PackedClip<'static> {
     /// from its position, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
     ///
     /// # Errors
-    /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the bound cannot be kept;
-    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a scale is not uniform and constant, a value is
+    /// [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the bound cannot be kept;
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a scale is not uniform and constant, a value is
     /// not finite, there is no such animation or there are too many nodes;
-    /// [`Code::LimitExceeded`](crate::Code::LimitExceeded) where there are too many frames.
+    /// [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where there are too many frames.
     pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)
     }
 
     /// A packed clip, and the clip before it was packed, which knows where its error is largest.
-    pub(crate) fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
+    #[doc(hidden)]
+    pub fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
         let (bytes, clip) = write::encode(scene, animation, &bound, &Packed)?;
         Ok((Self::new(bytes)?, clip))
     }
@@ -104,18 +106,20 @@ impl<'a> PackedClip<'a> {
     /// Opens a packed clip.
     ///
     /// # Errors
-    /// [`Code::InvalidClip`](crate::Code::InvalidClip) where the bytes are not a whole and valid packed clip.
+    /// [`Code::InvalidClip`](mocap_scene::Code::InvalidClip) where the bytes are not a whole and valid packed clip.
     pub fn new(bytes: impl Into<Cow<'a, [u8]>>) -> Result<Self> {
         Ok(read::open(bytes.into())?)
     }
 
     /// Whether bytes begin as those of a packed clip do.
-    pub(crate) fn sniff(bytes: &[u8]) -> bool {
+    #[doc(hidden)]
+    pub fn sniff(bytes: &[u8]) -> bool {
         bytes.starts_with(&layout::MAGIC)
     }
 
     /// Numbers that change from frame to frame.
-    pub(crate) fn values_a_frame(&self) -> usize {
+    #[doc(hidden)]
+    pub fn values_a_frame(&self) -> usize {
         4 * self.rotations.len() + 3 * self.translations.len()
     }
 
@@ -125,7 +129,8 @@ impl<'a> PackedClip<'a> {
     }
 
     /// The bytes of the file, without a copy where the clip owns them.
-    pub(crate) fn into_bytes(self) -> Vec<u8> {
+    #[doc(hidden)]
+    pub fn into_bytes(self) -> Vec<u8> {
         self.bytes.into_owned()
     }
 
@@ -166,6 +171,7 @@ impl<'a> PackedClip<'a> {
     /// A clock for this clip, at its start.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::Trs;
     /// use mocap::compress::PackedClip;
     ///

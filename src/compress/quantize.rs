@@ -4,6 +4,10 @@ mod rotation;
 mod rounding;
 mod translation;
 
+pub(crate) use self::rotation::QuantizedRotation;
 pub(super) use self::rotation::dropped_component;
-pub(crate) use self::rotation::{Lattice, QuantizedRotation, RotationFormat};
-pub(crate) use self::translation::{QuantizedTranslation, TranslationFormat};
+#[doc(hidden)]
+pub use self::rotation::{Lattice, RotationFormat};
+pub(crate) use self::translation::QuantizedTranslation;
+#[doc(hidden)]
+pub use self::translation::TranslationFormat;

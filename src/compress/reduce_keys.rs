@@ -1,20 +1,21 @@
 //! Removes keys within a largest error.
 
 use super::{ErrorBound, Float32, Track, compress};
-use crate::error::Result;
-use crate::pose::Binding;
-use crate::scene::{Keys, Scene};
+use mocap_scene::error::Result;
+use mocap_scene::pose::Binding;
+use mocap_scene::scene::{Keys, Scene};
 
 /// Removes keys of every animation such that no joint or end site is more than `max_error` metres from its position
 /// before, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.
 ///
-/// The scene must be in metres: see [`convert_units`](crate::Scene::convert_units). Every joint has its own keys,
+/// The scene must be in metres: see [`convert_units`](mocap_scene::Scene::convert_units). Every joint has its own keys,
 /// and their values change: a joint's rotation compensates for the errors of its ancestors, so that errors do not
 /// add up along a chain (the error metric is measured in object space, as in the Animation Compression Library).
 /// Between keys positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys
 /// can bridge it within the bound. A track that can be constant within the bound has one key.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::compress::reduce_keys;
 /// use mocap::scene::UpAxis;
 ///
@@ -30,8 +31,8 @@ use crate::scene::{Keys, Scene};
 /// ```
 ///
 /// # Errors
-/// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a node with children has an animated or
-/// non-uniform scale, or a value is not finite; [`Code::ErrorBound`](crate::Code::ErrorBound) where 32-bit floats
+/// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a node with children has an animated or
+/// non-uniform scale, or a value is not finite; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where 32-bit floats
 /// cannot keep the bound. The scene is then unchanged.
 pub fn reduce_keys(scene: &mut Scene, max_error: impl Into<ErrorBound>) -> Result<f64> {
     let bound = max_error.into();

@@ -13,8 +13,8 @@ use super::encode::{Budget, Encoder, LossyClip};
 use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
 use super::object_space::ObjectSpaceTrack;
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 /// The maximum of passes, and how often at most a pass adds the worst frame between two keys; after that it adds all.
 const MAX_PASSES: usize = 16;

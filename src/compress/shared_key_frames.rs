@@ -7,8 +7,8 @@ use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
 use super::read_ahead::{self, ReadAhead};
-use crate::math::quaternion::nlerp;
-use crate::pose::forward_kinematics;
+use mocap_scene::math::quaternion::nlerp;
+use mocap_scene::pose::forward_kinematics;
 
 /// The key frames that are left if no joint may be off by more than this `fraction` of its bound where the pose between
 /// two keys is interpolated. `raw` are the joints of the clip in object space.

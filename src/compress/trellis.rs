@@ -4,7 +4,7 @@
 //! The rate of a step from a corner to one of the next frame is a sum over the three axes, and a corner is on the near
 //! or the far side along each. So the least of the 64 sums is found axis by axis, with 16 sums for each.
 
-use crate::math::soa::single::{LANES, Lanes};
+use mocap_scene::math::soa::single::{LANES, Lanes};
 
 /// The corners of a cell. Bit 0, 1 and 2 of a corner: whether it is on the far side along the first, second and third
 /// axis.

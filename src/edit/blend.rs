@@ -14,9 +14,9 @@ use super::pose_distance::Poses;
 use super::quantity::centimetres;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result};
-use crate::pose::Trs;
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
@@ -27,6 +27,7 @@ step! {
     /// of a second. The second motion then begins where the first does, and looks where it looks.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Blend, BlendWeight, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -70,7 +71,7 @@ impl Step for Blend {
 
 /// What [`Blend`] did.
 ///
-/// [`Blend`](crate::edit::Blend) has an example.
+/// [`Blend`](crate::Blend) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct BlendReport {
@@ -114,7 +115,7 @@ impl fmt::Display for BlendReport {
 
 /// The fraction of the second motion in a mix: 0 gives the first motion, 1 the second.
 ///
-/// [`Blend`](crate::edit::Blend) has an example.
+/// [`Blend`](crate::Blend) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[non_exhaustive]

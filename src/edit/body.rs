@@ -3,12 +3,12 @@
 use glam::Vec3;
 
 use super::StepInput;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::body::Body;
-use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_figure::body::Body;
+use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// The joints of a leg.
 pub(super) struct Leg {
@@ -48,7 +48,8 @@ const HINGE_AT_REST: f32 = 0.05;
 
 /// The axis about which a knee bends as the rest pose tells it, in the frame of the thigh: to the left of the figure.
 /// It is short, so that it counts only beside knees that hardly bend in the motion.
-pub(crate) fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
+#[doc(hidden)]
+pub fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
     let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
     HINGE_AT_REST * (rotation.inverse() * figure.figure_to_world().x_axis)
 }

@@ -9,11 +9,11 @@ use super::frames_report::converted;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::{AlongBone, Conversion};
-use crate::error::Result;
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::Scene;
+use mocap_figure::convert::{AlongBone, Conversion};
+use mocap_scene::error::Result;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
@@ -24,6 +24,7 @@ step! {
     /// rotations at rest, and is the same file with this step as without.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::Pose;
     /// use mocap::edit::{BoneAxis, Step, StepInput};
     /// use mocap::scene::NodeId;
@@ -38,8 +39,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a joint is scaled otherwise along one axis than
-    /// along another; [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a joint is scaled otherwise along one axis than
+    /// along another; [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     BoneAxis {
         /// The axis that points along the bone. Default: +Y.
         axis: AlongBone = AlongBone::default(), Takes::OneOf(&["y", "x"]);

@@ -3,10 +3,10 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::frames::Frames;
-use crate::figure::up;
-use crate::math::quaternion::twist;
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_figure::up;
+use mocap_scene::math::quaternion::twist;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {

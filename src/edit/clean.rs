@@ -31,15 +31,16 @@ use self::work::Work;
 use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes, flips};
-use crate::error::Result;
-use crate::figure::Figure;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::Figure;
+use mocap_scene::error::Result;
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
     /// clean stays as it is. Without a body, floor and contacts are left out.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Clean, CleanOutcome, CleanPart, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -50,7 +51,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     Clean {
         /// Frames that are held, doubled or dropped. Default: `true`.
         time: bool = true, Takes::Flag;
@@ -104,7 +105,7 @@ impl Step for Clean {
         let (mut rotated, mut moved): (Vec<NodeId>, Vec<NodeId>) = (Vec::new(), Vec::new());
         for column in columns {
             let (node, new, old) = (frames.nodes()[column], frames.track(column), old.track(column));
-            let differs = |differs: fn(&crate::pose::Trs, &crate::pose::Trs) -> bool| {
+            let differs = |differs: fn(&mocap_scene::pose::Trs, &mocap_scene::pose::Trs) -> bool| {
                 old.iter().zip(&new).any(|(old, new)| differs(old, new))
             };
             rotated.extend(differs(|old, new| old.rotation != new.rotation).then_some(node));
@@ -116,29 +117,38 @@ impl Step for Clean {
 }
 
 /// What is wrong with a motion: with its time, its rotations, its sides, its noise and its floor.
-pub(crate) struct MotionErrors {
+#[doc(hidden)]
+pub struct MotionErrors {
     /// Frames that are held or doubled.
-    pub(crate) doubled: Vec<usize>,
+    #[doc(hidden)]
+    pub doubled: Vec<usize>,
     /// Frames before which one was dropped.
-    pub(crate) dropped: Vec<usize>,
+    #[doc(hidden)]
+    pub dropped: Vec<usize>,
     /// For each joint the frames in which its rotation is flipped, where there are any.
-    pub(crate) flipped: Vec<(NodeId, Vec<bool>)>,
+    #[doc(hidden)]
+    pub flipped: Vec<(NodeId, Vec<bool>)>,
     /// The noise of each joint, as how far the farthest joint below it moves by it, in metres.
-    pub(crate) noise: Vec<(NodeId, f64)>,
+    #[doc(hidden)]
+    pub noise: Vec<(NodeId, f64)>,
     /// For each frame whether left and right limbs are exchanged; empty where they never are.
-    pub(crate) exchanged: Vec<bool>,
+    #[doc(hidden)]
+    pub exchanged: Vec<bool>,
     /// The slope of the floor in degrees.
-    pub(crate) slope: Option<f64>,
+    #[doc(hidden)]
+    pub slope: Option<f64>,
     /// How far the body drifts, in metres.
-    pub(crate) drift: Option<f64>,
+    #[doc(hidden)]
+    pub drift: Option<f64>,
 }
 
 impl MotionErrors {
     /// Finds what [`Clean`] would mend, and changes nothing.
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
-    pub(crate) fn find(scene: &Scene, animation: usize, figure: &Figure) -> Result<Self> {
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    #[doc(hidden)]
+    pub fn find(scene: &Scene, animation: usize, figure: &Figure) -> Result<Self> {
         let reach = Work::reaches(scene, figure);
         let work = Work::new(scene, figure, &reach, animation)?;
         let [doubled, dropped] = time::errors(&work);

@@ -13,10 +13,10 @@ use super::inertia::{Seam, onward};
 use super::quantity::{centimetres, degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result};
-use crate::limits::not_negative;
-use crate::pose::{Binding, Trs, have_the_same_joints};
-use crate::scene::{NodeId, Scene};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
@@ -26,6 +26,7 @@ step! {
     /// [motion graphs](crate::graph), of windows of a third of a second.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Concat, Step, StepInput};
     ///
     /// let mut walk = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -69,7 +70,7 @@ impl Step for Concat {
 
 /// What [`Concat`] did.
 ///
-/// [`Concat`](crate::edit::Concat) has an example.
+/// [`Concat`](crate::Concat) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ConcatReport {

@@ -5,22 +5,22 @@ use serde::{Deserialize, Serialize};
 
 use super::body::figure_of;
 use super::frames::{Frames, tracks};
-use crate::error::{Code, Result};
-use crate::figure::contacts::{ContactRule, points_of_feet};
-use crate::figure::ground::level;
-use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
-use crate::limits::not_negative;
-use crate::math::velocity::velocities;
-use crate::options::setters;
-use crate::pose::Pose;
-use crate::scene::{Animation, NodeId, Scene};
+use mocap_figure::contacts::{ContactRule, points_of_feet};
+use mocap_figure::ground::level;
+use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::math::velocity::velocities;
+use mocap_scene::options::setters;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Animation, NodeId, Scene};
 
 /// When a foot or a hand is at rest.
 ///
 /// A point is at rest when it is low and slow, and until it is `release` times too high or too fast. Heights are those
 /// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
 ///
-/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
+/// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
@@ -98,7 +98,7 @@ impl ContactOptions {
 
 /// A point of a foot or a hand, and when it is at rest.
 ///
-/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
+/// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ContactPoint {
@@ -136,7 +136,7 @@ impl ContactPoint {
 
 /// The contacts of an animation.
 ///
-/// [`ContactOptions::detect`](crate::edit::ContactOptions::detect) has an example.
+/// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DetectedContacts {
@@ -162,6 +162,7 @@ impl ContactOptions {
     /// caller knows them.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::ContactOptions;
     /// use mocap::figure::HumanoidBone;
     ///
@@ -173,8 +174,8 @@ impl ContactOptions {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
-    /// animation; [`Code::InvalidValue`](crate::Code::InvalidValue) for a threshold that is negative or not finite.
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
+    /// animation; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a threshold that is negative or not finite.
     pub fn detect(&self, scene: &Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<DetectedContacts> {
         self.check()?;
         let figure = figure_of(scene, humanoid)?;
@@ -184,7 +185,8 @@ impl ContactOptions {
 }
 
 /// The contacts of an animation of `scene` whose figure is known, by the rule of all commands.
-pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<DetectedContacts> {
+#[doc(hidden)]
+pub fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<DetectedContacts> {
     let frames = Frames::of(scene, animation, &[])?;
     Ok(detect(scene, &frames, figure, &ContactOptions::default()))
 }
@@ -260,7 +262,8 @@ fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options
 
 /// The contacts of feet in the frames that came last of a motion that goes on.
 #[derive(Clone, Debug)]
-pub(crate) struct LiveContacts {
+#[doc(hidden)]
+pub struct LiveContacts {
     figure: Figure,
     rate: f64,
     /// The frames that are kept.
@@ -271,7 +274,8 @@ pub(crate) struct LiveContacts {
 
 impl LiveContacts {
     /// Of a figure whose poses come so many times a second; so many seconds of them show where its floor is.
-    pub(crate) fn new(scene: &Scene, figure: Figure, rate: f64, seconds: f64) -> Self {
+    #[doc(hidden)]
+    pub fn new(scene: &Scene, figure: Figure, rate: f64, seconds: f64) -> Self {
         let pairs = points_of_feet(scene, &figure.humanoid).into_iter().map(|pair| {
             let points = pair.into_iter();
             let points = points.filter_map(|(bone, node)| Some((bone.side()?, node, Vec::new())));
@@ -286,7 +290,8 @@ impl LiveContacts {
     }
 
     /// Adds a frame.
-    pub(crate) fn push(&mut self, pose: &Pose) {
+    #[doc(hidden)]
+    pub fn push(&mut self, pose: &Pose) {
         for (_, node, track) in self.pairs.iter_mut().flatten() {
             if track.len() == self.most {
                 track.remove(0);
@@ -296,7 +301,8 @@ impl LiveContacts {
     }
 
     /// Which feet are at rest, so many frames before the last.
-    pub(crate) fn at(&self, before: usize) -> [bool; 2] {
+    #[doc(hidden)]
+    pub fn at(&self, before: usize) -> [bool; 2] {
         let mut found = [false; 2];
         let height = |point: &Vec3| point.dot(self.figure.up_direction()) * self.figure.metres();
         for pair in &self.pairs {

@@ -9,12 +9,12 @@ use super::frames::Frames;
 use super::quantity::{counted, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Result};
-use crate::limits::{not_negative, positive};
-use crate::math::median::median;
-use crate::math::quaternion::log;
-use crate::pose::Trs;
-use crate::scene::{NodeId, Scene};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::median::median;
+use mocap_scene::math::quaternion::log;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
@@ -28,6 +28,7 @@ step! {
     /// joints below keep their positions.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Despike, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -65,7 +66,7 @@ impl Step for Despike {
 
 /// What [`Despike`] changed.
 ///
-/// [`Despike`](crate::edit::Despike) has an example.
+/// [`Despike`](crate::Despike) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DespikeReport {

@@ -3,15 +3,16 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::{Conversion, FirstFrame};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::{Conversion, FirstFrame};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Drops the first frame, which is a rest pose in some files; by default only where it is one, as
     /// [`FirstFrame::DropRestPose`] does.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{DropFirstFrame, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -23,7 +24,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     DropFirstFrame {
         /// Whether it is dropped also where it is no rest pose. Default: `false`.
         always: bool = false, Takes::Flag;
@@ -44,6 +45,6 @@ impl Step for DropFirstFrame {
         converted(scene, input, Conversion::new().first_frame(first))
     }
 
-    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    /// The conversion records what it does, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

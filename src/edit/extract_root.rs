@@ -3,14 +3,15 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::convert::{Conversion, RootMotion};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::{Conversion, RootMotion};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Moves the motion of the root over the ground to a new joint above it, as [`RootMotion::Extract`] does.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{ExtractRoot, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -20,7 +21,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     ExtractRoot {}
 }
 
@@ -34,6 +35,6 @@ impl Step for ExtractRoot {
         converted(scene, input, Conversion::new().root(RootMotion::Extract))
     }
 
-    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    /// The conversion records what it does, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

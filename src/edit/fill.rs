@@ -9,11 +9,11 @@ use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Result};
-use crate::limits::{not_negative, positive};
-use crate::math::quaternion::{exp, log};
-use crate::pose::Trs;
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::quaternion::{exp, log};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
@@ -21,6 +21,7 @@ step! {
     /// after it.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Fill, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -52,7 +53,7 @@ impl Step for Fill {
 
 /// What [`Fill`] changed.
 ///
-/// [`Fill`](crate::edit::Fill) has an example.
+/// [`Fill`](crate::Fill) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FillReport {
@@ -82,7 +83,7 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     let mut frames = Frames::new(scene, animation, &[])?;
     let mut report = FillReport::default();
     let is_held = |frame: usize| {
-        let held = |node: &crate::scene::NodeId| frames.get(frame, *node) == frames.get(frame - 1, *node);
+        let held = |node: &mocap_scene::scene::NodeId| frames.get(frame, *node) == frames.get(frame - 1, *node);
         frames.nodes().iter().all(held)
     };
     let mut held: Vec<bool> = (1..frames.len()).map(is_held).collect();

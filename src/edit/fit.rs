@@ -4,10 +4,10 @@ use glam::Vec3;
 
 use super::carrier::Carrier;
 use super::frames::Frames;
-use crate::error::{Code, Diagnostic};
-use crate::math::quaternion::log;
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeKind, Scene};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::quaternion::log;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeKind, Scene};
 
 /// Rotations of a joint that are farther apart do not fit, in degrees: what closes them is seen as a movement.
 const FAR_ROTATION: f32 = 45.0;

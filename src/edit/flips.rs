@@ -12,9 +12,9 @@ use glam::{Quat, Vec3};
 
 use super::frames::Frames;
 use super::twist;
-use crate::math::median::median;
-use crate::math::quaternion::{in_hemisphere_of, log};
-use crate::scene::{NodeId, Scene};
+use mocap_scene::math::median::median;
+use mocap_scene::math::quaternion::{in_hemisphere_of, log};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// Frames on either side that say how large a step usually is.
 const AROUND: usize = 15;

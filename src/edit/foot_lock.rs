@@ -2,7 +2,7 @@
 //!
 //! In contact, the step by which a foot's point of contact slides from frame to frame is taken back, so that a foot may
 //! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the
-//! world; [two-bone inverse kinematics](crate::Pose::bend_limb) lets the leg follow. Between contacts the shift eases
+//! world; [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) lets the leg follow. Between contacts the shift eases
 //! out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture
 //! editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length
 //! that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
@@ -21,22 +21,24 @@ mod step;
 use serde::Serialize;
 
 use self::follow::Follow;
-pub(crate) use self::follow::Followed;
+#[doc(hidden)]
+pub use self::follow::Followed;
 use self::hold::Hold;
 use self::legs::Legs;
-pub(crate) use self::sole::SolePoint;
+#[doc(hidden)]
+pub use self::sole::SolePoint;
 pub use self::step::FootLock;
 use super::body::figure_of;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid};
-use crate::limits::{not_negative, positive};
-use crate::options::setters;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::options::setters;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// Options of [`foot_lock()`].
 ///
-/// [`foot_lock()`](crate::edit::foot_lock()) has an example.
+/// [`foot_lock()`](crate::foot_lock()) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FootLockOptions {
@@ -86,7 +88,7 @@ impl Default for FootLockOptions {
 
 /// What [`foot_lock()`] changed. Lengths are in metres.
 ///
-/// [`foot_lock()`](crate::edit::foot_lock()) has an example.
+/// [`foot_lock()`](crate::foot_lock()) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FootLockReport {
@@ -125,6 +127,7 @@ pub struct FootLockReport {
 /// the floor. Bones keep their lengths.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::edit::{FootLockOptions, foot_lock};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -134,7 +137,7 @@ pub struct FootLockReport {
 /// ```
 ///
 /// # Errors
-/// As [`ContactOptions::detect`](crate::edit::ContactOptions::detect); [`Code::NotHumanoid`] also where a leg lacks a
+/// As [`ContactOptions::detect`](crate::ContactOptions::detect); [`Code::NotHumanoid`] also where a leg lacks a
 /// joint, and [`Code::InvalidValue`] where known contacts have another number of frames, or the floor is more than a
 /// leg above the feet. `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
@@ -183,7 +186,8 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
 
 /// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the
 /// floor as they are there. `figure` is the one of the scene that is moved.
-pub(crate) fn follow_feet(
+#[doc(hidden)]
+pub fn follow_feet(
     scene: &mut Scene,
     animation: usize,
     figure: &Figure,

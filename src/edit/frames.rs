@@ -2,12 +2,12 @@
 
 use glam::{Quat, Vec3};
 
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::contacts;
-use crate::limits::Limits;
-use crate::math::quaternion::in_hemisphere_of;
-use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+use mocap_figure::contacts;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::{Binding, Pose, Trs};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 #[derive(Clone)]

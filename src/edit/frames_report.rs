@@ -6,14 +6,14 @@ use serde::Serialize;
 
 use super::StepInput;
 use super::step::names;
-use crate::convert::Conversion;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Figure;
-use crate::scene::Scene;
+use mocap_figure::Figure;
+use mocap_figure::convert::Conversion;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 /// The frames of a motion before and after a step.
 ///
-/// [`Trim`](crate::edit::Trim) has an example.
+/// [`Trim`](crate::Trim) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FramesReport {

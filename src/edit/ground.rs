@@ -9,8 +9,8 @@ use super::clean::put_on_floor;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean`
@@ -18,6 +18,7 @@ step! {
     /// as stairs and as a treadmill, which stay.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Ground, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -27,7 +28,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
     /// animation.
     Ground {}
 }
@@ -48,7 +49,7 @@ impl Step for Ground {
 
 /// What [`Ground`] took out.
 ///
-/// [`Ground`](crate::edit::Ground) has an example.
+/// [`Ground`](crate::Ground) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct GroundReport {

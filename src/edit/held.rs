@@ -10,16 +10,16 @@ use super::inertia::ease;
 use super::limb::{LimbChain, Natural, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
-use crate::math::quaternion::{exp, in_hemisphere_of, log};
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// A distance from the goal that is none, in metres: a tenth of what counts as reached.
 const REACHED: f32 = 1e-4;
 
 /// How a limb was brought to its goals. Lengths are in metres.
 ///
-/// [`Reach`](crate::edit::Reach) has an example.
+/// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LimbReport {

@@ -10,14 +10,14 @@ use super::frames::{Frames, between};
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result};
-use crate::math::quaternion::{exp, in_hemisphere_of, log};
-use crate::pose::Trs;
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 /// How poses between two keys are computed.
 ///
-/// [`InBetween`](crate::edit::InBetween) has an example.
+/// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -34,6 +34,7 @@ step! {
     /// Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{InBetween, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -67,7 +68,7 @@ impl Step for InBetween {
 
 /// What [`InBetween`] changed.
 ///
-/// [`InBetween`](crate::edit::InBetween) has an example.
+/// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct InBetweenReport {

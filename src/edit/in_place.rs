@@ -3,14 +3,15 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::convert::{Conversion, RootMotion};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::{Conversion, RootMotion};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Keeps the root above where it begins, as [`RootMotion::InPlace`] does: its height and its rotation stay.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{InPlace, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -21,7 +22,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     InPlace {}
 }
 
@@ -35,6 +36,6 @@ impl Step for InPlace {
         converted(scene, input, Conversion::new().root(RootMotion::InPlace))
     }
 
-    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    /// The conversion records what it does, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

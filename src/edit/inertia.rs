@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-pub(super) use crate::math::inertia::{ease, fade};
-use crate::math::quaternion::{exp, log};
-use crate::pose::Trs;
+pub(super) use mocap_scene::math::inertia::{ease, fade};
+use mocap_scene::math::quaternion::{exp, log};
+use mocap_scene::pose::Trs;
 
 /// The differences of one pose from another, joint by joint, with their change per frame.
 pub(super) struct Seam {

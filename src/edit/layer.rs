@@ -9,14 +9,14 @@ use super::concat::pair;
 use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::Result;
-use crate::figure::{Humanoid, HumanoidBone};
-use crate::pose::Trs;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_scene::error::Result;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// A part of the body.
 ///
-/// [`Layer`](crate::edit::Layer) has an example.
+/// [`Layer`](crate::Layer) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -76,6 +76,7 @@ step! {
     /// has the same joints, at the same time. Where the second motion ends, its last pose stays.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Layer, LayerPart, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -86,7 +87,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// As [`Concat`](crate::edit::Concat), and [`Code::NotHumanoid`](crate::Code::NotHumanoid).
+    /// As [`Concat`](crate::Concat), and [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid).
     Layer {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, Takes::Input;
@@ -135,7 +136,7 @@ impl Step for Layer {
 
 /// What [`Layer`] did.
 ///
-/// [`Layer`](crate::edit::Layer) has an example.
+/// [`Layer`](crate::Layer) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LayerReport {

@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 use super::frames::Frames;
 use super::inertia::ease;
 use super::target::node_named;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::axes::{angle_about, bend_axis};
-use crate::figure::body::Body;
-use crate::figure::{HumanoidBone as Bone, Side};
-use crate::ik::{hinge_rotations, plane_normal, seen_hinge};
-use crate::math::directions::{arc, rotation_of};
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::axes::{angle_about, bend_axis};
+use mocap_figure::body::Body;
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::ik::{hinge_rotations, plane_normal, seen_hinge};
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// A limb, by its end.
 ///
-/// [`Reach`](crate::edit::Reach) has an example.
+/// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::{EditStep, StepInput, StepReport, text};
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::Scene;
 
 /// Declares the file of each step as a module, re-exports what is public there, of which the first is the step, and
 /// makes [`EditStep`] and [`StepReport`] of the steps.
@@ -26,6 +26,7 @@ macro_rules! steps {
         /// and the options beside it, or that text.
         ///
         /// ```
+        /// # std::env::set_current_dir("../..")?;
         /// use mocap::edit::{EditStep, StepInput, StepReport};
         ///
         /// let step: EditStep = "smooth:cut-off=8".parse()?;
@@ -47,7 +48,7 @@ macro_rules! steps {
 
         /// What a step changed, as the step itself reports it.
         ///
-        /// [`EditStep`](crate::edit::EditStep) has an example.
+        /// [`EditStep`](crate::EditStep) has an example.
         #[derive(Clone, Debug, PartialEq, serde::Serialize)]
         #[serde(untagged)]
         #[non_exhaustive]
@@ -83,14 +84,14 @@ macro_rules! steps {
                 name: &str,
                 keys: serde_json::Map<String, serde_json::Value>,
                 stated: &str,
-            ) -> Option<crate::error::Result<Self>> {
+            ) -> Option<mocap_scene::error::Result<Self>> {
                 $(if name == $step::NAME {
                     return Some(text::read(keys, stated).map(Self::$step));
                 })*
                 None
             }
 
-            fn report(&self, scene: &mut crate::scene::Scene, input: &StepInput<'_>) -> crate::error::Result<StepReport> {
+            fn report(&self, scene: &mut mocap_scene::scene::Scene, input: &StepInput<'_>) -> mocap_scene::error::Result<StepReport> {
                 match self { $(Self::$step(step) => step.apply(scene, input).map(StepReport::$step),)* }
             }
         }
@@ -121,7 +122,7 @@ impl EditStep {
         self.info().takes_other
     }
 
-    /// Applies the step to a scene, and records it in [`Metadata::steps`](crate::scene::Metadata::steps).
+    /// Applies the step to a scene, and records it in [`Metadata::steps`](mocap_scene::scene::Metadata::steps).
     ///
     /// # Errors
     /// Those of the step; [`Code::InvalidValue`] without a second motion that it needs.
@@ -224,7 +225,7 @@ impl std::str::FromStr for EditStep {
 ///
 /// It prints as the line of `mocap edit`, for example `fill: 2 gaps filled, 0 longer ones left; ...`.
 ///
-/// [`EditStep`](crate::edit::EditStep) has an example.
+/// [`EditStep`](crate::EditStep) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct EditReport {

@@ -13,15 +13,15 @@ use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::TimeRange;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::HumanoidBone as Bone;
-use crate::figure::body::Body;
-use crate::limits::not_negative;
-use crate::math::directions::{arc, rotation_of};
-use crate::math::quaternion::in_hemisphere_of;
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_figure::HumanoidBone as Bone;
+use mocap_figure::body::Body;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between
@@ -30,6 +30,7 @@ step! {
     /// behind its back the figure does not look.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{LookAt, ReachTarget, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -42,7 +43,7 @@ step! {
     ///
     /// # Errors
     /// [`Code::NotHumanoid`], also without a head; [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] as
-    /// of [`Reach`](crate::edit::Reach), for a fraction that is not from 0 to 1, and for a limit that is negative.
+    /// of [`Reach`](crate::Reach), for a fraction that is not from 0 to 1, and for a limit that is negative.
     LookAt {
         /// The target. It must be given.
         at: Option<ReachTarget> = None, Takes::Target;
@@ -253,7 +254,7 @@ impl Gaze {
 
 /// What [`LookAt`] did.
 ///
-/// [`LookAt`](crate::edit::LookAt) has an example.
+/// [`LookAt`](crate::LookAt) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LookAtReport {

@@ -15,16 +15,17 @@ use super::pose_distance::Poses;
 use super::quantity::{degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result};
-use crate::limits::{not_negative, positive};
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
     /// that the figure went. Joints rotate at the seam as fast before it as after it.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Loop, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -65,7 +66,7 @@ impl Step for Loop {
 
 /// What [`Loop`] did.
 ///
-/// [`Loop`](crate::edit::Loop) has an example.
+/// [`Loop`](crate::Loop) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LoopReport {

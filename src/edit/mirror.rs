@@ -14,10 +14,10 @@ use super::frames::Frames;
 use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Axis, Figure, Humanoid, HumanoidBone};
-use crate::pose::{Binding, FaceTrack, Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_figure::{Axis, Figure, Humanoid, HumanoidBone};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right
@@ -29,6 +29,7 @@ step! {
     /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Mirror, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -56,7 +57,7 @@ impl Step for Mirror {
 
 /// What [`Mirror`] changed.
 ///
-/// [`Mirror`](crate::edit::Mirror) has an example.
+/// [`Mirror`](crate::Mirror) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MirrorReport {

@@ -15,21 +15,22 @@ use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::TimeRange;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::contacts::ContactRule;
-use crate::limits::{not_negative, positive};
-use crate::math::velocity::velocities;
-use crate::pose::Pose;
-use crate::scene::Scene;
+use mocap_figure::contacts::ContactRule;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::velocity::velocities;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
     /// and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    /// every part in which it is near and slow beside it. Two bones are turned as by [`Reach`](crate::edit::Reach);
-    /// everything else stays. Feet on the floor are for [`FootLock`](crate::edit::FootLock), which lets them roll.
+    /// every part in which it is near and slow beside it. Two bones are turned as by [`Reach`](crate::Reach);
+    /// everything else stays. Feet on the floor are for [`FootLock`](crate::FootLock), which lets them roll.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Limb, Pin, ReachTarget, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -41,7 +42,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// As [`Reach`](crate::edit::Reach); [`Code::InvalidValue`] also with neither a target nor a part.
+    /// As [`Reach`](crate::Reach); [`Code::InvalidValue`] also with neither a target nor a part.
     Pin {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), Takes::OneOf(Limb::NAMES);
@@ -240,7 +241,7 @@ impl Touching {
 
 /// What [`Pin`] did. Lengths are in metres.
 ///
-/// [`Pin`](crate::edit::Pin) has an example.
+/// [`Pin`](crate::Pin) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PinReport {

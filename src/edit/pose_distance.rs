@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::carrier::Carrier;
 use super::frames::Frames;
-use crate::math::quaternion::{log, squared_angle};
-use crate::math::wide;
+use mocap_scene::math::quaternion::{log, squared_angle};
+use mocap_scene::math::wide;
 
 /// What counts of the poses of chosen frames, list by list.
 ///

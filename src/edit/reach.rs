@@ -12,9 +12,9 @@ use super::step::step;
 use super::target::ReachTarget;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::TimeRange;
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::Scene;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 step! {
     /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within
@@ -26,6 +26,7 @@ step! {
     /// is left.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Limb, Reach, ReachTarget, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -80,7 +81,7 @@ impl Step for Reach {
         let window = Window::new(animation, &frames, self.range, [self.ease_in, self.ease_out])?;
         chain.see_hinge(scene, &frames);
         let metres = body.metres_per_unit as f32;
-        let goal = |pose: &crate::pose::Pose| target.to_world(pose).transform_point3(offset);
+        let goal = |pose: &mocap_scene::pose::Pose| target.to_world(pose).transform_point3(offset);
         let report = hold(scene, &mut frames, &chain, &window, metres, goal);
         frames.write(scene, input.animation, &chain.joints(), &[]);
         Ok(ReachReport {
@@ -92,7 +93,7 @@ impl Step for Reach {
 
 /// What [`Reach`] did.
 ///
-/// [`Reach`](crate::edit::Reach) has an example.
+/// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ReachReport {

@@ -3,14 +3,15 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::Conversion;
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::Conversion;
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Gives a motion another frame rate at the same speed, as [`Conversion::frame_rate`] does.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Resample, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames at 120 a second
@@ -20,7 +21,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation; those of
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; those of
     /// [`Conversion::apply`] for a rate that is not possible.
     Resample {
         /// Frames per second. Default: 30.
@@ -38,6 +39,6 @@ impl Step for Resample {
         converted(scene, input, Conversion::new().frame_rate(self.rate))
     }
 
-    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    /// The conversion records what it does, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

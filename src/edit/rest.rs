@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::frames_report::converted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::{Conversion, RestPoseSource};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::{Conversion, RestPoseSource};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 /// A pose of a figure that stands: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,6 +36,7 @@ step! {
     /// Makes the T-pose or the A-pose the rest pose, as [`Conversion::rest`] does. The motion does not change.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Rest, Step, StepInput};
     /// use mocap::figure::{Figure, RestPose};
     ///
@@ -47,7 +48,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
     /// animation.
     Rest {
         /// The pose. Default: the T-pose.

@@ -4,13 +4,14 @@ use super::frames::Frames;
 use super::frames_report::FramesReport;
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Plays a motion backwards: its last frame is its first. Twice, it is what it was.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Reverse, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -21,7 +22,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     Reverse {}
 }
 

@@ -2,15 +2,18 @@
 
 use super::step::names;
 use super::{EditReport, EditStep, StepInput};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidMap};
-use crate::scene::{Node, NodeId, Scene};
+use mocap_figure::{Humanoid, HumanoidMap};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Node, NodeId, Scene};
 
 /// A second motion on the skeleton of the first.
-pub(crate) struct Fitted {
-    pub(crate) scene: Scene,
+#[doc(hidden)]
+pub struct Fitted {
+    #[doc(hidden)]
+    pub scene: Scene,
     /// How well it sits there, in a few words.
-    pub(crate) quality: String,
+    #[doc(hidden)]
+    pub quality: String,
 }
 
 /// What brings a second motion onto the skeleton of a scene with these bones; `None` where it is of that skeleton.
@@ -37,7 +40,8 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
 impl EditStep {
     /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. Of
     /// `others`, one with another skeleton than the scene is brought onto it by `fit`.
-    pub(crate) fn apply_fitted(
+    #[doc(hidden)]
+    pub fn apply_fitted(
         scene: &mut Scene,
         steps: &[Self],
         (others, fit): (&[&Scene], Fit<'_>),
@@ -68,7 +72,8 @@ impl EditStep {
     }
 
     /// Refuses second motions where there are no steps.
-    pub(crate) fn check_others(others: &[&Scene]) -> Result<()> {
+    #[doc(hidden)]
+    pub fn check_others(others: &[&Scene]) -> Result<()> {
         Self::second_motions(&[], &names_of(others)).map(drop)
     }
 

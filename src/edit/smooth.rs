@@ -13,18 +13,18 @@ use super::step::step;
 use super::target::node_named;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::TimeRange;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Humanoid;
-use crate::limits::{not_negative, positive};
-use crate::math::quaternion::{exp, log, log_without_branches};
-use crate::math::wide;
-use crate::pose::Trs;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::Humanoid;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::quaternion::{exp, log, log_without_branches};
+use mocap_scene::math::wide;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// A low-pass filter without a shift in time.
 ///
-/// [`Smooth`](crate::edit::Smooth) has an example.
+/// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -78,6 +78,7 @@ step! {
     /// everything outside a range and its ease.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Smooth, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -89,7 +90,7 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not
     /// below half of the frame rate, where there is nothing to take out, and for a joint that is not there;
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) for a part of what is no humanoid.
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of what is no humanoid.
     Smooth {
         /// The filter. Default: Butterworth.
         filter: SmoothFilter = SmoothFilter::default(), Takes::OneOf(&["butterworth", "gaussian"]);
@@ -120,7 +121,7 @@ impl Step for Smooth {
 
 /// What [`Smooth`] changed.
 ///
-/// [`Smooth`](crate::edit::Smooth) has an example.
+/// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SmoothReport {

@@ -6,13 +6,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidBone, HumanoidMap};
-use crate::scene::{AppliedStep, Scene, SecondMotion};
+use mocap_figure::{Humanoid, HumanoidBone, HumanoidMap};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{AppliedStep, Scene, SecondMotion};
 
 /// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::edit::{Smooth, Step, StepInput};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -37,7 +38,7 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
     type Report: fmt::Display + Serialize + Clone + PartialEq + fmt::Debug;
 
     /// Changes the scene without a record of the step; [`apply`](Self::apply) records it too. What a
-    /// [`Conversion`](crate::Conversion) does stands in the record anyway.
+    /// [`Conversion`](mocap_figure::Conversion) does stands in the record anyway.
     ///
     /// # Errors
     /// Those of the step, which its type states. `scene` is then unchanged.
@@ -48,7 +49,7 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
         None
     }
 
-    /// Adds the step to [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) can
+    /// Adds the step to [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can
     /// repeat it.
     fn record(&self, scene: &mut Scene, input: &StepInput<'_>) {
         let known = input.humanoid.filter(|_| Self::TAKES_BONES);
@@ -74,6 +75,7 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
 /// What a step works on: an animation of the scene, and what it takes besides.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::edit::{Concat, Step, StepInput};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -111,7 +113,7 @@ impl<'a> StepInput<'a> {
         self
     }
 
-    /// The bones where the caller knows them. Default: those that [`Humanoid::of`](crate::figure::Humanoid::of) finds.
+    /// The bones where the caller knows them. Default: those that [`Humanoid::of`](mocap_figure::Humanoid::of) finds.
     #[must_use]
     pub fn humanoid(mut self, humanoid: impl Into<Option<&'a Humanoid>>) -> Self {
         self.humanoid = humanoid.into();
@@ -221,7 +223,7 @@ impl StepInfo {
 
 /// An option of a step.
 ///
-/// [`StepInfo`](crate::edit::StepInfo) has an example.
+/// [`StepInfo`](crate::StepInfo) has an example.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct StepKey {
@@ -252,7 +254,7 @@ impl StepKey {
 
 /// What an option of a step takes. It prints as the end of "KEY takes ...".
 ///
-/// [`StepInfo`](crate::edit::StepInfo) has an example.
+/// [`StepInfo`](crate::StepInfo) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Takes {
@@ -420,8 +422,8 @@ macro_rules! step {
         }
 
         impl $name {
-            const OPTIONS: &'static [$crate::edit::StepKey] = &[
-                $($crate::edit::StepKey::new(stringify!($field), $takes),)*
+            const OPTIONS: &'static [$crate::StepKey] = &[
+                $($crate::StepKey::new(stringify!($field), $takes),)*
             ];
 
             /// The step with the default of every option.

@@ -3,15 +3,16 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use crate::convert::Conversion;
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::Conversion;
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Puts the T-pose before the first frame, as [`Conversion::t_pose_first`] does: on the floor, where the motion
     /// begins.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Step, StepInput, TPoseFirst};
     ///
     /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
@@ -21,7 +22,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
     /// animation.
     TPoseFirst {}
 }

@@ -5,15 +5,15 @@ use std::fmt;
 use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Code, Diagnostic, Result, nearest};
-use crate::figure::HumanoidBone;
-use crate::figure::body::Body;
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::HumanoidBone;
+use mocap_figure::body::Body;
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// What a hand, a foot or the head is brought to.
 ///
-/// [`Reach`](crate::edit::Reach) has an example.
+/// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[non_exhaustive]

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use super::step::WITH;
 use super::value::{parsed, print, scalar};
 use super::{EditStep, StepInfo, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 
 /// The text of a step with these options.
 pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
@@ -159,7 +159,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::error::Error;
+    use mocap_scene::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
     const TEXTS: &[(&str, &str)] = &[

@@ -3,14 +3,15 @@
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::convert::{Conversion, TimeRange};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_figure::convert::{Conversion, TimeRange};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Keeps a part of a motion, as [`Conversion::trim`] does.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::convert::TimeRange;
     /// use mocap::edit::{Step, StepInput, Trim};
     ///
@@ -22,7 +23,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation; those of
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; those of
     /// [`Conversion::apply`] for a part that the motion does not have.
     Trim {
         /// The first and the last moment to keep. Default: the whole motion.
@@ -40,6 +41,6 @@ impl Step for Trim {
         converted(scene, input, Conversion::new().trim(self.range.first, self.range.last))
     }
 
-    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    /// The conversion records what it does, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -11,17 +11,18 @@ use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::axes::angle_about;
-use crate::figure::{Axis, HumanoidBone as Bone};
-use crate::pose::Pose;
-use crate::scene::Scene;
+use mocap_figure::axes::angle_about;
+use mocap_figure::{Axis, HumanoidBone as Bone};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it
     /// looks in a direction there. Everything that the animation moves goes along.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::edit::{Step, StepInput, Turn};
     /// use mocap::figure::Axis;
     ///
@@ -100,7 +101,7 @@ fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Res
 
 /// What [`Turn`] did.
 ///
-/// [`Turn`](crate::edit::Turn) has an example.
+/// [`Turn`](crate::Turn) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TurnReport {

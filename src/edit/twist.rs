@@ -8,9 +8,9 @@ use std::ops::Range;
 use glam::{Quat, Vec3};
 
 use super::frames::Frames;
-use crate::math::quaternion::{in_hemisphere_of, log};
-use crate::pose::Trs;
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_scene::math::quaternion::{in_hemisphere_of, log};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// Over how long a turn is spread on either side, in seconds.
 const SPREAD: f64 = 0.2;
@@ -96,7 +96,7 @@ fn only_child(scene: &Scene, joint: NodeId) -> Option<NodeId> {
 
 /// Whether no joint is below a node, which then turns along.
 fn is_end(scene: &Scene, joint: NodeId) -> bool {
-    let is_below = |node: &&crate::scene::Node| node.parent == Some(joint);
+    let is_below = |node: &&mocap_scene::scene::Node| node.parent == Some(joint);
     scene
         .nodes
         .iter()

@@ -42,7 +42,8 @@ fn point(text: &str) -> Value {
 }
 
 /// The number of a length, in metres or with the unit m, cm, mm or um.
-pub(crate) fn metres(text: &str) -> Option<f64> {
+#[doc(hidden)]
+pub fn metres(text: &str) -> Option<f64> {
     let units = [("mm", 1e3), ("cm", 1e2), ("um", 1e6), ("m", 1.0)];
     let (number, in_a_metre) = units
         .into_iter()

@@ -10,14 +10,14 @@ use super::carrier::{Carrier, Placement};
 use super::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
 use super::frames::{Frames, between};
 use super::quantity::centimetres;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Figure;
 use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;
 use crate::graph::walk::{Bend, smooth};
 use crate::graph::{Walk, WalkPath};
-use crate::pose::{Binding, Trs, have_the_same_joints};
-use crate::scene::{Animation, NodeId, Scene};
+use mocap_figure::Figure;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
+use mocap_scene::scene::{Animation, NodeId, Scene};
 
 /// What [`Walk::motion`] made.
 ///
@@ -69,6 +69,7 @@ impl Walk {
     /// held still as [`foot_lock()`] does it. The frame rate is the highest of the clips.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::graph::{GraphBuilder, GraphOptions};
     ///
     /// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -7,14 +7,15 @@ use serde::{Deserialize, Serialize};
 use super::warp_path::{PathFacing, PathPoint, WarpPathReport, warp_path};
 use super::warp_time::{WarpTimeReport, warp_time};
 use super::{Step, StepInput, StepKey, Takes};
-use crate::error::Result;
-use crate::scene::Scene;
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///
 /// Frames keep their rate; what is between two of the earlier frames is interpolated.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::edit::{Step, StepInput, Warp, WarpReport};
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
@@ -28,12 +29,12 @@ use crate::scene::Scene;
 /// ```
 ///
 /// # Errors
-/// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+/// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
 ///
-/// Of times: [`Code::InvalidValue`](crate::Code::InvalidValue) where they are not finite, negative, or do not increase;
-/// [`Code::LimitExceeded`](crate::Code::LimitExceeded) where the result would be far longer than the motion.
+/// Of times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where they are not finite, negative, or do not increase;
+/// [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where the result would be far longer than the motion.
 ///
-/// Of a path: [`Code::InvalidValue`](crate::Code::InvalidValue) without points, or where a number is not finite, or the
+/// Of a path: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or where a number is not finite, or the
 /// times are negative, do not increase from frame to frame, or are after the end, or some points have times and others
 /// not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,7 +138,7 @@ impl Step for Warp {
 
 /// What [`Warp`] did.
 ///
-/// [`Warp`](crate::edit::Warp) has an example.
+/// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]

@@ -13,13 +13,13 @@ use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::frames::Frames;
 use super::quantity::{degrees, metres};
-use crate::error::{Code, Diagnostic, Result};
-use crate::pose::{Pose, Trs};
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::Scene;
 
 /// A point of a path.
 ///
-/// [`Warp`](crate::edit::Warp) has an example.
+/// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
     /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even fraction of the
@@ -41,7 +41,7 @@ impl fmt::Display for PathPoint {
 
 /// Where a figure looks on its new path.
 ///
-/// [`Warp`](crate::edit::Warp) has an example.
+/// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -53,9 +53,9 @@ pub enum PathFacing {
     Kept,
 }
 
-/// What a [`Warp`](crate::edit::Warp) to a path did.
+/// What a [`Warp`](crate::Warp) to a path did.
 ///
-/// [`Warp`](crate::edit::Warp) has an example.
+/// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct WarpPathReport {

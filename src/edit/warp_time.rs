@@ -5,13 +5,13 @@ use std::fmt;
 use serde::Serialize;
 
 use super::frames::Frames;
-use crate::error::{Code, Diagnostic, Result};
-use crate::limits::Limits;
-use crate::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::Scene;
 
-/// What a [`Warp`](crate::edit::Warp) of times did.
+/// What a [`Warp`](crate::Warp) of times did.
 ///
-/// [`Warp`](crate::edit::Warp) has an example.
+/// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct WarpTimeReport {

@@ -2,10 +2,10 @@
 
 use super::frames::Frames;
 use super::inertia::ease;
-use crate::convert::{TimeRange, part_ticks};
-use crate::error::{Code, Result};
-use crate::limits::not_negative;
-use crate::scene::Animation;
+use mocap_figure::convert::{TimeRange, part_ticks};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::scene::Animation;
 
 /// Frames in which a step has its full effect, and those before and after in which the effect comes and goes.
 #[derive(Clone, Copy, Debug)]

@@ -27,8 +27,8 @@ use self::hinge::{Limb, are_laid_along, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
 use super::poses::sample;
-use crate::math::directions::rotation_of;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;
@@ -96,7 +96,7 @@ const LIMBS: [[Bone; 3]; 4] = [
 ];
 
 /// The axis about which a bone bends at its hinge, in the frame of the T-pose; `None` for bones without a hinge.
-pub(crate) fn bend_axis(bone: Bone) -> Option<Vec3> {
+pub fn bend_axis(bone: Bone) -> Option<Vec3> {
     let is_left = bone.side() != Some(Side::Right);
     match bone.on(Side::Left) {
         Bone::LeftUpperLeg | Bone::LeftLowerLeg => Some(Vec3::X),
@@ -290,7 +290,7 @@ impl Shown {
 }
 
 /// The angle about a direction from one vector to another, in radians.
-pub(crate) fn angle_about(along: Vec3, from: Vec3, to: Vec3) -> Option<f32> {
+pub fn angle_about(along: Vec3, from: Vec3, to: Vec3) -> Option<f32> {
     let from = from.reject_from_normalized(along).try_normalize()?;
     let to = to.reject_from_normalized(along).try_normalize()?;
     let angle = along.dot(from.cross(to)).atan2(from.dot(to));

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::UpAxis;
+use mocap_scene::scene::UpAxis;
 
 /// A direction along an axis of the file.
 ///
-/// [`Figure`](crate::figure::Figure) has an example.
+/// [`Figure`](crate::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum Axis {
@@ -109,7 +109,7 @@ impl From<UpAxis> for Axis {
 
 /// The kind of a rest pose.
 ///
-/// [`Figure`](crate::figure::Figure) has an example.
+/// [`Figure`](crate::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

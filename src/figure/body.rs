@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::hierarchy::Hierarchy;
-use crate::figure::knuckles::Knuckles;
-use crate::figure::t_pose::{self, limb_end};
-use crate::figure::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseBone, TPoseReason, TPoseSource};
-use crate::pose::Trs;
-use crate::scene::{NodeId, NodeKind, Scene, Side, Topic};
+use crate::hierarchy::Hierarchy;
+use crate::knuckles::Knuckles;
+use crate::t_pose::{self, limb_end};
+use crate::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseBone, TPoseReason, TPoseSource};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, NodeKind, Scene, Side, Topic};
 
 /// Fewer frames than this may all show one moment of a step: parts of 20 to 24 frames of motions whose rest pose does
 /// not stand have feet, pelvis and head up to 37 degrees off those of the whole.
@@ -21,37 +21,37 @@ const TOO_FEW_FRAMES: usize = 5;
 
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub struct Body {
     /// Left, up and forward of the figure, from the frame of the T-pose (+X, +Y, +Z) to the world.
-    pub(crate) axes: Quat,
+    pub axes: Quat,
     /// The figure, with left and right as the body has them.
-    pub(crate) figure: Figure,
-    pub(crate) hips: NodeId,
-    pub(crate) bones: BTreeMap<Bone, NodeId>,
+    pub figure: Figure,
+    pub hips: NodeId,
+    pub bones: BTreeMap<Bone, NodeId>,
     /// The axis that points up in the file, where nothing shows it.
     unsure_up: Option<String>,
     /// The T-pose, and the reference pose from which the limbs are turned to it.
     t_pose: TPose,
     /// The scene's nodes.
-    pub(crate) hierarchy: Hierarchy,
+    pub hierarchy: Hierarchy,
     knuckles: Knuckles,
-    pub(crate) names: Vec<String>,
-    pub(crate) rest_rotations: Vec<Quat>,
-    pub(crate) rest: Vec<Trs>,
+    pub names: Vec<String>,
+    pub rest_rotations: Vec<Quat>,
+    pub rest: Vec<Trs>,
     /// Joints between the hips and the neck, from below.
-    pub(crate) trunk: Vec<NodeId>,
+    pub trunk: Vec<NodeId>,
     /// Joints from the neck to below the head.
-    pub(crate) neck: Vec<NodeId>,
+    pub neck: Vec<NodeId>,
     /// Metres in a unit of length.
-    pub(crate) metres_per_unit: f64,
+    pub metres_per_unit: f64,
     /// Thigh and shin, the mean of both sides.
-    pub(crate) leg: f32,
+    pub leg: f32,
 }
 
 impl Body {
     /// The body of the figure of a scene.
-    pub(crate) fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
-        let refused = |reason: String| -> crate::error::Error {
+    pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
+        let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
                 .help("name its bones in a map, or choose another file; markers become a skeleton by --markers auto, or mocap solve")
                 .into()
@@ -111,7 +111,7 @@ impl Body {
     }
 
     /// The body that is moved.
-    pub(crate) fn target(scene: &Scene, figure: Figure) -> Result<Self> {
+    pub fn target(scene: &Scene, figure: Figure) -> Result<Self> {
         let body = Self::of_figure(scene, figure, "target")?;
         body.check_target(scene)?;
         Ok(body)
@@ -136,17 +136,17 @@ impl Body {
         Ok(())
     }
 
-    pub(crate) fn joint(&self, bone: Bone) -> Option<NodeId> {
+    pub fn joint(&self, bone: Bone) -> Option<NodeId> {
         self.bones.get(&bone).copied()
     }
 
     /// Whether a node is below another in the hierarchy.
-    pub(crate) fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
+    pub fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
         self.hierarchy.is_below(node, ancestor)
     }
 
     /// The joints that make up a bone: its own, and those between it and the next bone.
-    pub(crate) fn segment(&self, bone: Bone) -> Vec<NodeId> {
+    pub fn segment(&self, bone: Bone) -> Vec<NodeId> {
         let Some(joint) = self.joint(bone) else {
             return Vec::new();
         };
@@ -158,7 +158,7 @@ impl Body {
     }
 
     /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
-    pub(crate) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
+    pub fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
         self.t_pose.frame_to_joint(bone, joint)
     }
 
@@ -181,28 +181,28 @@ impl Body {
     }
 
     /// The position of a node in the reference pose, before any limb is rotated to the T-pose.
-    pub(crate) fn position(&self, node: NodeId) -> Vec3 {
+    pub fn position(&self, node: NodeId) -> Vec3 {
         self.t_pose.positions[node.index()]
     }
 
     /// The rotation of a node to the world in the reference pose.
-    pub(crate) fn rotation(&self, node: NodeId) -> Quat {
+    pub fn rotation(&self, node: NodeId) -> Quat {
         self.t_pose.rotations[node.index()]
     }
 
     /// Whether the T-pose is computed, from a rest pose that does not stand.
-    pub(crate) fn is_computed(&self) -> bool {
+    pub fn is_computed(&self) -> bool {
         self.t_pose.source == TPoseSource::Computed
     }
 
     /// Whether the T-pose is made from the rest pose, which stands.
-    pub(crate) fn stands_at_rest(&self) -> bool {
+    pub fn stands_at_rest(&self) -> bool {
         self.t_pose.source == TPoseSource::RestPose
     }
 
     /// Whether neither the rest pose nor the motion shows how the body is turned as a whole: it has too few frames, or
     /// nothing shows which axis is up, or which side is left.
-    pub(crate) fn is_turned_by_guess(&self) -> bool {
+    pub fn is_turned_by_guess(&self) -> bool {
         let is_unsure = self.unsure_up.is_some() || self.are_sides_unsure();
         self.is_computed() && (is_unsure || self.t_pose.frames < TOO_FEW_FRAMES)
     }
@@ -216,7 +216,7 @@ impl Body {
 
     /// Bones of which nothing says for sure how they are turned about themselves, with the reason: limbs that never
     /// bend, and where few frames are the only witness, what is taken from their average.
-    pub(crate) fn guessed(&self) -> Vec<(Bone, String)> {
+    pub fn guessed(&self) -> Vec<(Bone, String)> {
         if !self.is_computed() {
             return Vec::new();
         }
@@ -254,7 +254,7 @@ impl Body {
     }
 
     /// Up in the world.
-    pub(crate) fn up(&self) -> Vec3 {
+    pub fn up(&self) -> Vec3 {
         self.axes * Vec3::Y
     }
 
@@ -264,7 +264,7 @@ impl Body {
     }
 
     /// The joint of a foot or of its toes; for toes without a joint the first node below the ankle.
-    pub(crate) fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
+    pub fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
         let below = || self.hierarchy.first_child(self.joint(Bone::LeftFoot.on(bone.side()?))?);
         match bone.on(Side::Left) {
             Bone::LeftToes => self.joint(bone).or_else(below),
@@ -273,7 +273,7 @@ impl Body {
     }
 
     /// How high a joint of a foot is when the body stands and its ankles are `ankle` high.
-    pub(crate) fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
+    pub fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
         let joint = self.foot_joint(bone);
         let foot = self.joint(Bone::LeftFoot.on(bone.side().unwrap_or(Side::Left)));
         let above = |(joint, foot): (NodeId, NodeId)| (self.position(joint) - self.position(foot)).dot(self.up());

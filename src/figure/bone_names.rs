@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::humanoid::HumanoidMap;
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Names of the joints of a humanoid, as a program or a collection of motions has them.
 ///

@@ -1,23 +1,23 @@
 //! When feet and hands are at rest on the ground: the one rule for all commands.
 
 use super::humanoid::Humanoid;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// When a point is at rest: it comes to rest when it is low and slow, and leaves when it is `release` times too high or
 /// too fast. Heights are those above the level on which the point rests itself: an ankle is higher above the floor than
 /// a toe.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactRule {
+pub struct ContactRule {
     /// The largest height in contact, in metres.
-    pub(crate) height: f64,
+    pub height: f64,
     /// The largest speed in contact, in metres per second.
-    pub(crate) speed: f64,
+    pub speed: f64,
     /// How many times as high or fast a point in contact must be to leave it.
-    pub(crate) release: f64,
+    pub release: f64,
     /// The shortest contact, in seconds; shorter ones are dropped.
-    pub(crate) shortest: f64,
+    pub shortest: f64,
     /// The shortest gap between two contacts, in seconds; shorter ones are closed.
-    pub(crate) gap: f64,
+    pub gap: f64,
 }
 
 /// How many times as high or fast a point in contact must be to leave it: for contacts that are reported, and for those
@@ -39,7 +39,7 @@ impl Default for ContactRule {
 impl ContactRule {
     /// The contacts of one point: whether it is at rest in each frame. `samples` are its height above the level of rest
     /// and its speed, in metres and seconds.
-    pub(crate) fn at_rest(&self, samples: impl Iterator<Item = (f64, f64)>, frame_rate: f64) -> Vec<bool> {
+    pub fn at_rest(&self, samples: impl Iterator<Item = (f64, f64)>, frame_rate: f64) -> Vec<bool> {
         let mut at_rest = self.low_and_slow(samples);
         let frames = |seconds: f64| frames_in(seconds, frame_rate, at_rest.len());
         let (gap, shortest) = (frames(self.gap), frames(self.shortest));
@@ -59,13 +59,13 @@ impl ContactRule {
 }
 
 /// The whole number of frames nearest to a time, at least 1 and at most `frames`.
-pub(crate) fn frames_in(seconds: f64, frame_rate: f64, frames: usize) -> usize {
+pub fn frames_in(seconds: f64, frame_rate: f64, frames: usize) -> usize {
     ((seconds * frame_rate).round().max(1.0) as usize).min(frames.max(1))
 }
 
 /// The points of the feet that are examined, those of both sides together, which rest at one height: the ankles, and
 /// the balls of the feet.
-pub(crate) fn points_of_feet(scene: &Scene, humanoid: &Humanoid) -> [Vec<(Bone, NodeId)>; 2] {
+pub fn points_of_feet(scene: &Scene, humanoid: &Humanoid) -> [Vec<(Bone, NodeId)>; 2] {
     [Bone::LeftFoot, Bone::LeftToes].map(|bone| {
         let node = |side: Side| match bone {
             Bone::LeftToes => ball(scene, humanoid, side),
@@ -77,7 +77,7 @@ pub(crate) fn points_of_feet(scene: &Scene, humanoid: &Humanoid) -> [Vec<(Bone, 
 }
 
 /// The node at the ball of the foot: the joint of the toes, or else the first node below the ankle.
-pub(crate) fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<NodeId> {
+pub fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<NodeId> {
     let ankle = humanoid.joint(Bone::LeftFoot.on(side))?;
     let below = || {
         (0..scene.nodes.len())

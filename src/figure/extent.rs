@@ -6,10 +6,10 @@ use super::names::Name;
 use super::names::words::Part;
 use super::poses::poses;
 use super::{Confidence, Guess, Unit};
-use crate::math::median::median;
-use crate::pose::Pose;
-use crate::process::extent;
-use crate::scene::{NodeId, Scene, UpAxis};
+use mocap_scene::math::median::median;
+use mocap_scene::pose::Pose;
+use mocap_scene::process::extent;
+use mocap_scene::scene::{NodeId, Scene, UpAxis};
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
 /// spread span as much.

@@ -9,9 +9,9 @@ use glam::Vec3;
 use super::body::Body;
 use super::contacts::points_of_feet;
 use super::hierarchy::Hierarchy;
-use crate::figure::{Humanoid, HumanoidBone as Bone};
-use crate::pose::{Binding, Pose};
-use crate::scene::{NodeId, Scene};
+use crate::{Humanoid, HumanoidBone as Bone};
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// Frames of an animation that are examined at most, evenly spaced.
 const FRAMES: usize = 600;
@@ -29,7 +29,7 @@ const HIGHEST: f32 = 0.2;
 
 /// The ground of a motion: the levels on which the feet rest, along the up axis, in units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ground {
+pub struct Ground {
     /// The level of the ankles; of the ends of the shins where there are no feet.
     ankles: Option<f32>,
     /// The level of the balls of the feet.
@@ -61,7 +61,7 @@ impl Ground {
     }
 
     /// The height of the ground.
-    pub(crate) fn height(&self) -> f32 {
+    pub fn height(&self) -> f32 {
         let levels = [self.ankles, self.balls].into_iter().flatten();
         levels.reduce(f32::min).unwrap_or(0.0)
     }
@@ -77,7 +77,7 @@ fn ends_of_shins(scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
 }
 
 /// The level on which the lowest of several points rests. `heights` has those of all points, frame by frame.
-pub(crate) fn level(heights: &[f32], points: usize) -> f32 {
+pub fn level(heights: &[f32], points: usize) -> f32 {
     let rows: Vec<&[f32]> = heights.chunks(points.max(1)).collect();
     let lowest = |frame: usize| rows[frame].iter().copied().fold(f32::INFINITY, f32::min);
     percentile(examined(rows.len()).map(lowest).collect()).unwrap_or(0.0)
@@ -94,7 +94,7 @@ fn percentile(mut heights: Vec<f32>) -> Option<f32> {
 }
 
 /// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.
-pub(crate) fn of_motion(body: &Body, scene: &Scene) -> f32 {
+pub fn of_motion(body: &Body, scene: &Scene) -> f32 {
     let usual = of_skeleton(body);
     let level = body.figure.ground_of(scene).and_then(|ground| ground.ankles);
     let moving = level.filter(|height| *height < usual + HIGHEST * body.leg);
@@ -103,7 +103,7 @@ pub(crate) fn of_motion(body: &Body, scene: &Scene) -> f32 {
 
 /// The height of the ankles over the origin when the body stands: in its rest pose if that stands on the ground, else
 /// in its animations.
-pub(crate) fn of_character(body: &Body, scene: &Scene) -> f32 {
+pub fn of_character(body: &Body, scene: &Scene) -> f32 {
     of_rest(body).unwrap_or_else(|| of_motion(body, scene))
 }
 
@@ -152,7 +152,7 @@ pub(crate) fn of_skeleton(body: &Body) -> f32 {
 }
 
 /// The height of the floor in the reference pose: the ground on which it stands, else its lowest joint.
-pub(crate) fn floor(body: &Body) -> f32 {
+pub fn floor(body: &Body) -> f32 {
     match of_rest(body) {
         Some(_) => 0.0,
         None => lowest(body).unwrap_or(0.0),
@@ -160,7 +160,7 @@ pub(crate) fn floor(body: &Body) -> f32 {
 }
 
 /// The height of the lower ankle above the floor of the reference pose.
-pub(crate) fn ankle(body: &Body) -> f32 {
+pub fn ankle(body: &Body) -> f32 {
     lowest_ankle(body).map_or(0.0, |ankle| ankle - floor(body))
 }
 

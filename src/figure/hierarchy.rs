@@ -1,11 +1,13 @@
 //! Which node is below which.
 
-use crate::scene::{NodeId, Scene};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// The parents of the nodes of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Hierarchy {
-    pub(crate) parents: Vec<Option<usize>>,
+#[doc(hidden)]
+pub struct Hierarchy {
+    #[doc(hidden)]
+    pub parents: Vec<Option<usize>>,
 }
 
 impl Hierarchy {

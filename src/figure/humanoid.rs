@@ -26,8 +26,8 @@ use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{Format, HumanoidBone, NodeId, Scene};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 
 /// Why a joint of a file that states its bones, as VRM does, is a bone.
 const STATED: &str = "the file says so";
@@ -40,7 +40,7 @@ pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
 
 /// A joint that is a bone of the humanoid.
 ///
-/// [`Humanoid`](crate::figure::Humanoid) has an example.
+/// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct HumanoidJoint {
@@ -54,7 +54,7 @@ pub struct HumanoidJoint {
 
 /// Whether the names of the sides are right.
 ///
-/// [`Humanoid`](crate::figure::Humanoid) has an example.
+/// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -81,6 +81,7 @@ impl Sides {
 /// The joints of a scene that are bones of the VRM humanoid.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::figure::{Confidence, HumanoidBone, Humanoid};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -121,6 +122,7 @@ impl Humanoid {
     /// Where [`Humanoid::of`] refuses the skeleton, it is the reading that was refused.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let legs = &mocap::figure::Humanoid::explain(&scene).unwrap().parts[0];
     /// assert_eq!(legs.joints[0], "upperLeg \"LeftUpLeg\"");
@@ -170,7 +172,8 @@ impl Humanoid {
     }
 
     /// Its bones after a node may have been inserted into the scene.
-    pub(crate) fn after(mut self, inserted: Option<NodeId>) -> Self {
+    #[doc(hidden)]
+    pub fn after(mut self, inserted: Option<NodeId>) -> Self {
         for bone in self.bones.values_mut() {
             if inserted.is_some_and(|inserted| bone.joint >= inserted) {
                 bone.joint = NodeId::new(bone.joint.index() + 1);
@@ -198,7 +201,8 @@ impl Humanoid {
     }
 
     /// With the sides that the body has, where the names say the opposite.
-    pub(crate) fn with_sides_of_the_body(mut self) -> Self {
+    #[doc(hidden)]
+    pub fn with_sides_of_the_body(mut self) -> Self {
         if self.sides == Sides::Opposite {
             let bones = std::mem::take(&mut self.bones);
             self.bones = bones
@@ -236,7 +240,6 @@ impl Humanoid {
             };
             return Humanoid::stated(stated, reason);
         }
-        #[cfg(test)]
         super::found::count();
         let tree = Tree::new(scene);
         let Some(mut body) = body::find(&tree) else {

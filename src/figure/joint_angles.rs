@@ -7,11 +7,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, EulerRot};
 
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// A rigid part of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Segment {
+pub enum Segment {
     Pelvis,
     Trunk,
     Head,
@@ -35,7 +35,7 @@ impl Segment {
     ];
 
     /// The bones that can be the segment, the best first; of two sides those of the left.
-    pub(crate) const fn bones(self) -> &'static [Bone] {
+    pub const fn bones(self) -> &'static [Bone] {
         match self {
             Self::Pelvis => &[Bone::Hips],
             Self::Trunk => &[Bone::UpperChest, Bone::Chest, Bone::Spine],
@@ -50,7 +50,7 @@ impl Segment {
     }
 
     /// From the anatomical frame of a segment of the right side to its frame in the T-pose.
-    pub(crate) fn to_t_pose(self) -> DQuat {
+    pub fn to_t_pose(self) -> DQuat {
         let hanging = DQuat::from_rotation_x(-FRAC_PI_2);
         match self {
             Self::UpperArm => hanging,
@@ -61,10 +61,10 @@ impl Segment {
 }
 
 /// A segment of one side, or of the trunk.
-pub(crate) type Part = (Segment, Option<Side>);
+pub type Part = (Segment, Option<Side>);
 
 /// All segments of the body.
-pub(crate) fn parts() -> impl Iterator<Item = Part> {
+pub fn parts() -> impl Iterator<Item = Part> {
     let of_sides = |side: Side| Segment::OF_SIDES.map(move |segment| (segment, Some(side)));
     let of_trunk = Segment::OF_TRUNK.map(|segment| (segment, None));
     of_trunk
@@ -74,7 +74,7 @@ pub(crate) fn parts() -> impl Iterator<Item = Part> {
 
 /// How the rotation of a joint is taken apart.
 #[derive(Clone, Copy)]
-pub(crate) enum Rotations {
+pub enum Rotations {
     /// About Z, X and Y, with these signs.
     Zxy([f64; 3]),
     /// About Y, X and Y: plane of elevation, elevation, rotation.
@@ -82,11 +82,11 @@ pub(crate) enum Rotations {
 }
 
 /// Two segments, and what the angles between them are called.
-pub(crate) struct Joint {
-    pub(crate) above: Segment,
-    pub(crate) below: Segment,
-    pub(crate) names: [&'static str; 3],
-    pub(crate) rotations: Rotations,
+pub struct Joint {
+    pub above: Segment,
+    pub below: Segment,
+    pub names: [&'static str; 3],
+    pub rotations: Rotations,
 }
 
 impl Joint {
@@ -105,7 +105,7 @@ impl Joint {
     }
 
     /// Joints of the trunk.
-    pub(crate) const OF_TRUNK: [Self; 2] = [
+    pub const OF_TRUNK: [Self; 2] = [
         Self::new(
             Segment::Pelvis,
             Segment::Trunk,
@@ -121,7 +121,7 @@ impl Joint {
     ];
 
     /// Joints of each side.
-    pub(crate) const OF_SIDES: [Self; 7] = [
+    pub const OF_SIDES: [Self; 7] = [
         Self::new(
             Segment::Pelvis,
             Segment::Thigh,
@@ -169,7 +169,7 @@ impl Joint {
 }
 
 impl Rotations {
-    pub(crate) const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
+    pub const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
 
     /// The rotation by three angles in degrees; one that is not known is 0.
     pub(crate) fn back(self, degrees: [Option<f64>; 3]) -> DQuat {
@@ -181,7 +181,7 @@ impl Rotations {
     }
 
     /// The three angles of a rotation in degrees, the nearest to those of the frame before.
-    pub(crate) fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
+    pub fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
         let radians = match self {
             Self::Zxy(signs) => {
                 let (flexion, adduction, axial) = rotation.to_euler(EulerRot::ZXY);
@@ -206,12 +206,12 @@ fn elevation(rotation: DQuat) -> [f64; 3] {
 }
 
 /// Whether a joint has an angle of this name, without the ending of its side.
-pub(crate) fn is_angle(name: &str) -> bool {
+pub fn is_angle(name: &str) -> bool {
     Joint::all().any(|joint| joint.names.contains(&name))
 }
 
 /// What the names of columns of a side end in.
-pub(crate) const fn ending(side: Option<Side>) -> &'static str {
+pub const fn ending(side: Option<Side>) -> &'static str {
     match side {
         Some(Side::Right) => "_r",
         Some(Side::Left) => "_l",
@@ -220,7 +220,7 @@ pub(crate) const fn ending(side: Option<Side>) -> &'static str {
 }
 
 /// The mirror image of a rotation in the plane between left and right.
-pub(crate) fn mirrored(DQuat { x, y, z, w }: DQuat) -> DQuat {
+pub fn mirrored(DQuat { x, y, z, w }: DQuat) -> DQuat {
     DQuat::from_xyzw(-x, -y, z, w)
 }
 
@@ -230,7 +230,7 @@ const RELAXED_FOREARM: f64 = 90.0;
 /// The rotations of a body in the T-pose whose joints have these angles, in degrees, in its axes: +X left, +Y up, +Z
 /// forward. That of the hips is to the world, the others are to the bone above. `angle` gives the value of a column of
 /// `biomechanics::JointAngles`; a joint without angles is as in a body that stands with arms hanging.
-pub(crate) fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
+pub fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
     let pelvis = Rotations::PLAIN.back(["pelvis_tilt", "pelvis_list", "pelvis_rotation"].map(angle));
     let mut all = vec![(Bone::Hips, to_t_pose_axes(pelvis))];
     for (segment, side) in parts().filter(|(segment, _)| *segment != Segment::Pelvis) {

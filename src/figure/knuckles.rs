@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::hierarchy::Hierarchy;
 use super::names::Name;
 use super::names::words::FingerKind;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The first node of each finger, by its proximal bone.
 #[derive(Clone, Debug, Default)]

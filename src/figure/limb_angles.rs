@@ -1,12 +1,11 @@
 //! The angle of each limb between two skeletons, tick by tick.
 
-use crate::scene::{HumanoidBone, NodeId};
+use mocap_scene::scene::{HumanoidBone, NodeId};
 
 /// How far the directions of a limb are apart at each tick.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// `Retargeter` has an example.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct LimbAngles {
     /// The bone.
     pub bone: HumanoidBone,

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
 use super::{Humanoid, HumanoidMap};
-use crate::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result};
 
-use crate::pose::Binding;
-use crate::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
+use mocap_scene::pose::Binding;
+use mocap_scene::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
 
 /// What a reader calls an unnamed end site: this, and the name of its parent.
 const END_SITE: &str = "EndSite_";
@@ -34,6 +34,7 @@ pub struct Naming {
 /// Nothing moves. Sides are the body's, where the file has left and right exchanged.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::figure::{BoneNames, Humanoid, name_joints};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -134,7 +135,8 @@ fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<NamedJoint> {
 }
 
 /// Gives joints their names, with meshes and channels; returns the nodes and their earlier names.
-pub(crate) fn apply_names(scene: &mut Scene, joints: &[NamedJoint]) -> Vec<(NodeId, String)> {
+#[doc(hidden)]
+pub fn apply_names(scene: &mut Scene, joints: &[NamedJoint]) -> Vec<(NodeId, String)> {
     let to: HashMap<(&str, usize), &str> = joints
         .iter()
         .map(|joint| ((joint.from.as_str(), joint.earlier), joint.to.as_str()))

@@ -4,13 +4,13 @@
 pub(crate) mod words;
 
 use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
-use crate::scene::Side;
+use mocap_scene::scene::Side;
 
 /// What a name says.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Name {
+pub struct Name {
     /// Left or right, where the name says so.
-    pub(crate) side: Option<Side>,
+    pub side: Option<Side>,
     /// The parts of the body that it can mean.
     pub(crate) meaning: Meaning,
     /// The finger that it belongs to.
@@ -18,7 +18,7 @@ pub(crate) struct Name {
     /// Whether the joint helps another one, as twist joints do, or is the end of one.
     pub(crate) is_helper: bool,
     /// Whether it is a joint beside a bone that takes a part of the bone's twist.
-    pub(crate) is_twist: bool,
+    pub is_twist: bool,
     /// The part of an animal that it names, which people do not have.
     pub(crate) animal: Option<AnimalPart>,
     /// The name without its side, to find the joint of the other side by.
@@ -29,7 +29,7 @@ pub(crate) struct Name {
 
 impl Name {
     /// Reads the name of a joint.
-    pub(crate) fn read(name: &str) -> Self {
+    pub fn read(name: &str) -> Self {
         // A name space, as in `mixamorig:Hips`, and the path of a node in some writers.
         let name = name.rsplit([':', '|', '/']).next().unwrap_or(name);
         let starts_as_helper = name.starts_with("__");

@@ -1,7 +1,7 @@
 //! A few poses of a motion, to look at instead of all of it.
 
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, Node, Scene};
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Node, Scene};
 
 /// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
@@ -39,7 +39,8 @@ pub(super) fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
 }
 
 /// Whether the nodes of two scenes are at rest alike, so that they have one T-pose.
-pub(crate) fn is_at_rest_alike(scene: &Scene, other: &Scene) -> bool {
+#[doc(hidden)]
+pub fn is_at_rest_alike(scene: &Scene, other: &Scene) -> bool {
     let rest = |node: &Node| node.transform;
     scene.nodes.iter().map(rest).eq(other.nodes.iter().map(rest))
 }

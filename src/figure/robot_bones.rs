@@ -13,16 +13,16 @@ use glam::{DMat3, DVec3};
 use serde::Serialize;
 
 use super::names::{self, Name};
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::robot::{Placement, Robot};
-use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
 
 /// Links, by their names, that are bones; `None` for a bone that the robot does not have.
 pub type RobotMap = BTreeMap<Bone, Option<String>>;
 
 /// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
 ///
-/// [`RobotOptions`](crate::robot::RobotOptions) has an example.
+/// `RobotOptions` has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RobotBone {

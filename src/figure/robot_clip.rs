@@ -2,12 +2,13 @@
 
 use glam::{Quat, Vec3};
 
-use crate::scene::robot::{Placement, Robot};
-use crate::scene::{Animation, Channel, Keys, NodeId};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 /// The animation of [`robot_scene`](super::robot_bones::robot_scene) in which the base and the joints, frame by frame,
 /// are there.
-pub(crate) fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
+#[doc(hidden)]
+pub fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
     let joints = robot.moving_joints();
     let channel = |link: usize, transforms: Vec<Placement>| {
         let mut rotations: Vec<Quat> = transforms

@@ -19,19 +19,21 @@ use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use self::builder::Builder;
-pub(crate) use self::pointing::{direction, limb_end, next};
+pub use self::pointing::direction;
+pub use self::pointing::limb_end;
+pub(crate) use self::pointing::next;
 use super::Figure;
 use super::axes::Shown;
 use super::axis::{Axis, RestPose};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene};
 
 /// The pose from which a T-pose is made.
 ///
-/// [`TPose`](crate::figure::TPose) has an example.
+/// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
@@ -45,7 +47,7 @@ pub enum TPoseSource {
 
 /// Why a bone is turned as it is in a T-pose.
 ///
-/// [`TPose`](crate::figure::TPose) has an example.
+/// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -99,7 +101,7 @@ impl TPoseReason {
 
 /// A bone in the T-pose.
 ///
-/// [`TPose`](crate::figure::TPose) has an example.
+/// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TPoseBone {
@@ -119,6 +121,7 @@ pub struct TPoseBone {
 /// A humanoid in the T-pose: [`Figure::t_pose`].
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::figure::{Figure, HumanoidBone};
 ///
 /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y

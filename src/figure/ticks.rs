@@ -1,9 +1,9 @@
 //! The ticks at which a motion has keys.
 
-use crate::scene::{Animation, Keys};
+use mocap_scene::scene::{Animation, Keys};
 
 /// The whole ticks of an animation, and its end.
-pub(crate) fn ticks(animation: &Animation) -> Vec<f64> {
+pub fn ticks(animation: &Animation) -> Vec<f64> {
     let mut ticks: Vec<f64> = animation.whole_ticks().collect();
     if ticks.last().is_some_and(|last| *last < animation.duration) {
         ticks.push(animation.duration);
@@ -12,13 +12,13 @@ pub(crate) fn ticks(animation: &Animation) -> Vec<f64> {
 }
 
 /// The ticks of all keys of an animation.
-pub(crate) struct Ticks<'a> {
+pub struct Ticks<'a> {
     /// None for 0, 1, 2, ...
     written: Option<&'a [f64]>,
 }
 
 impl<'a> Ticks<'a> {
-    pub(crate) fn new(ticks: &'a [f64]) -> Self {
+    pub fn new(ticks: &'a [f64]) -> Self {
         let is_counted = ticks.iter().enumerate().all(|(index, tick)| *tick == index as f64);
         Self {
             written: (!is_counted).then_some(ticks),
@@ -26,7 +26,7 @@ impl<'a> Ticks<'a> {
     }
 
     /// Keys at these ticks; one where all values are the same.
-    pub(crate) fn keys<T: Copy + PartialEq>(&self, mut values: Vec<T>) -> Keys<T> {
+    pub fn keys<T: Copy + PartialEq>(&self, mut values: Vec<T>) -> Keys<T> {
         if let Some(&first) = values.first()
             && values.iter().all(|value| *value == first)
         {

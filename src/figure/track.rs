@@ -7,11 +7,11 @@ use super::body::Body;
 use super::rotations::{Points, Rotations};
 use super::t_pose::limb_end;
 use super::watched::{Seen, Watched};
-use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`Watched`].
 #[derive(Clone, Debug)]
-pub(crate) struct Track {
+pub struct Track {
     joint: usize,
     joint_to_frame: Quat,
     aim: Option<Aim>,
@@ -26,10 +26,10 @@ struct Aim {
 }
 
 /// The joints at the ends of a bone of a limb, and where it points in the T-pose.
-pub(crate) type Ends = (NodeId, NodeId, Vec3);
+pub type Ends = (NodeId, NodeId, Vec3);
 
 impl Track {
-    pub(crate) fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
+    pub fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
         Self {
             joint: watched.rotation(node),
             joint_to_frame: from.frame_to_joint(bone, node).inverse(),
@@ -43,7 +43,7 @@ impl Track {
 
     /// The rotation at a pose.
     #[inline(always)]
-    pub(crate) fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
+    pub fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
         let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
         match self.aim {
             None => rotation,
@@ -57,7 +57,7 @@ impl Track {
 
 /// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its
 /// skin.
-pub(crate) fn is_twisted_at_beginning(bone: Bone) -> bool {
+pub fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
@@ -71,7 +71,7 @@ fn is_told(start: Vec3, end: Vec3) -> bool {
 
 /// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
 /// T-pose.
-pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
+pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
@@ -92,7 +92,7 @@ pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
 }
 
 /// The track of a whole bone: where it points, and how its end is twisted.
-pub(crate) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
+pub fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
     let (node, ends) = ends(from, bone)?;
     Some(Track::new(from, bone, node, ends, watched))
 }

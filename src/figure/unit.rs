@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::{Confidence, Guess};
-use crate::scene::Scene;
+use mocap_scene::scene::Scene;
 
 /// A unit of length of motion files.
 ///
-/// [`Survey`](crate::figure::Survey) has an example.
+/// [`Survey`](crate::Survey) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -9,17 +9,17 @@ use super::ground;
 use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
+use crate::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
 /// Bones whose rotation is no part of a VRM animation, which has a point to look at instead.
 const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
 
 /// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and
 /// does not turn.
-pub(crate) const ENDS: [Bone; 5] = [
+pub const ENDS: [Bone; 5] = [
     Bone::Head,
     Bone::LeftHand,
     Bone::RightHand,
@@ -34,6 +34,7 @@ pub(crate) const ENDS: [Bone; 5] = [
 /// they are not to be searched for.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::{Conversion, figure};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -53,7 +54,7 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
 
 /// As [`vrm_humanoid`]. The T-pose is read from `other`, which has other frames of the motion, unless a step changed
 /// the skeleton.
-pub(crate) fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
+pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";
         return Err(Diagnostic::new(Code::UnknownUnit, message)

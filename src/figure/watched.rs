@@ -4,22 +4,22 @@ use glam::{Quat, Vec3};
 
 use super::body::Body;
 use super::rotations::{Points, Rotations};
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::NodeId;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::NodeId;
 
 /// The joints of the source on which a pose of the target depends. Others refer to them by their index in this list.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Watched {
-    pub(crate) joints: Vec<Joint>,
+pub struct Watched {
+    pub joints: Vec<Joint>,
 }
 
 /// A joint that is watched.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Joint {
-    pub(crate) node: NodeId,
-    pub(crate) has_rotation: bool,
-    pub(crate) has_place: bool,
+pub struct Joint {
+    pub node: NodeId,
+    pub has_rotation: bool,
+    pub has_place: bool,
 }
 
 impl Watched {
@@ -43,7 +43,7 @@ impl Watched {
     }
 
     /// Watches where a joint is.
-    pub(crate) fn index_of(&mut self, node: NodeId) -> usize {
+    pub fn index_of(&mut self, node: NodeId) -> usize {
         let joint = self.joint(node);
         self.joints[joint].has_place = true;
         joint
@@ -53,13 +53,13 @@ impl Watched {
 /// What is seen in `N` poses: rotations and positions of the watched joints, from their axes to the frame of the
 /// T-pose.
 #[derive(Clone, Debug)]
-pub(crate) struct Seen<const N: usize> {
-    pub(crate) rotations: Vec<Rotations<N>>,
-    pub(crate) positions: Vec<Points<N>>,
+pub struct Seen<const N: usize> {
+    pub rotations: Vec<Rotations<N>>,
+    pub positions: Vec<Points<N>>,
 }
 
 impl<const N: usize> Seen<N> {
-    pub(crate) fn new(joints: usize) -> Self {
+    pub fn new(joints: usize) -> Self {
         Self {
             rotations: vec![Rotations::IDENTITY; joints],
             positions: vec![Points::ZERO; joints],
@@ -67,7 +67,7 @@ impl<const N: usize> Seen<N> {
     }
 
     /// Takes one of the poses from that of a whole skeleton.
-    pub(crate) fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
+    pub fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
         let world_to_frame = body.axes.inverse();
         let seen = self.rotations.iter_mut().zip(&mut self.positions);
         for (joint, (rotation, position)) in watched.joints.iter().zip(seen) {

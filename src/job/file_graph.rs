@@ -7,18 +7,19 @@ use super::graph::Graphing;
 use super::said::{Hear, say_warnings};
 use super::walk::Walking;
 use super::{Reading, SourceSpace, Sources};
-use crate::convert::{Conversion, FirstFrame};
-use crate::edit::WalkReport;
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::graph::{GraphBuilder, MotionGraph, Walk};
-use crate::import::Importer;
-use crate::process::SkeletonMesh;
-use crate::retargeting::{Retargeting, RetargetingOptions};
-use crate::scene::Scene;
+use mocap_edit::WalkReport;
+use mocap_edit::graph::{GraphBuilder, MotionGraph, Walk};
+use mocap_figure::convert::{Conversion, FirstFrame};
+use mocap_io::import::Importer;
+use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::Scene;
 
 /// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::{FileGraph, Graphing, Reading, SourceSpace, Walking};
 ///
 /// let (read, space) = (Reading::default(), SourceSpace::default());

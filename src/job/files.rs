@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::Onto;
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::files::{ReplacePolicy, read_text, write_file};
-use crate::import::{self, Importer, MemoryFile};
-use crate::process::SkeletonMesh;
-use crate::retargeting::Target;
-use crate::scene::Scene;
+use mocap_io::import::{self, Importer, MemoryFile};
+use mocap_retarget::retargeting::Target;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::{ReplacePolicy, read_text, write_file};
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::Scene;
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]

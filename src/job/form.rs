@@ -4,12 +4,12 @@ use std::path::Path;
 
 use super::robot_format::RobotFormat;
 use super::{Onto, Writing};
-use crate::error::{Code, Diagnostic, Result};
-use crate::format::fbx::FbxTextures;
-use crate::format::gltf::{Character, Compression};
-use crate::format::{FormatInfo, WriteOption, words};
-use crate::retargeting::Target;
-use crate::scene::Format;
+use mocap_formats::fbx::FbxTextures;
+use mocap_formats::gltf::{Character, Compression};
+use mocap_formats::{FormatInfo, WriteOption, words};
+use mocap_retarget::retargeting::Target;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Format;
 
 /// What an output is.
 #[derive(Clone, Copy, Debug)]

@@ -2,23 +2,23 @@
 
 #[cfg(test)]
 mod tests {
-    use crate::figure::found::searches;
+    use mocap_figure::found::searches;
 
     /// Runs a job on a file of `fixtures/real` with these further keys, and counts.
     fn searches_of(keys: &str, output: &str) -> usize {
         let folder = tempfile::tempdir().unwrap();
         let output = folder.path().join(output);
         let job = format!(
-            r#"{{"source": {{"inputs": ["fixtures/real/cmu_01_01.bvh"], "frames": {{"drop-first-frame": "auto", "fps": 30}}}},
+            r#"{{"source": {{"inputs": ["../../fixtures/real/cmu_01_01.bvh"], "frames": {{"drop-first-frame": "auto", "fps": 30}}}},
                 {keys} "write": {{"output": {output:?}}}}}"#
         );
-        let job = crate::job::Job::from_json(&job).unwrap();
+        let job = crate::Job::from_json(&job).unwrap();
         searches(|| drop(job.run().unwrap()))
     }
 
     #[test]
     fn one_retargeting_finds_its_source_and_its_target_once() {
-        let onto = |file: &str| format!(r#""onto": {{"character": {{"file": "fixtures/{file}"}}}},"#);
+        let onto = |file: &str| format!(r#""onto": {{"character": {{"file": "../../fixtures/{file}"}}}},"#);
         assert_eq!(searches_of(&onto("skeletons/human_default.gltf"), "out.gltf"), 2);
         // The file states the bones of a VRM character.
         assert_eq!(searches_of(&onto("characters/human_vrm0.vrm"), "out.vrm"), 1);
@@ -27,14 +27,14 @@ mod tests {
             onto("skeletons/human_default.gltf")
         );
         assert_eq!(searches_of(&steps, "out.gltf"), 2);
-        let onto = r#""onto": {"skeleton": {"file": "fixtures/real/rokoko_dance.bvh"}},"#;
+        let onto = r#""onto": {"skeleton": {"file": "../../fixtures/real/rokoko_dance.bvh"}},"#;
         assert_eq!(searches_of(onto, "out.bvh"), 2);
         assert_eq!(searches_of(onto, "out.vrma"), 2);
     }
 
     #[test]
     fn one_motion_on_a_robot_finds_its_source_once() {
-        let onto = r#""onto": {"robot": {"file": "fixtures/robots/h1.urdf"}},"#;
+        let onto = r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#;
         assert_eq!(searches_of(onto, "out.csv"), 1);
     }
 
@@ -50,14 +50,15 @@ mod tests {
     #[cfg(feature = "render")]
     #[test]
     fn one_page_finds_its_source_once() {
-        use crate::edit::ContactOptions;
-        use crate::figure::{Figure, HumanoidMap};
-        use crate::render::{Clip, Page, PageClip};
-        use crate::retargeting::{Retargeting, RetargetingOptions};
-        use crate::{Conversion, Importer};
+        use mocap_edit::ContactOptions;
+        use mocap_figure::Conversion;
+        use mocap_figure::{Figure, HumanoidMap};
+        use mocap_io::Importer;
+        use mocap_render::{Clip, Page, PageClip};
+        use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
 
-        let mut scene = crate::import("fixtures/real/cmu_01_01.bvh").unwrap();
-        let robot = Importer::new().import_robot("fixtures/robots/h1.urdf").unwrap();
+        let mut scene = mocap_io::import("../../fixtures/real/cmu_01_01.bvh").unwrap();
+        let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
         let found = searches(|| {
             let figure = Figure::mapped(&scene, &HumanoidMap::new()).unwrap();
             let (figure, _) = Conversion::new()

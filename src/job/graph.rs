@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::text::Length;
-use crate::graph::{GraphOptions, MotionGraph};
+use mocap_edit::graph::{GraphOptions, MotionGraph};
 
 /// How the moments of motions are compared, and what is written beside the graph.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{

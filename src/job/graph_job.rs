@@ -8,12 +8,12 @@ use super::graph::{GraphReport, Graphing};
 use super::said::{Hear, Said};
 use super::walk::Walking;
 use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, file_name, refuse};
-use crate::edit::WalkReport;
-use crate::error::Result;
-use crate::files::ReplacePolicy;
-use crate::graph::{DistanceMatrix, MotionGraph};
-use crate::import::MemoryFile;
-use crate::scene::Scene;
+use mocap_edit::WalkReport;
+use mocap_edit::graph::{DistanceMatrix, MotionGraph};
+use mocap_io::import::MemoryFile;
+use mocap_scene::error::Result;
+use mocap_scene::files::ReplacePolicy;
+use mocap_scene::scene::Scene;
 
 /// Files that are to be written, with their bytes.
 type Outputs = Vec<(PathBuf, Vec<u8>)>;
@@ -23,8 +23,8 @@ impl Job {
     /// last, and what there is to report. Nothing is written. The files of `given` are not read from the disk.
     ///
     /// # Errors
-    /// As [`Importer::import`](crate::Importer::import), with the file.
-    /// [`Code::InvalidValue`](crate::Code::InvalidValue) where the skeletons differ, where there is no graph, and for
+    /// As [`Importer::import`](mocap_io::Importer::import), with the file.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, where there is no graph, and for
     /// what a graph does not heed.
     pub fn compare(&self, given: &[MemoryFile<'_>]) -> Result<(Outputs, JobReport)> {
         let graphing = self.graph.clone().unwrap_or_default();
@@ -217,7 +217,7 @@ fn picture_of(matrix: &DistanceMatrix, graph: Option<&MotionGraph>, second: usiz
         .iter()
         .filter(|transition| transition.from[0] == 0 && transition.to[0] == second)
         .map(|transition| [transition.from[1], transition.to[1] + 1 - window]);
-    crate::render::distance_matrix_png(matrix, &Vec::from_iter(between))
+    mocap_render::distance_matrix_png(matrix, &Vec::from_iter(between))
 }
 
 #[cfg(not(feature = "render"))]

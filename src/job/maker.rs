@@ -13,17 +13,17 @@ use super::form::Form;
 use super::onto::import_onto;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
 use super::{Job, JointNames, Onto, meshes, names};
-use crate::convert::{Conversion, FirstFrame};
-use crate::edit::{EditStep, WalkReport};
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::export::is_at_rest_for;
-use crate::figure::{Figure, Humanoid, HumanoidMap};
-use crate::files::ReplacePolicy;
-use crate::format::{FormatInfo, WriteOption, Written};
-use crate::import::{Importer, MemoryFile};
-use crate::process::{self, SkeletonMesh};
-use crate::retargeting::{Report, Retargeting, SourceMotion, apply_steps_with_bones, whole};
-use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
+use mocap_edit::{EditStep, WalkReport};
+use mocap_figure::convert::{Conversion, FirstFrame};
+use mocap_figure::{Figure, Humanoid, HumanoidMap};
+use mocap_formats::{FormatInfo, WriteOption, Written};
+use mocap_io::export::is_at_rest_for;
+use mocap_io::import::{Importer, MemoryFile};
+use mocap_retarget::retargeting::{Report, Retargeting, SourceMotion, apply_steps_with_bones, whole};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::ReplacePolicy;
+use mocap_scene::process::{self, SkeletonMesh};
+use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -31,6 +31,7 @@ use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 /// one itself; it writes nothing.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::{Job, Maker};
 ///
 /// let job = r#"{"onto": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;
@@ -63,7 +64,7 @@ pub struct Maker<'a> {
 
 /// What a job has made of motions, before it is written.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Made {
@@ -202,7 +203,7 @@ impl<'a> Maker<'a> {
     /// Makes the output of motions for the name `output`, and writes nothing.
     ///
     /// # Errors
-    /// Those of reading, of the steps, of [`Retargeting`] and of [`Exporter::write_as`](crate::Exporter::write_as),
+    /// Those of reading, of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as),
     /// with the file.
     pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
         match &self.target {
@@ -234,7 +235,7 @@ impl<'a> Maker<'a> {
     /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
     ///
     /// # Errors
-    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](crate::Exporter::write_as), with the file.
+    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the file.
     pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
         if let Some(target) = &self.target {
             let mut target = target.clone();
@@ -263,7 +264,7 @@ impl<'a> Maker<'a> {
     /// Reads a motion as the job needs it, and changes nothing yet.
     ///
     /// # Errors
-    /// As [`Importer::import`](crate::Importer::import); [`Code::NoMotion`] where the job needs a motion.
+    /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] where the job needs a motion.
     pub fn import(&self, motion: &Path, hear: Hear<'_>) -> Result<Scene> {
         let importer = self.job.read.importer();
         let importer = match self.form {

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::source::BoneMap;
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{BoneNames, Humanoid, HumanoidMap};
-use crate::figure::{Naming, name_joints};
-use crate::format::{Renamed, Written};
-use crate::scene::Scene;
+use mocap_figure::{BoneNames, Humanoid, HumanoidMap};
+use mocap_figure::{Naming, name_joints};
+use mocap_formats::{Renamed, Written};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 /// What the joints of a humanoid are called in the output.
 ///

@@ -10,13 +10,13 @@ use super::said::{Hear, Said, tell_of_skeleton};
 use super::source::BoneMap;
 use super::text::Angle;
 use super::{Job, is_default, meshes};
-use crate::convert::RootMotion;
-use crate::error::{Code, Diagnostic, Result};
-use crate::format::FormatInfo;
-use crate::process::SkeletonMesh;
-use crate::retarget::{Scale, Verdict};
-use crate::retargeting::{Report, Retargeting, RetargetingOptions, Target};
-use crate::robot::Floor;
+use mocap_figure::convert::RootMotion;
+use mocap_formats::FormatInfo;
+use mocap_retarget::retargeting::{Report, Retargeting, RetargetingOptions, Target};
+use mocap_retarget::robot::Floor;
+use mocap_retarget::{Scale, Verdict};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::process::SkeletonMesh;
 
 /// The body that a job puts its motions on.
 ///
@@ -92,7 +92,7 @@ pub struct OntoBody {
 
 /// What happens to feet that stand.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -108,7 +108,7 @@ pub enum Feet {
 
 /// The worst verdict that a motion on a robot may have.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

@@ -6,14 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 #[cfg(feature = "clap")]
-use crate::convert::Conversion;
-use crate::import::{Clips, Importer};
-use crate::scene::{Format, RootOffset};
-use crate::solve::Lengths;
+use mocap_figure::convert::Conversion;
+use mocap_io::import::{Clips, Importer};
+use mocap_scene::scene::{Format, RootOffset};
+use mocap_solve::Lengths;
 
 /// How the files of a job are read.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::Reading;
 ///
 /// let reading: Reading = serde_json::from_str(r#"{"from": "bvh", "root-offset": "add"}"#).unwrap();

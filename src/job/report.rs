@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::{GraphReport, Said};
-use crate::edit::{EditReport, WalkReport};
-use crate::error::Diagnostic;
-use crate::format::{Achieved, Renamed, Written};
-use crate::retargeting::Report;
-use crate::survey::ClipRow;
 use crate::verify::Verification;
+use mocap_corpus::survey::ClipRow;
+use mocap_edit::{EditReport, WalkReport};
+use mocap_formats::{Achieved, Renamed, Written};
+use mocap_retarget::retargeting::Report;
+use mocap_scene::error::Diagnostic;
 
 /// What a job has done.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::Job;
 ///
 /// let folder = tempfile::tempdir().unwrap();
@@ -69,7 +70,7 @@ pub struct JobReport {
 
 /// A file of an output.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct OutputFile {

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use crate::edit::EditReport;
-use crate::error::{Code, Diagnostic};
-use crate::scene::{Assumption, Scene, Topic};
+use mocap_edit::EditReport;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Assumption, Scene, Topic};
 
 /// What comes to light while a job is done.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::{Job, Maker, Said};
 ///
 /// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::text::Length;
-use crate::compress::ErrorBound;
-use crate::format::gltf::{Compression, GltfOptions};
+use mocap_compress::ErrorBound;
+use mocap_formats::gltf::{Compression, GltfOptions};
 
 /// Fewer keys and bits, within a largest error.
 ///

@@ -9,12 +9,12 @@ use super::is_default;
 #[cfg(feature = "clap")]
 use super::reading::Reading;
 use super::text::{UnitChoice, UpChoice};
-use crate::convert::RestPoseSource;
-use crate::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{HumanoidBone, HumanoidMap};
-use crate::import::read_text;
-use crate::scene::{Scene, UpAxis};
+use mocap_figure::convert::RestPoseSource;
+use mocap_figure::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
+use mocap_figure::{HumanoidBone, HumanoidMap};
+use mocap_io::import::read_text;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Scene, UpAxis};
 
 /// What a job works on.
 ///
@@ -145,7 +145,7 @@ impl BoneMap {
             Self::File(path) => {
                 let text = read_text(path)?;
                 bones_of(&text).map_err(|message| {
-                    let error = crate::error::Error::from(Diagnostic::new(Code::InvalidValue, message));
+                    let error = mocap_scene::error::Error::from(Diagnostic::new(Code::InvalidValue, message));
                     error.with_path(path)
                 })
             }
@@ -191,6 +191,7 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
 /// Which frames of the inputs are taken, before their unit and axes are changed.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::SourceFrames;
 ///
 /// let frames: SourceFrames = serde_json::from_str(r#"{"trim": "0..1.5", "fps": 30}"#).unwrap();

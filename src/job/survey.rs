@@ -6,16 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::files::{Files, check_outputs, write_all};
 use super::{Job, JobReport, OutputFile, Reading, Sources, file_name, is_default, refuse};
-use crate::error::Result;
-use crate::import::Importer;
-use crate::math::spread::spread;
-use crate::process::SkeletonMesh;
-use crate::scene::Scene;
-use crate::survey::{ClipRow, Condition, Corpus, Examined, Quality, SelectAmount, SelectBy, Thresholds};
+use mocap_corpus::survey::{ClipRow, Condition, Corpus, Examined, Quality, SelectAmount, SelectBy, Thresholds};
+use mocap_io::import::Importer;
+use mocap_scene::error::Result;
+use mocap_scene::math::spread::spread;
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::Scene;
 
 /// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{
@@ -80,7 +81,7 @@ impl Surveying {
     /// From which amounts on a clip is suspect and bad.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](crate::Code::InvalidValue) for a text that is no threshold.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a text that is no threshold.
     pub fn thresholds(&self) -> Result<Thresholds> {
         let mut thresholds = Thresholds::default();
         self.threshold.iter().try_for_each(|text| thresholds.set(text))?;
@@ -90,7 +91,7 @@ impl Surveying {
     /// The clips of a file as `read` reads it, or those of the record that it is, a `.jsonl` file.
     ///
     /// # Errors
-    /// As [`Importer::import`]; [`Code::InvalidValue`](crate::Code::InvalidValue) for a line that is no row.
+    /// As [`Importer::import`]; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a line that is no row.
     pub fn examine(&self, read: &Reading, path: &Path) -> Result<Vec<Examined>> {
         let files = Files {
             given: &[],
@@ -246,7 +247,7 @@ impl Job {
     /// Refuses what a survey would not heed: steps, another body, options of motions.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](crate::Code::InvalidValue).
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue).
     pub fn check_survey(&self) -> Result<()> {
         let source = Sources {
             inputs: self.source.inputs.clone(),

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::figure::Unit;
-use crate::options::as_text;
-use crate::scene::UpAxis;
+use mocap_figure::Unit;
+use mocap_scene::options::as_text;
+use mocap_scene::scene::UpAxis;
 
 as_text!(Length UnitChoice UpChoice Angle);
 
@@ -41,7 +41,7 @@ impl FromStr for Length {
 
     /// A number in metres, or with the unit m, cm, mm or um.
     fn from_str(text: &str) -> Result<Self, String> {
-        match crate::edit::metres(text) {
+        match mocap_edit::metres(text) {
             Some(number) if number.is_finite() && number >= 0.0 => Ok(Self(number)),
             _ => Err("not a length, such as 1mm, 0.5cm or 0.001, which is in metres".to_owned()),
         }
@@ -207,8 +207,8 @@ impl fmt::Display for Angle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::convert::{RestPoseSource, TimeRange};
-    use crate::retarget::Scale;
+    use mocap_figure::convert::{RestPoseSource, TimeRange};
+    use mocap_retarget::Scale;
 
     /// What is printed is read as the value that was printed.
     fn round_trips<T: FromStr<Err = String> + fmt::Display + PartialEq + fmt::Debug>(texts: &[&str]) {

@@ -5,12 +5,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{is_default, refuse};
-use crate::error::{Code, Diagnostic, Result};
-use crate::graph::{MotionGraph, Network, Walk};
+use mocap_edit::graph::{MotionGraph, Network, Walk};
+use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// Where a walk over a motion graph goes: for so many seconds, along a path, or through clips.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{

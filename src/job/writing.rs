@@ -8,14 +8,14 @@ use super::is_default;
 use super::names::JointNames;
 use super::smaller::Smaller;
 use super::text::UnitChoice;
-use crate::convert::{AlongBone, Conversion};
-use crate::export::Exporter;
-use crate::format::WriteOption;
-use crate::format::bvh::{BvhOptions, Channels};
-use crate::format::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
-use crate::format::gltf::{BufferPlace, GltfOptions};
-use crate::process::SkeletonMesh;
-use crate::scene::{RotationOrder, UpAxis};
+use mocap_figure::convert::{AlongBone, Conversion};
+use mocap_formats::WriteOption;
+use mocap_formats::bvh::{BvhOptions, Channels};
+use mocap_formats::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
+use mocap_formats::gltf::{BufferPlace, GltfOptions};
+use mocap_io::export::Exporter;
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::{RotationOrder, UpAxis};
 
 /// What a job writes, and how. What a format does not take is refused.
 ///
@@ -101,7 +101,7 @@ pub struct OutSpace {
 
 /// The up axis of an output.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -116,7 +116,7 @@ pub enum OutUp {
 
 /// The axis of joints' frames at rest that points along their bones.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -133,7 +133,7 @@ pub enum OutBoneAxis {
 
 /// How the skeleton of a file without meshes is drawn.
 ///
-/// The [module](crate::job) has an example.
+/// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

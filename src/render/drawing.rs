@@ -102,7 +102,7 @@ pub(super) enum Shape {
 
 /// A picture, to be written as PNG or SVG.
 ///
-/// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
+/// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Drawing {

@@ -6,8 +6,8 @@
 
 use glam::{DQuat, Quat};
 
-use crate::math::rotation::euler_rot;
-use crate::scene::{Node, RotationOrder};
+use mocap_scene::math::rotation::euler_rot;
+use mocap_scene::scene::{Node, RotationOrder};
 
 /// Degrees about the axes of `order`, one triple per rotation.
 pub(super) fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {

@@ -6,16 +6,16 @@ use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use super::texture::Images;
-use crate::figure::ground::Ground;
-use crate::figure::names::Name;
-use crate::figure::{self, Figure, Humanoid, HumanoidBone};
-use crate::math::up_axis::turn_to_y_up;
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, Node, NodeId, NodeKind, Scene};
+use mocap_figure::ground::Ground;
+use mocap_figure::names::Name;
+use mocap_figure::{Figure, Humanoid, HumanoidBone};
+use mocap_scene::math::up_axis::turn_to_y_up;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Node, NodeId, NodeKind, Scene};
 
 /// A scene, and its name in a picture.
 ///
-/// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
+/// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct Clip<'a> {
     /// A short name, such as the file's.
@@ -81,11 +81,11 @@ pub(super) enum Side {
     Middle,
 }
 
-impl From<figure::Side> for Side {
-    fn from(side: figure::Side) -> Self {
+impl From<mocap_figure::Side> for Side {
+    fn from(side: mocap_figure::Side) -> Self {
         match side {
-            figure::Side::Left => Self::Left,
-            figure::Side::Right => Self::Right,
+            mocap_figure::Side::Left => Self::Left,
+            mocap_figure::Side::Right => Self::Right,
         }
     }
 }
@@ -310,13 +310,13 @@ mod tests {
 
     #[test]
     fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
-        let scene = crate::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        let scene = mocap_io::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
         let all = links(&scene, &Humanoid::of(&scene)).len();
         // A still joint above the hips.
         let mut moved = scene.clone();
         moved.nodes.insert(
             0,
-            crate::scene::Node {
+            mocap_scene::scene::Node {
                 name: "still".to_owned(),
                 ..scene.nodes[0].clone()
             },
@@ -339,7 +339,7 @@ mod tests {
         let mut still = moved.animations[0].channels[0].clone();
         still.node_name = "still".to_owned();
         still.node = Some(NodeId(0));
-        still.position_keys = crate::scene::Keys::constant(Vec3::ZERO);
+        still.position_keys = mocap_scene::scene::Keys::constant(Vec3::ZERO);
         moved.animations[0].channels.insert(0, still);
         assert_eq!(links(&moved, &Humanoid::of(&moved)).len(), all + 1);
     }

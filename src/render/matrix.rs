@@ -1,8 +1,8 @@
 //! The matrix of the distances of all moments of two clips as a picture.
 
 use super::raster::check_size;
-use crate::error::{Code, Result};
-use crate::graph::DistanceMatrix;
+use mocap_edit::graph::DistanceMatrix;
+use mocap_scene::error::{Code, Result};
 
 /// The largest side of the picture in pixels. Of a larger matrix a pixel is the most alike of several pairs of moments.
 const LARGEST: usize = 2048;
@@ -18,6 +18,7 @@ const MARK: [u8; 3] = [220, 30, 40];
 /// second from left to right, and the lighter, the more alike. `marked` are rows and columns that get a red dot.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::graph::{GraphBuilder, GraphOptions};
 /// use mocap::render::distance_matrix_png;
 ///

@@ -8,12 +8,12 @@ use super::figure::{Clip, DrawnClip, short};
 use super::palette::Palette;
 use super::surface::{has_colors, has_skin, paint_body};
 use super::theme;
-use crate::error::{Code, Diagnostic, Result};
-use crate::options::setters;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::options::setters;
 
 /// Options of a film.
 ///
-/// [`Movie`](crate::render::Movie) has an example.
+/// [`Movie`](crate::Movie) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MovieOptions {
@@ -54,6 +54,7 @@ setters! {
 /// A film of a clip, drawn picture by picture.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::render::{Clip, Movie, MovieOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -6,14 +6,14 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
 use super::figure::{Clip, short};
 use super::theme;
-use crate::figure::Unit;
-use crate::options::setters;
-use crate::pose::{Binding, Pose};
-use crate::scene::NodeId;
+use mocap_figure::Unit;
+use mocap_scene::options::setters;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::NodeId;
 
 /// Options of a plot.
 ///
-/// [`Drawing::plot`](crate::render::Drawing::plot) has an example.
+/// [`Drawing::plot`](crate::Drawing::plot) has an example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlotOptions {
@@ -47,7 +47,8 @@ setters! {
 struct Curve {
     name: String,
     color: Color,
-    values: Vec<f64>,
+    #[doc(hidden)]
+    pub values: Vec<f64>,
 }
 
 impl Drawing {
@@ -56,6 +57,7 @@ impl Drawing {
     /// seconds, to the last frame.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Drawing, Clip, PlotOptions};
     /// use mocap::scene::NodeId;
     ///
@@ -346,8 +348,8 @@ mod tests {
 
     #[test]
     fn every_number_at_an_axis_has_its_unit() {
-        let mut scene = crate::import::import("fixtures/real/cmu_short.bvh").unwrap();
-        let texts = |scene: &crate::scene::Scene| {
+        let mut scene = mocap_io::import::import("../../fixtures/real/cmu_short.bvh").unwrap();
+        let texts = |scene: &mocap_scene::scene::Scene| {
             let drawing = Drawing::plot(&Clip { name: "walk", scene }, &[NodeId(1)], &PlotOptions::default());
             drawing
                 .texts()
@@ -357,7 +359,7 @@ mod tests {
         };
         // BVH does not state its unit.
         assert!(texts(&scene).iter().any(|text| text.ends_with("[file units]")));
-        crate::Conversion::new().apply(&mut scene).unwrap();
+        mocap_figure::Conversion::new().apply(&mut scene).unwrap();
         let texts = texts(&scene);
         assert!(texts.iter().any(|text| text.ends_with("[m]")));
         let numbers = texts
@@ -372,7 +374,7 @@ mod tests {
     /// The curves, read back with the numbers at the axes, are the columns of the file.
     #[test]
     fn a_plot_shows_the_angles_of_the_file() {
-        let scene = crate::import::import("fixtures/real/lecture_Test.bvh").unwrap();
+        let scene = mocap_io::import::import("../../fixtures/real/lecture_Test.bvh").unwrap();
         let elbow = NodeId::new(scene.nodes.iter().position(|node| node.name == "Elbow").unwrap());
         let clip = Clip {
             name: "Test",
@@ -396,7 +398,7 @@ mod tests {
         let shown = curve
             .iter()
             .map(|[_, y]| low + (y - low_y) / (high_y - low_y) * (high - low));
-        let text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
+        let text = std::fs::read_to_string("../../fixtures/real/lecture_Test.bvh").unwrap();
         let rows = text.lines().skip_while(|line| !line.starts_with("Frame Time")).skip(1);
         // Column 6 is the Zrotation of the Elbow.
         let column = rows.filter_map(|row| row.split_whitespace().nth(6)?.parse::<f32>().ok());

@@ -9,7 +9,7 @@ use tiny_skia::{
 use ttf_parser::{Face, OutlineBuilder};
 
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
-use crate::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
 pub(super) const LARGEST_SIDE: u32 = 16_384;

@@ -8,11 +8,11 @@ use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
 use super::surface::paint_body;
 use super::theme;
-use crate::options::setters;
+use mocap_scene::options::setters;
 
 /// Options of a sheet.
 ///
-/// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
+/// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SheetOptions {
@@ -46,6 +46,7 @@ impl Drawing {
     /// spaced in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Drawing, Clip, SheetOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -251,7 +252,7 @@ mod tests {
             "makehuman_zombie_walk",
             "z_up_dab",
         ];
-        let scenes = names.map(|name| crate::import::import(format!("fixtures/real/{name}.bvh")).unwrap());
+        let scenes = names.map(|name| mocap_io::import::import(format!("../../fixtures/real/{name}.bvh")).unwrap());
         let clips: Vec<_> = std::iter::zip(names, &scenes)
             .map(|(name, scene)| Clip { name, scene })
             .collect();

@@ -7,7 +7,7 @@ use super::camera::{Camera, paint_figure};
 use super::drawing::{Color, Drawing, Pixels, Point};
 use super::figure::DrawnClip;
 use super::theme;
-use crate::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
+use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
 
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 2;

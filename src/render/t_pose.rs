@@ -7,12 +7,12 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
-use crate::figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// A skeleton in T-pose, and its name in a picture.
 ///
-/// [`Drawing::t_pose_sheet`](crate::render::Drawing::t_pose_sheet) has an example.
+/// [`Drawing::t_pose_sheet`](crate::Drawing::t_pose_sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct TPoseClip<'a> {
     /// A short name, such as the file's.
@@ -43,6 +43,7 @@ impl Drawing {
     /// grey.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Drawing, TPoseClip};
     /// use mocap::figure::Figure;
     ///

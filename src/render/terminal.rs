@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::figure::{Clip, DrawnClip, short};
-use crate::figure::Figure;
-use crate::options::setters;
-use crate::pose::Pose;
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_figure::Figure;
+use mocap_scene::options::setters;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// Options of the summary.
 ///
@@ -96,6 +96,7 @@ impl Clip<'_> {
     /// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Clip, ScreenOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::image_size::image_size;
-use crate::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
+use mocap_scene::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
 
 /// The largest width or height of a texture in pixels.
 const WIDEST: u32 = 4096;

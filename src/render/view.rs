@@ -29,14 +29,14 @@ use self::pack::Storage;
 use self::skin::{PackedSkin, skin_of};
 use super::figure::Clip;
 use super::svg::escape;
-use crate::edit::DetectedContacts;
-use crate::error::visible;
-use crate::figure::Figure;
-use crate::figure::LimbAngles;
+use mocap_edit::DetectedContacts;
+use mocap_figure::Figure;
+use mocap_figure::LimbAngles;
+use mocap_scene::error::visible;
 
 /// A clip on a page.
 ///
-/// [`Page`](crate::render::Page) has an example.
+/// [`Page`](crate::Page) has an example.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct PageClip<'a> {
@@ -44,13 +44,13 @@ pub struct PageClip<'a> {
     pub clip: Clip<'a>,
     /// Its figure; without one it is that of [`Figure::new`].
     pub figure: Option<&'a Figure>,
-    /// The `.glb` file of the download button; see [`GltfOptions::write_glb`](crate::gltf::GltfOptions::write_glb).
+    /// The `.glb` file of the download button; see `GltfOptions::write_glb`.
     /// Without one the button says how to make it.
     pub glb: Option<&'a [u8]>,
-    /// When its feet are at rest; see [`ContactOptions::detect`](crate::edit::ContactOptions::detect).
+    /// When its feet are at rest; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
     /// How far its limbs point from those of the motion that it was made from; see
-    /// [`Retargeter::limb_angles`](crate::retarget::Retargeter::limb_angles).
+    /// `Retargeter::limb_angles`.
     pub limb_angles: Option<&'a [LimbAngles]>,
 }
 
@@ -143,6 +143,7 @@ struct PageData {
 /// about 20 MB.
 ///
 /// ```
+/// # std::env::set_current_dir("../..")?;
 /// use mocap::gltf::GltfOptions;
 /// use mocap::render::{Clip, Page, PageClip};
 ///
@@ -188,6 +189,7 @@ impl PlayerClip {
     /// Packs a clip for a player that is there already.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Clip, PageClip, PlayerClip};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -243,7 +245,8 @@ impl Page {
 
     /// The page without clips: a program puts the JSON of its clips in place of `{{data}}`, and their blocks in place
     /// of `{{blocks}}`.
-    pub(crate) fn without_clips() -> String {
+    #[doc(hidden)]
+    pub fn without_clips() -> String {
         page("mocap", "{{data}}", ["{{blocks}}", "", "", ""])
     }
 }

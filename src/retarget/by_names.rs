@@ -11,14 +11,14 @@ use glam::{Mat4, Quat, Vec3};
 
 use super::report::{ByNames, RetargetReport, Verdict};
 use super::{Scale, no_animation};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Figure;
-use crate::figure::ticks::{Ticks, ticks};
-use crate::limits::positive;
-use crate::math::directions::rotation_of;
-use crate::math::up_axis::from_to;
-use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, AppliedStep, Channel, Keys, NodeId, NodeKind, Scene, SecondMotion, UpAxis};
+use mocap_figure::Figure;
+use mocap_figure::ticks::{Ticks, ticks};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::positive;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::math::up_axis::from_to;
+use mocap_scene::pose::{Binding, Pose, Trs};
+use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, NodeId, NodeKind, Scene, SecondMotion, UpAxis};
 
 /// The fewest joints of one name, and the fraction of those of the source, that make two skeletons of one kind.
 const FEWEST: usize = 4;

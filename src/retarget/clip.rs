@@ -11,15 +11,15 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use super::plan::Plan;
 use super::root::Root;
 use super::solve::{Solved, solve_block};
-use crate::figure::body::Body;
-use crate::figure::rotations::{Points, Rotations};
-use crate::figure::ticks::{Ticks, ticks};
-use crate::figure::watched::{Joint, Seen, Watched};
-use crate::math::soa::Lanes;
-use crate::math::soa::single::LANES;
-use crate::math::wide;
-use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+use mocap_figure::body::Body;
+use mocap_figure::rotations::{Points, Rotations};
+use mocap_figure::ticks::{Ticks, ticks};
+use mocap_figure::watched::{Joint, Seen, Watched};
+use mocap_scene::math::soa::Lanes;
+use mocap_scene::math::soa::single::LANES;
+use mocap_scene::math::wide;
+use mocap_scene::pose::{Binding, Pose, Trs};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a
 /// fraction.

@@ -4,12 +4,12 @@ use glam::Vec3;
 
 use super::root::Root;
 use super::skin::{Skin, Vertex};
-use crate::edit::{DetectedContacts, Followed, SolePoint};
-use crate::figure::body::Body;
-use crate::figure::ground;
-use crate::figure::{HumanoidBone as Bone, Side};
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use mocap_edit::{DetectedContacts, Followed, SolePoint};
+use mocap_figure::body::Body;
+use mocap_figure::ground;
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// How far from its height in a standing body an ankle may rest, as a fraction of the leg. Otherwise the body does not
 /// stand.

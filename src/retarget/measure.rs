@@ -7,12 +7,12 @@ use super::plan::Unmapped;
 use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
 use super::root::Root;
 use super::sight::{Seen, Sight};
-use crate::edit::contacts_of;
-use crate::figure::HumanoidBone as Bone;
-use crate::figure::body::Body;
-use crate::figure::t_pose::limb_end;
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, Scene};
+use mocap_edit::contacts_of;
+use mocap_figure::HumanoidBone as Bone;
+use mocap_figure::body::Body;
+use mocap_figure::t_pose::limb_end;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, NodeId, Scene};
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
@@ -165,7 +165,7 @@ fn guessed(body: &Body) -> Vec<Unmapped> {
     body.guessed().into_iter().map(guess).collect()
 }
 
-/// What the feet do in the frames in which [`ContactOptions::detect`](crate::edit::ContactOptions::detect) finds those
+/// What the feet do in the frames in which [`ContactOptions::detect`](mocap_edit::ContactOptions::detect) finds those
 /// of the source at rest. Of the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
 fn feet(
     source: &Moving<'_>,

@@ -6,18 +6,18 @@ use glam::Quat;
 use serde::{Deserialize, Serialize};
 
 use super::rules::{Above, Drive, Rule, Twist};
-use crate::figure::body::Body;
-use crate::figure::names::Name;
-use crate::figure::t_pose::{direction, limb_end};
-use crate::figure::track::{Ends, Track, ends, is_twisted_at_beginning};
-use crate::figure::vrm_humanoid::ENDS;
-use crate::figure::watched::Watched;
-use crate::figure::{HumanoidBone as Bone, Side};
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_figure::body::Body;
+use mocap_figure::names::Name;
+use mocap_figure::t_pose::{direction, limb_end};
+use mocap_figure::track::{Ends, Track, ends, is_twisted_at_beginning};
+use mocap_figure::vrm_humanoid::ENDS;
+use mocap_figure::watched::Watched;
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// A bone that is not moved from one skeleton to the other.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Unmapped {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::Unmapped;
 use super::sight::{Aspect, Seen};
-use crate::edit::FootLockReport;
-use crate::figure::HumanoidBone as Bone;
+use mocap_edit::FootLockReport;
+use mocap_figure::HumanoidBone as Bone;
 
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
@@ -19,7 +19,7 @@ const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two bodies.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LimbError {
@@ -35,7 +35,7 @@ pub struct LimbError {
 
 /// The feet of one skeleton in a motion.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FootMotion {
@@ -49,7 +49,7 @@ pub struct FootMotion {
 
 /// The feet before and after.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FeetReport {
@@ -65,7 +65,7 @@ pub struct FeetReport {
 
 /// What a lock does to the speed of feet: it gives way where it would make them faster.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LockedFeet {
@@ -79,7 +79,7 @@ pub struct LockedFeet {
 
 /// A leg that could not do what was asked of it.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Clamped {
@@ -95,7 +95,7 @@ pub struct Clamped {
 
 /// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -121,7 +121,7 @@ impl Verdict {
 
 /// How a motion went by the names of joints.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ByNames {
@@ -135,7 +135,7 @@ pub struct ByNames {
 
 /// How well a motion sits on another skeleton.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RetargetReport {
@@ -259,6 +259,7 @@ impl RetargetReport {
     /// What is farther off than `allowed` degrees, as a sentence; `None` where nothing is.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::retargeting::{Retargeting, RetargetingOptions};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -3,16 +3,16 @@
 use glam::{Mat4, Vec3, Vec4};
 
 use super::Scale;
-use crate::error::{Code, Result};
-use crate::figure::HumanoidBone as Bone;
-use crate::figure::body::Body;
-use crate::figure::ground;
-use crate::figure::rotations::{Points, Rotations};
-use crate::figure::watched::{Seen, Watched};
-use crate::limits::positive;
-use crate::math::soa::Lanes;
-use crate::pose::Pose;
-use crate::scene::Scene;
+use mocap_figure::HumanoidBone as Bone;
+use mocap_figure::body::Body;
+use mocap_figure::ground;
+use mocap_figure::rotations::{Points, Rotations};
+use mocap_figure::watched::{Seen, Watched};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::positive;
+use mocap_scene::math::soa::Lanes;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 /// Puts the middle of the hip joints where that of the source is, scaled.
 ///

@@ -2,9 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use crate::figure::rotations::{Points, Rotations};
-use crate::pose::Trs;
-use crate::scene::NodeId;
+use mocap_figure::rotations::{Points, Rotations};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::NodeId;
 
 /// A joint of the target that is moved.
 #[derive(Clone, Debug)]

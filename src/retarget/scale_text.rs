@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::Scale;
-use crate::options::as_text;
+use mocap_scene::options::as_text;
 
 as_text!(Scale);
 

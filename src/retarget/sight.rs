@@ -10,13 +10,13 @@ use std::fmt;
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::figure::axes::{angle_about, bend_axis};
-use crate::figure::body::Body;
-use crate::figure::t_pose::limb_end;
-use crate::figure::{HumanoidBone as Bone, Side};
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::NodeId;
+use mocap_figure::axes::{angle_about, bend_axis};
+use mocap_figure::body::Body;
+use mocap_figure::t_pose::limb_end;
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::NodeId;
 
 /// The sine of the smallest bend that shows the plane of a hinge: 20 degrees.
 const BENT: f32 = 0.34;
@@ -30,7 +30,7 @@ const CONSTANT: f32 = 0.175;
 
 /// What of a body is compared.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -63,7 +63,7 @@ impl Aspect {
 
 /// How far something that an eye sees is off.
 ///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+/// [`Retargeter`](crate::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Seen {

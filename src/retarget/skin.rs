@@ -5,9 +5,9 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-use crate::figure::body::Body;
-use crate::pose::Pose;
-use crate::scene::{Mesh, NodeId, Scene};
+use mocap_figure::body::Body;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Mesh, NodeId, Scene};
 
 /// The highest that a vertex of a sole is above the floor, as a fraction of the leg.
 const SOLE: f32 = 0.025;

@@ -3,10 +3,10 @@
 use super::plan::Plan;
 use super::root::Root;
 use super::rules::{Above, Twisted};
-use crate::figure::rotations::{Points, Rotations};
-use crate::figure::watched::Seen;
-use crate::math::soa::single::LANES;
-use crate::math::wide;
+use mocap_figure::rotations::{Points, Rotations};
+use mocap_figure::watched::Seen;
+use mocap_scene::math::soa::single::LANES;
+use mocap_scene::math::wide;
 
 /// What is computed of `N` poses.
 #[derive(Clone, Debug)]

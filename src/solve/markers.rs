@@ -35,22 +35,22 @@ use super::points::Points;
 use super::rest::Rest;
 use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{HumanoidBone as Bone, Scene};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 
 /// Frames from which the body is known.
 const CALIBRATED: usize = 40;
 
 /// What is known of markers beside their labels.
 #[derive(Debug, Default)]
-pub(crate) struct Known {
+pub struct Known {
     labels: Labels,
     standing: Option<Scene>,
 }
 
 impl Known {
     /// Of a JSON text, an object from labels to landmarks such as `{"hip_l": "LASI"}`.
-    pub(crate) fn named(mut self, name: &str, text: &str) -> Result<Self> {
+    pub fn named(mut self, name: &str, text: &str) -> Result<Self> {
         let invalid = |message: String| {
             Diagnostic::new(Code::InvalidValue, format!("the markers of {name}: {message}"))
                 .help("an object from labels to landmarks: {\"my front left hip\": \"LASI\", ...}")
@@ -91,13 +91,13 @@ impl Known {
     }
 
     /// The subject to solve of a file of several.
-    pub(crate) fn subject(mut self, name: &str) -> Self {
+    pub fn subject(mut self, name: &str) -> Self {
         self.labels.subject = Some(name.to_owned());
         self
     }
 
     /// A trial of somebody who stands, with markers that the motion may not have.
-    pub(crate) fn standing(mut self, scene: Scene) -> Self {
+    pub fn standing(mut self, scene: Scene) -> Self {
         self.standing = Some(scene);
         self
     }
@@ -105,7 +105,7 @@ impl Known {
 
 /// Puts a skeleton in the at of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
 /// up.
-pub(crate) fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
+pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let may_guess = known.labels.named.is_empty() && known.standing.is_none();
     let mut take = Take::of_scene(scene, &known.labels, may_guess)?;
     let standing = match &known.standing {

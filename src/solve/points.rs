@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::{JointSet, refused, turned};
-use crate::error::{Code, Diagnostic, Result};
-use crate::math::median::median;
-use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Topic, UpAxis};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::median::median;
+use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 /// Where joints and points are: joint or point, then frame.
 #[derive(Debug)]

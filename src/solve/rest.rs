@@ -3,8 +3,8 @@
 use glam::{Quat, Vec3};
 
 use super::points::Points;
-use crate::math::median::median;
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::math::median::median;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The offsets of the joints from their parents in the T-pose.
 #[derive(Debug)]

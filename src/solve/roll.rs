@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Quat, Vec3};
 
-use crate::math::directions::arc;
+use mocap_scene::math::directions::arc;
 
 /// A hinge bent by less tells nothing: noise of the points and a knee that is bent backwards by a little would turn the
 /// limb over. In degrees.

@@ -3,7 +3,7 @@
 use super::points::Points;
 use super::rest;
 use super::set::{JointSet, Mark};
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The line of a trunk that points up.
 #[derive(Clone, Copy, Debug)]

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Code, Diagnostic, Result};
-use crate::scene::HumanoidBone as Bone;
-use crate::scene::joint_tables;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::HumanoidBone as Bone;
+use mocap_scene::scene::joint_tables;
 
 /// The joints of a skeleton that is made from points.
 ///
-/// The [module](crate::solve) says what is made of it; [`JointSet::solve`](crate::solve::JointSet::solve) has an
+/// The [module](crate) says what is made of it; [`JointSet::solve`](crate::JointSet::solve) has an
 /// example.
 ///
 /// ```
@@ -29,7 +29,7 @@ pub struct JointSet {
 
 /// What the lengths of a skeleton are that is made from points.
 ///
-/// [`Importer::lengths`](crate::Importer::lengths) has an example.
+/// `Importer::lengths` has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -337,12 +337,14 @@ impl JointSet {
     }
 
     /// The names of the sets that are built in, in a sentence.
-    pub(crate) fn names() -> String {
+    #[doc(hidden)]
+    pub fn names() -> String {
         NAMES.join(", ")
     }
 
     /// Whether these are the names of its points.
-    pub(crate) fn has_points(&self, names: &[&str]) -> bool {
+    #[doc(hidden)]
+    pub fn has_points(&self, names: &[&str]) -> bool {
         self.points.iter().map(String::as_str).eq(names.iter().copied())
     }
 

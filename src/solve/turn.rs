@@ -7,8 +7,8 @@ use super::rest::{self, Rest, bend_axis, foot_direction, limb_direction, median_
 use super::roll::{self, Limb};
 use super::rules::{Rule, Rules, Up};
 use super::set::{JointSet, Mark};
-use crate::math::directions::arc;
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::math::directions::arc;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The rest pose, and the rotations to the world: joint, then frame.
 pub(super) fn turn(set: &JointSet, rules: &Rules, points: &Points) -> (Rest, Vec<Vec<Quat>>) {

@@ -2,10 +2,10 @@
 
 use super::layout::MUST_HAVE_KEY;
 use super::write::packed_size;
-use crate::compress::clip::CompressedClip;
-use crate::compress::encoding::{Encoding, KeyFrameChoice};
-use crate::compress::key_frames::KeyFrames;
-use crate::compress::quantize::{Lattice, RotationFormat, TranslationFormat};
+use crate::clip::CompressedClip;
+use crate::encoding::{Encoding, KeyFrameChoice};
+use crate::key_frames::KeyFrames;
+use crate::quantize::{Lattice, RotationFormat, TranslationFormat};
 
 /// Rotations as points of a lattice with any number of steps, translations as multiples of a step.
 pub(super) struct Packed;

@@ -10,9 +10,9 @@ use super::layout::{
     NODE, ROTATION, RotationTrack, TRANSLATION, TranslationTrack, VERSION, VERSION_WITH_REST, node,
 };
 use super::{ClipNode, PackedClip};
-use crate::compress::quantize::Lattice;
-use crate::error::{Code, Diagnostic};
-use crate::pose::Trs;
+use crate::quantize::Lattice;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::pose::Trs;
 
 type Result<T> = std::result::Result<T, Box<Diagnostic>>;
 

@@ -5,9 +5,9 @@ use glam::{Quat, Vec3};
 use super::PackedClip;
 use super::bits::{bits_at, lowest};
 use super::layout::{DROPPED_BITS, MAX_BLOCK_FRAMES, MIXED, RotationBlock, TranslationTrack, on_line};
-use crate::math::soa::single::{LANES, Lanes, Quaternions};
-use crate::math::wide;
-use crate::pose::Trs;
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions};
+use mocap_scene::math::wide;
+use mocap_scene::pose::Trs;
 
 /// The words of the key mask of a block.
 type Mask = [u64; MAX_BLOCK_FRAMES / 64];

@@ -3,14 +3,15 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::PackedClip;
-use crate::pose::Trs;
-use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene};
 
 impl PackedClip<'_> {
     /// The skeleton, and an animation whose moving tracks have a key at each key frame.
     ///
     /// Memory grows with the frames times the tracks, which a small file can state many of: look at them before.
-    pub(crate) fn unpack(&self) -> Scene {
+    #[doc(hidden)]
+    pub fn unpack(&self) -> Scene {
         let key_ticks = self.key_ticks();
         let keys = |node: u32| (node as usize, Vec::with_capacity(key_ticks.len()));
         let mut rotations: Vec<(usize, Vec<Quat>)> = self.rotations.iter().map(|track| keys(track.node)).collect();

@@ -11,13 +11,13 @@ use super::layout::{
     VERSION, VERSION_WITH_REST, node, on_line, rotation_width_code,
 };
 use super::lines::{AxisBlock, AxisLines, lines_of};
-use crate::compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
-use crate::compress::clip::{CompressedClip, CompressedTrack, Track};
-use crate::compress::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
-use crate::compress::{Encoding, ErrorBound, compress};
-use crate::error::{Code, Diagnostic, Result};
-use crate::pose::Trs;
-use crate::scene::{NodeKind, Scene};
+use crate::at_rest::{is_rotation_of_rest, is_translation_of_rest};
+use crate::clip::{CompressedClip, CompressedTrack, Track};
+use crate::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
+use crate::{Encoding, ErrorBound, compress};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeKind, Scene};
 
 /// The packed form of an animation, whose keys are stored as `encoding` says, and what was packed.
 pub(super) fn encode(

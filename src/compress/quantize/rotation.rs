@@ -10,8 +10,8 @@ use std::f32::consts::SQRT_2;
 use glam::{Quat, Vec4};
 
 use super::rounding::{floor, round};
-use crate::math::quaternion::in_hemisphere_of;
-use crate::math::soa::single::{LANES, Lanes};
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::math::soa::single::{LANES, Lanes};
 
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
 const INT16_MAX: f32 = 32767.0;
@@ -24,7 +24,8 @@ const NEXT_MAX: f32 = 4.0;
 
 /// How the rotations of a track are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RotationFormat {
+#[doc(hidden)]
+pub enum RotationFormat {
     /// Four 32-bit floats.
     Float32,
     /// Four 16-bit normalized integers, core glTF: `max(c / 32767, -1)`.
@@ -37,19 +38,22 @@ pub(crate) enum RotationFormat {
 
 /// One stored rotation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct QuantizedRotation {
+#[doc(hidden)]
+pub struct QuantizedRotation {
     /// What the file holds, before any filter.
-    pub(crate) stored: [i16; 4],
+    #[doc(hidden)]
+    pub stored: [i16; 4],
     /// What a reader decodes from it. Its length is 1 up to rounding; some readers normalize it, others do not.
-    pub(crate) value: Quat,
+    #[doc(hidden)]
+    pub value: Quat,
     /// How many components are so near to the middle between two integers that another decoder may round them to the
     /// other one.
-    pub(in crate::compress) ambiguous: u8,
+    pub(crate) ambiguous: u8,
 }
 
 impl RotationFormat {
     /// Bytes of a key, without its time.
-    pub(in crate::compress) fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         match self {
             Self::Float32 => 16,
             Self::Int16 | Self::QuaternionFilter(_) | Self::SmallestThree(_) => 8,
@@ -57,7 +61,7 @@ impl RotationFormat {
     }
 
     /// This format, with its numbers on another lattice.
-    pub(in crate::compress) fn with_lattice(self, lattice: Lattice) -> Self {
+    pub(crate) fn with_lattice(self, lattice: Lattice) -> Self {
         match self {
             Self::QuaternionFilter(_) => Self::QuaternionFilter(lattice),
             Self::SmallestThree(_) => Self::SmallestThree(lattice),
@@ -66,11 +70,7 @@ impl RotationFormat {
     }
 
     /// The nearest stored rotation. Where signs are stored it is in the hemisphere of `previous`.
-    pub(in crate::compress) fn quantize(
-        self,
-        rotation: Quat,
-        previous: Option<&QuantizedRotation>,
-    ) -> QuantizedRotation {
+    pub(crate) fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let previous_value = previous.map_or(Quat::IDENTITY, |previous| previous.value);
         match self {
             Self::Float32 => QuantizedRotation {
@@ -115,7 +115,7 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
 
 /// The component of a quaternion that the QUATERNION filter drops: the largest one. As long as the others fit it stays
 /// the one that the key before has dropped, because the differences to that key are large where it changes.
-pub(in crate::compress) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
+pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
     /// Stored components are at most the root of a half, 0.707; less, so that candidates beside the nearest one fit.
     const MAX_STORED: f32 = 0.705;
     /// A dropped component below this is computed from the others with a large error. Found by trials on the fixtures.
@@ -138,7 +138,8 @@ pub(in crate::compress) fn dropped_component(components: [f32; 4], previous: Opt
 
 /// The rotations that can be stored: a lattice in the space of the three smaller components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lattice {
+#[doc(hidden)]
+pub struct Lattice {
     /// The largest integer that a component can be; it stands for the root of a half. Its two lowest bits are set: in
     /// their place the fourth stored integer has the dropped component.
     max: i32,
@@ -148,7 +149,8 @@ pub(crate) struct Lattice {
 
 impl Lattice {
     /// The lattice of the QUATERNION filter with a bit rate: bits per component.
-    pub(crate) fn of_filter(bits: u32) -> Self {
+    #[doc(hidden)]
+    pub fn of_filter(bits: u32) -> Self {
         Self {
             max: (1 << (bits - 1)) - 1,
             rounds: true,
@@ -156,7 +158,7 @@ impl Lattice {
     }
 
     /// One with at least this many steps from 0 to the root of a half, or the finest, whose readers do not round.
-    pub(in crate::compress) fn of_steps(steps: f32) -> Self {
+    pub(crate) fn of_steps(steps: f32) -> Self {
         Self {
             max: (steps.clamp(MIN_STEPS, INT16_MAX) as i32) | 3,
             rounds: false,
@@ -164,7 +166,7 @@ impl Lattice {
     }
 
     /// The lattice of a file which states its largest integer.
-    pub(in crate::compress) fn of_max(max: u16) -> Self {
+    pub(crate) fn of_max(max: u16) -> Self {
         Self {
             max: max.into(),
             rounds: false,
@@ -172,7 +174,7 @@ impl Lattice {
     }
 
     /// The next finer one; none after the finest.
-    pub(in crate::compress) fn finer(self) -> Option<Self> {
+    pub(crate) fn finer(self) -> Option<Self> {
         if self.max >= INT16_MAX as i32 {
             return None;
         }
@@ -187,17 +189,17 @@ impl Lattice {
     }
 
     /// The largest integer that a component can be.
-    pub(in crate::compress) fn max(self) -> i32 {
+    pub(crate) fn max(self) -> i32 {
         self.max
     }
 
     /// Whether a step is much larger than the rounding of a decoder.
-    pub(in crate::compress) fn is_coarse(self) -> bool {
+    pub(crate) fn is_coarse(self) -> bool {
         self.max < (1 << (FINE_BITS - 1)) - 1
     }
 
     /// Steps per unit of a component.
-    pub(in crate::compress) fn scale(self) -> f32 {
+    pub(crate) fn scale(self) -> f32 {
         self.max as f32 * SQRT_2
     }
 
@@ -207,26 +209,26 @@ impl Lattice {
     }
 
     /// Whether keys are stored as differences to the key before.
-    pub(in crate::compress) fn stores_differences(self) -> bool {
+    pub(crate) fn stores_differences(self) -> bool {
         self.rounds
     }
 
     /// The three integers of the key before; `None` where it dropped another component, or no differences are stored,
     /// so that differences to it mean nothing.
-    pub(in crate::compress) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
+    pub(crate) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
         let [x, y, z, tag] = stored;
         (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
     }
 
     /// What the file holds for a lattice point: the integers of the three components that come after the dropped one.
     #[inline(always)]
-    pub(in crate::compress) fn stored(self, [x, y, z]: [i32; 3], dropped: usize) -> [i16; 4] {
+    pub(crate) fn stored(self, [x, y, z]: [i32; 3], dropped: usize) -> [i16; 4] {
         let clamp = |c: i32| c.clamp(-self.max, self.max) as i16;
         [clamp(x), clamp(y), clamp(z), self.tag(dropped)]
     }
 
     /// The rotation at a lattice point.
-    pub(in crate::compress) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
+    pub(crate) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
         let stored = self.stored(point, dropped);
         if self.rounds {
             decode_quaternion_filter(stored)
@@ -243,7 +245,7 @@ impl Lattice {
     /// What readers decode at several lattice points, with the same numbers as [`Self::at`]: the dropped component and
     /// the three after it; and how many of them are ambiguous.
     #[inline(always)]
-    pub(in crate::compress) fn decode_lanes(self, [x, y, z]: [Lanes; 3]) -> ([Lanes; 4], [u8; LANES]) {
+    pub(crate) fn decode_lanes(self, [x, y, z]: [Lanes; 3]) -> ([Lanes; 4], [u8; LANES]) {
         let square = |value: f32| Lanes::all(value * value);
         if !self.rounds {
             let step = Lanes::all(1.0 / self.scale());
@@ -339,18 +341,18 @@ fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
 
 impl QuantizedRotation {
     /// The component that the QUATERNION filter dropped.
-    pub(in crate::compress) fn dropped(&self) -> usize {
+    pub(crate) fn dropped(&self) -> usize {
         (self.stored[3] & 3) as usize
     }
 
     /// The angle, in radians, by which the rotation may differ in another decoder.
-    pub(in crate::compress) fn ambiguity(&self) -> f64 {
+    pub(crate) fn ambiguity(&self) -> f64 {
         Self::angle_of(self.ambiguous)
     }
 
     /// The angle by which a rotation may differ that has so many ambiguous components.
     #[inline(always)]
-    pub(in crate::compress) fn angle_of(ambiguous: u8) -> f64 {
+    pub(crate) fn angle_of(ambiguous: u8) -> f64 {
         2.0 * f64::from(ambiguous).sqrt() / f64::from(INT16_MAX)
     }
 }

@@ -6,7 +6,8 @@ use super::rounding::round;
 
 /// How the translations of a track are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TranslationFormat {
+#[doc(hidden)]
+pub enum TranslationFormat {
     /// Three 32-bit floats.
     Float32,
     /// The EXPONENTIAL filter of meshopt: three mantissas of 24 bits, times 2 to this power, in metres.
@@ -17,11 +18,14 @@ pub(crate) enum TranslationFormat {
 
 /// One stored translation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct QuantizedTranslation {
+#[doc(hidden)]
+pub struct QuantizedTranslation {
     /// What the file holds.
-    pub(crate) stored: [u32; 3],
+    #[doc(hidden)]
+    pub stored: [u32; 3],
     /// What a reader decodes from it.
-    pub(crate) value: Vec3,
+    #[doc(hidden)]
+    pub value: Vec3,
 }
 
 /// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
@@ -33,23 +37,24 @@ const MAX_MULTIPLE: f32 = 4_000_000.0;
 
 impl TranslationFormat {
     /// Bytes of a key, without its time.
-    pub(in crate::compress) const BYTES: usize = size_of::<[f32; 3]>();
+    pub(crate) const BYTES: usize = size_of::<[f32; 3]>();
 
     /// The EXPONENTIAL filter with steps of at most `step`, or larger ones where values up to `largest` would not fit.
-    pub(crate) fn exponential_filter(step: f32, largest: f32) -> Self {
+    #[doc(hidden)]
+    pub fn exponential_filter(step: f32, largest: f32) -> Self {
         let fine = step.log2().floor();
         let range = (largest / MAX_MANTISSA).log2().ceil();
         Self::ExponentialFilter(fine.max(range).clamp(-MAX_EXPONENT, MAX_EXPONENT) as i32)
     }
 
     /// Multiples of `step`, or of a larger one where values up to `largest` would not fit.
-    pub(in crate::compress) fn multiples(step: f32, largest: f32) -> Self {
+    pub(crate) fn multiples(step: f32, largest: f32) -> Self {
         Self::Multiples(step.max(largest / MAX_MULTIPLE).max(f32::MIN_POSITIVE))
     }
 
     /// Within `tolerance` of `translation`, and with the numbers of the key before where they are within a step: a
     /// number that does not change costs nothing in a stream of differences.
-    pub(in crate::compress) fn quantize(
+    pub(crate) fn quantize(
         self,
         translation: Vec3,
         previous: Option<&QuantizedTranslation>,

@@ -4,13 +4,13 @@ use glam::Vec3;
 
 use super::floor;
 use super::work::Work;
-use crate::edit::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
-use crate::edit::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
-use crate::edit::frames::Frames;
-use crate::edit::quantity::counted;
-use crate::error::Result;
-use crate::figure::contacts::ContactRule;
-use crate::math::velocity::velocities;
+use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
+use crate::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
+use crate::frames::Frames;
+use crate::quantity::counted;
+use mocap_figure::contacts::ContactRule;
+use mocap_scene::error::Result;
+use mocap_scene::math::velocity::velocities;
 
 /// Feet that slide less than this in contact are left where nothing else was changed, in m/s.
 pub(super) const LEAST_SKATE: f64 = 0.13;

@@ -12,7 +12,7 @@ use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
 use super::work::Work;
-use crate::edit::frames::tracks;
+use crate::frames::tracks;
 
 /// The difference that shows noise: the fourth, which multiplies the variance of white noise by 70.
 const ORDER: usize = 4;
@@ -92,7 +92,7 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     }
     let noise = |direction: DVec3| {
         let mut sizes: Vec<f64> = differences.iter().map(|d| d.dot(direction).abs()).collect();
-        crate::math::median::wide_median(&mut sizes) / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
+        mocap_scene::math::median::wide_median(&mut sizes) / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
     };
     let (one, other) = axis.any_orthonormal_pair();
     let along = noise(axis);

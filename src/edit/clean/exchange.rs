@@ -7,8 +7,8 @@
 use glam::Quat;
 
 use super::work::Work;
-use crate::math::quaternion::squared_angle;
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::math::quaternion::squared_angle;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The limbs, each with its bones.
 const LIMBS: [&[Bone]; 2] = [

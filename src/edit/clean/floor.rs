@@ -9,10 +9,10 @@ use glam::{DVec3, Mat4, Quat, Vec3};
 
 use super::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
-use crate::edit::frames::tracks;
-use crate::figure::contacts::points_of_feet;
-use crate::figure::ground::level as level_of;
-use crate::scene::{HumanoidBone, Side};
+use crate::frames::tracks;
+use mocap_figure::contacts::points_of_feet;
+use mocap_figure::ground::level as level_of;
+use mocap_scene::scene::{HumanoidBone, Side};
 
 /// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
 const SLOW: f64 = 0.35;

@@ -7,7 +7,7 @@
 
 use glam::{Vec3, Vec3A};
 
-use crate::math::median::median;
+use mocap_scene::math::median::median;
 
 /// Frames on either side, and the degree of the polynomial.
 const SIDE: usize = 4;

@@ -11,11 +11,11 @@ use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
 use super::work::Work;
-use crate::edit::frames::Frames;
-use crate::edit::quantity::counted;
-use crate::ik::Goal;
-use crate::pose::{Pose, Trs};
-use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+use crate::frames::Frames;
+use crate::quantity::counted;
+use mocap_scene::ik::Goal;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The leg of the body that these lengths are of, in metres: one of 1.7 m.
 const LEG: f32 = 0.84;

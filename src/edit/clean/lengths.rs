@@ -42,7 +42,7 @@ pub(super) fn hold(work: &mut Work<'_>) -> usize {
 
 /// Whether a node is the hips or above them.
 fn is_root(work: &Work<'_>, column: usize) -> bool {
-    let hips = work.figure.humanoid.joint(crate::scene::HumanoidBone::Hips);
+    let hips = work.figure.humanoid.joint(mocap_scene::scene::HumanoidBone::Hips);
     hips.is_none_or(|hips| work.frames.nodes()[column] <= hips)
 }
-use crate::math::median::median;
+use mocap_scene::math::median::median;

@@ -7,10 +7,10 @@ use glam::{DQuat, DVec3};
 use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
 use super::pace::{Bank, STRENGTHS};
 use super::smoother::{Positions, Rotations};
-use crate::error::{Code, Result};
-use crate::limits::{not_negative, positive};
-use crate::math::quaternion::in_hemisphere_of;
-use crate::pose::Trs;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::Trs;
 
 /// How many times the delay is seen of the past, and how many seconds at least: what is farther hardly counts.
 const PAST: f64 = 2.0;
@@ -19,7 +19,7 @@ const LEAST_PAST: f64 = 1.0;
 const LEAST_FRAMES: usize = 24;
 
 /// Takes noise out of a motion while it comes in, frame by frame, with a delay: the noise part of
-/// [`Clean`](crate::edit::Clean), as a smoother with a fixed lag. Positions are in metres.
+/// [`Clean`](crate::Clean), as a smoother with a fixed lag. Positions are in metres.
 ///
 /// ```
 /// use mocap::Trs;

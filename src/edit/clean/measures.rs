@@ -5,12 +5,12 @@ use serde::Serialize;
 
 use super::work::Work;
 use super::{floor, time};
-use crate::edit::contacts::{ContactOptions, DetectedContacts, detect};
-use crate::edit::flips;
-use crate::edit::frames::Frames;
-use crate::math::median::median;
-use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeKind};
+use crate::contacts::{ContactOptions, DetectedContacts, detect};
+use crate::flips;
+use crate::frames::Frames;
+use mocap_scene::math::median::median;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeKind};
 
 /// The time over which the speed of a joint is taken, in seconds: noise alone has hardly a speed over it.
 const SPEED_OVER: f64 = 0.1;
@@ -19,7 +19,7 @@ const PEAK: usize = 100;
 
 /// Measures of a motion, in metres, seconds and degrees.
 ///
-/// [`Clean`](crate::edit::Clean) has an example.
+/// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CleanMeasures {

@@ -10,9 +10,9 @@ use glam::{DQuat, DVec3};
 use super::pace::Bank;
 use super::smoother::{Positions, Rotations, Values, smooth};
 use super::work::Work;
-use crate::math::quaternion::in_hemisphere_of;
-use crate::pose::Trs;
-use crate::scene::NodeId;
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::NodeId;
 
 /// The differences that are looked at.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=7;

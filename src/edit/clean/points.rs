@@ -11,10 +11,10 @@ use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
 use super::work::Work;
-use crate::edit::frames::{Frames, tracks};
-use crate::math::quaternion::exp;
-use crate::pose::{Pose, Trs};
-use crate::scene::NodeId;
+use crate::frames::{Frames, tracks};
+use mocap_scene::math::quaternion::exp;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::NodeId;
 
 /// How far a position may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less
 /// its direction tells.
@@ -29,7 +29,7 @@ const LARGEST: f32 = 15.0;
 pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: bool) {
     let Some(carrier) = work.carrier() else { return };
     let carrier = work.frames.nodes()[carrier];
-    let nodes: Vec<NodeId> = crate::edit::body::and_below(work.scene, carrier).collect();
+    let nodes: Vec<NodeId> = crate::body::and_below(work.scene, carrier).collect();
     let goals: Vec<Vec<Vec3>> = tracks(noisy, work.scene, &nodes)
         .into_iter()
         .map(|track| smoothed(track, work, bank, in_most))
@@ -163,7 +163,7 @@ impl Skeleton {
                 }
             };
             let rotation = (parent.inverse() * turns[index]).normalize();
-            let rotation = crate::math::quaternion::in_hemisphere_of(old.rotation, rotation);
+            let rotation = mocap_scene::math::quaternion::in_hemisphere_of(old.rotation, rotation);
             work.frames.set(
                 frame,
                 *node,

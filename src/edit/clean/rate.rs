@@ -8,12 +8,12 @@
 use glam::{DVec3, Vec3};
 
 use super::work::Work;
-use crate::edit::frames::tracks;
-use crate::edit::quantity::counted;
-use crate::figure::contacts::points_of_feet;
-use crate::math::median::{median, wide_median};
-use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+use crate::frames::tracks;
+use crate::quantity::counted;
+use mocap_figure::contacts::points_of_feet;
+use mocap_scene::math::median::{median, wide_median};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The longest pattern of repeated frames, in frames, and how many times it must come.
 const LONGEST_PATTERN: usize = 10;

@@ -11,11 +11,11 @@ use super::measures::CleanMeasures;
 use super::noise::Smoothed;
 use super::time::Mended;
 use super::work::Work;
-use crate::edit::quantity::{centimetres, counted, degrees};
+use crate::quantity::{centimetres, counted, degrees};
 
 /// A part of a cleaning.
 ///
-/// [`Clean`](crate::edit::Clean) has an example.
+/// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -60,7 +60,7 @@ impl CleanPart {
 
 /// What became of a part.
 ///
-/// [`Clean`](crate::edit::Clean) has an example.
+/// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -77,7 +77,7 @@ pub enum CleanOutcome {
 
 /// A part of a cleaning, and what it did.
 ///
-/// [`Clean`](crate::edit::Clean) has an example.
+/// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CleanedPart {
@@ -91,9 +91,9 @@ pub struct CleanedPart {
     pub after: CleanMeasures,
 }
 
-/// What [`Clean`](crate::edit::Clean) did. It prints as a table.
+/// What [`Clean`](crate::Clean) did. It prints as a table.
 ///
-/// [`Clean`](crate::edit::Clean) has an example.
+/// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CleanReport {

@@ -10,10 +10,10 @@ use glam::Vec3;
 use super::gaps::{Gaps, SURE};
 use super::rate::{self, Pattern, Told};
 use super::work::Work;
-use crate::edit::fill::bridge;
-use crate::edit::flips;
-use crate::math::quaternion::log;
-use crate::pose::Trs;
+use crate::fill::bridge;
+use crate::flips;
+use mocap_scene::math::quaternion::log;
+use mocap_scene::pose::Trs;
 
 /// The longest run of held frames that is filled, in seconds. A longer one is frozen, and may be meant.
 const LONGEST_HELD: f64 = 0.5;

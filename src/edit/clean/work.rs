@@ -2,13 +2,13 @@
 
 use glam::{DVec3, Mat4, Vec3};
 
-use crate::edit::StepInput;
-use crate::edit::body::and_below;
-use crate::edit::frames::Frames;
-use crate::error::Result;
-use crate::figure::{Figure, Humanoid};
-use crate::pose::{Pose, Trs};
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
+use crate::StepInput;
+use crate::body::and_below;
+use crate::frames::Frames;
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::Result;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
 
 /// The frames that are changed, and what is known about the body.
 #[derive(Clone)]
@@ -107,7 +107,7 @@ impl<'a> Work<'a> {
         for (frame, trs) in track.iter_mut().enumerate() {
             let moved = Trs::from_matrix(inverse * motion(frame) * parent * trs.matrix());
             trs.translation = moved.translation;
-            trs.rotation = crate::math::quaternion::in_hemisphere_of(trs.rotation, moved.rotation);
+            trs.rotation = mocap_scene::math::quaternion::in_hemisphere_of(trs.rotation, moved.rotation);
         }
         self.frames.set_track(column, &track);
     }

@@ -5,11 +5,11 @@ use glam::{Quat, Vec3};
 
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::sole::{SolePoint, angle_to_height, turn_up, world_axis};
-use crate::edit::body::Leg;
-use crate::edit::contacts::DetectedContacts;
-use crate::figure::{Figure, HumanoidBone, Side};
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::body::Leg;
+use crate::contacts::DetectedContacts;
+use mocap_figure::{Figure, HumanoidBone, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// As fractions of the leg: a foot of the motion that is followed is on the ground below the first height, and in the
 /// air above the second.
@@ -26,20 +26,28 @@ const LARGEST_TURN: f32 = 0.6;
 const GIVES_WAY: f32 = 2.0;
 
 /// The feet of another body, which those of a retargeted motion follow.
-pub(crate) struct Followed<'a> {
+#[doc(hidden)]
+pub struct Followed<'a> {
     /// The contacts of its motion.
-    pub(crate) contacts: &'a DetectedContacts,
+    #[doc(hidden)]
+    pub contacts: &'a DetectedContacts,
     /// How high feet go in units of the scene, where they go a metre high on the other body.
-    pub(crate) units_per_metre: f32,
+    #[doc(hidden)]
+    pub units_per_metre: f32,
     /// From an offset over the ground there to the offset here: how many times as long, and turned how.
-    pub(crate) scale: f32,
-    pub(crate) turn: Quat,
+    #[doc(hidden)]
+    pub scale: f32,
+    #[doc(hidden)]
+    pub turn: Quat,
     /// The height of the floor along the up axis, in units of the scene.
-    pub(crate) floor: f32,
+    #[doc(hidden)]
+    pub floor: f32,
     /// The length of a leg, in units of the scene.
-    pub(crate) leg: f32,
+    #[doc(hidden)]
+    pub leg: f32,
     /// What of the left and of the right foot stays above the floor, parents before children.
-    pub(crate) soles: [Vec<SolePoint>; 2],
+    #[doc(hidden)]
+    pub soles: [Vec<SolePoint>; 2],
 }
 
 /// A foot that follows another.

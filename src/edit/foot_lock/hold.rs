@@ -5,11 +5,11 @@ use glam::Vec3;
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::shift;
 use super::sole::{Hinge, SolePoint, turn_up};
-use crate::edit::body::{Leg, and_below};
-use crate::edit::contacts::DetectedContacts;
-use crate::figure::{Figure, Side};
-use crate::pose::Pose;
-use crate::scene::Scene;
+use crate::body::{Leg, and_below};
+use crate::contacts::DetectedContacts;
+use mocap_figure::{Figure, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 /// Of a contact, the median of how far the foot is off its level counts, and what is this near to it, in metres.
 const NEAR: f32 = 0.02;
@@ -98,7 +98,7 @@ impl Hold {
         let points = self.leg.points.iter().zip(&self.levels);
         let mut found = points.filter_map(|(point, level)| Some(off(point, (*level)?)));
         let found = found.find(|off| off.iter().any(Option::is_some))?;
-        let median = crate::math::median::median(&mut found.iter().flatten().copied().collect::<Vec<f32>>())?;
+        let median = mocap_scene::math::median::median(&mut found.iter().flatten().copied().collect::<Vec<f32>>())?;
         let is_near = |off: &f32| (off - median).abs() * self.metres < NEAR;
         let far = median.abs() * self.metres > FARTHEST;
         let least = LEAST / self.metres;

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::leg::LegTrack;
 use super::shift;
-use crate::ik::bend_about_hinge;
+use mocap_scene::ik::bend_about_hinge;
 
 /// What a change of the height of a foot costs against one of its knee.
 const HEIGHT_COST: f32 = 10.0;

@@ -5,14 +5,14 @@ use glam::Vec3;
 use super::leg::Foot;
 use super::pace::Pace;
 use super::{FootLockReport, hips, sole};
-use crate::edit::body::{Leg, and_below, mover};
-use crate::edit::contacts::DetectedContacts;
-use crate::edit::frames::{Frames, between};
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, HumanoidBone, Side};
-use crate::ik::Goal;
-use crate::pose::{Pose, Trs};
-use crate::scene::{Channel, NodeId, Scene};
+use crate::body::{Leg, and_below, mover};
+use crate::contacts::DetectedContacts;
+use crate::frames::{Frames, between};
+use mocap_figure::{Figure, HumanoidBone, Side};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::ik::Goal;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{Channel, NodeId, Scene};
 
 /// The distance from a goal that counts as out of reach, in metres.
 const OUT_OF_REACH: f32 = 0.001;

@@ -8,9 +8,9 @@ use glam::Vec3;
 
 use super::leg::LegTrack;
 use super::shift::envelope;
-use crate::edit::frames::Frames;
-use crate::pose::Pose;
-use crate::scene::NodeId;
+use crate::frames::Frames;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::NodeId;
 
 /// The largest ratios of the speed and of the acceleration of a foot to those without the lock, and those that are
 /// aimed at, for keys are rounded.

@@ -5,30 +5,38 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use glam::{DQuat, Quat, Vec3};
 
 use super::shift::envelope;
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, NodeKind, Scene};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// A point of a foot that stays above the floor.
 #[derive(Clone, Debug)]
-pub(crate) struct SolePoint {
+#[doc(hidden)]
+pub struct SolePoint {
     /// The node at whose position it is; `None` for a point on the sole.
-    pub(crate) node: Option<NodeId>,
+    #[doc(hidden)]
+    pub node: Option<NodeId>,
     /// The nodes with which it moves: the weight of each, and the position of the point in its space.
-    pub(crate) parts: Vec<(NodeId, f32, Vec3)>,
+    #[doc(hidden)]
+    pub parts: Vec<(NodeId, f32, Vec3)>,
     /// How high it is above the floor where the figure stands.
-    pub(crate) height: f32,
+    #[doc(hidden)]
+    pub height: f32,
     /// The joint that turns to bring it up. Without one the whole foot is lifted.
-    pub(crate) pivot: Option<NodeId>,
+    #[doc(hidden)]
+    pub pivot: Option<NodeId>,
     /// The axis across the foot about which that joint brings toes up, in its own space, where it is known: an axis
     /// that is found in each frame flips where toes point straight down.
-    pub(crate) axis: Option<Vec3>,
+    #[doc(hidden)]
+    pub axis: Option<Vec3>,
     /// The largest angle by which it turns for this point, in radians.
-    pub(crate) most: f32,
+    #[doc(hidden)]
+    pub most: f32,
 }
 
 impl SolePoint {
     /// A node of the foot, which the joint above it turns.
-    pub(crate) fn at(scene: &Scene, node: NodeId, height: f32) -> Self {
+    #[doc(hidden)]
+    pub fn at(scene: &Scene, node: NodeId, height: f32) -> Self {
         Self {
             node: Some(node),
             parts: Vec::new(),

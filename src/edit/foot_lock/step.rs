@@ -3,11 +3,11 @@
 use std::fmt;
 
 use super::{FootLockOptions, FootLockReport, foot_lock};
-use crate::edit::quantity::{centimetres, counted};
-use crate::edit::step::step;
-use crate::edit::{ContactOptions, Step, StepInput, StepKey, Takes};
-use crate::error::Result;
-use crate::scene::Scene;
+use crate::quantity::{centimetres, counted};
+use crate::step::step;
+use crate::{ContactOptions, Step, StepInput, StepKey, Takes};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Holds feet still in contact and above the floor: [`foot_lock`](super::foot_lock()), whose options know more.

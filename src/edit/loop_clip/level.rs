@@ -2,10 +2,10 @@
 
 use glam::Quat;
 
-use crate::edit::frames::Frames;
-use crate::math::quaternion::{exp, log};
-use crate::pose::Trs;
-use crate::scene::Scene;
+use crate::frames::Frames;
+use mocap_scene::math::quaternion::{exp, log};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 /// How many frames change on each side of the seam.
 const AROUND: usize = 2;

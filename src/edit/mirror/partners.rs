@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use crate::figure::{Humanoid, HumanoidBone};
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// The partner of every node; its own for a node in the middle, or without one. Who is whose partner is mutual.
 ///

@@ -2,9 +2,9 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::figure::{Humanoid, HumanoidBone};
-use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, Scene};
+use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 
 /// Bones farther apart from the mirror images of their partners than this, as a cosine, are left alone: 45 degrees.
 const NEAR: f64 = 0.7;

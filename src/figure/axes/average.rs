@@ -6,9 +6,9 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 
 use super::FEWEST;
 use super::hinge::nearest_axis;
-use crate::math::directions::rotation_of;
-use crate::pose::{Pose, Trs};
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
 
 /// How a joint usually is in its parent.
 pub(super) struct Usual {

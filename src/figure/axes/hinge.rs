@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::{FEWEST, LIMBS};
-use crate::figure::hierarchy::Hierarchy;
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use crate::hierarchy::Hierarchy;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
 const BENT: f32 = 0.2;

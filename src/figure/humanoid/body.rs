@@ -7,7 +7,7 @@ use super::tables::{
     TIP_TO_LEG, Tally, weight_of_name,
 };
 use super::topology::{Pair, Tree, pairs};
-use crate::figure::names::words::Part;
+use crate::names::words::Part;
 
 /// Pairs that are tried as arms and as legs.
 const MOST_PAIRS: usize = 12;
@@ -56,7 +56,8 @@ pub(super) struct Trunk {
 pub(super) struct Body {
     pub(super) legs: Fit,
     pub(super) arms: Option<Fit>,
-    pub(super) trunk: Trunk,
+    #[doc(hidden)]
+    pub trunk: Trunk,
     pub(super) score: f32,
     /// How much better it is than the next reading with other limbs; infinite where there is no other.
     pub(super) lead: f32,

@@ -11,12 +11,12 @@ use super::body::Body;
 use super::limb::Fit;
 use super::sides::stands;
 use super::topology::Tree;
-use crate::figure::names::words::AnimalPart;
-use crate::scene::{NodeId, Scene};
+use crate::names::words::AnimalPart;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// A kind of creature that is no humanoid.
 ///
-/// [`Humanoid`](crate::figure::Humanoid) has an example.
+/// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -6,13 +6,13 @@ use super::body::{self, Body, Trunk};
 use super::limb::{self, Fit, Kind};
 use super::tables::{Ratio, Sign, Sums, Tally};
 use super::topology::Tree;
-use crate::figure::names::words::Part;
-use crate::scene::Scene;
+use crate::names::words::Part;
+use mocap_scene::scene::Scene;
 
 /// How the reading of a skeleton was chosen: the sum of the logarithms of how likely its lengths, its names and the
 /// shape of its tree are, in parts.
 ///
-/// [`explain`](crate::figure::Humanoid::explain) has an example.
+/// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Explanation {
@@ -26,7 +26,7 @@ pub struct Explanation {
 
 /// What speaks for and against the reading of a part of the body.
 ///
-/// [`explain`](crate::figure::Humanoid::explain) has an example.
+/// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ExplainedPart {
@@ -44,7 +44,7 @@ pub struct ExplainedPart {
 
 /// What one row of a table says.
 ///
-/// [`explain`](crate::figure::Humanoid::explain) has an example.
+/// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ExplainedRow {

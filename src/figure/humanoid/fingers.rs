@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::topology::Tree;
-use crate::figure::names::Name;
-use crate::figure::names::words::{FingerKind, Part};
-use crate::scene::HumanoidBone as Bone;
+use crate::names::Name;
+use crate::names::words::{FingerKind, Part};
+use mocap_scene::scene::HumanoidBone as Bone;
 
 /// The joints of one finger, from the palm outwards, and whether names say which finger it is.
 pub(super) struct Finger {

@@ -6,7 +6,7 @@ use super::tables::{
     UPPER_ARM_TO_FOREARM, weight_of_name,
 };
 use super::topology::{Pair, Tree};
-use crate::figure::names::words::Part;
+use crate::names::words::Part;
 
 /// What is behind hand or foot and shorter than this fraction of the bone before does not count as a bone: some writers
 /// put the tip a millimetre off.

@@ -9,8 +9,8 @@ use super::fingers;
 use super::limb::Kind;
 use super::sides::Found;
 use super::topology::Tree;
-use crate::figure::names::words::Part;
-use crate::scene::{HumanoidBone, NodeId, Side};
+use crate::names::words::Part;
+use mocap_scene::scene::{HumanoidBone, NodeId, Side};
 
 /// Lengths fit where they are, a bone in the mean, not farther off than this.
 const LENGTHS_FIT: f32 = -0.45;

@@ -4,8 +4,8 @@ use super::body::Body;
 use super::limb::{Fit, Kind};
 use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
-use crate::figure::names::words::Part;
-use crate::scene::Scene;
+use crate::names::words::Part;
+use mocap_scene::scene::Scene;
 
 /// A body is named where the bones of its limbs are, in the mean, at least this well.
 const NAMED: f32 = 0.5;

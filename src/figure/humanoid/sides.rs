@@ -11,8 +11,8 @@ use super::Sides;
 use super::body::Body;
 use super::limb::Fit;
 use super::topology::Tree;
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene, Side};
 
 /// Evidence about the sides that says something.
 const SAYS_A_SIDE: f32 = 0.25;

@@ -9,7 +9,7 @@
 //! them beside these. Spreads are wider than what it prints, since there are skeletons of other kinds too: children,
 //! giants, joints that somebody put by eye.
 
-use crate::figure::names::words::Part;
+use crate::names::words::Part;
 
 /// A ratio of two lengths.
 #[derive(Debug)]

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::figure::names::Name;
-use crate::figure::names::words::Part;
-use crate::pose::{Binding, Pose};
-use crate::scene::{NodeId, NodeKind, Scene};
+use crate::names::Name;
+use crate::names::words::Part;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// Nodes of a chain that are looked at; a limb with twist and helper joints has a dozen.
 const MOST_IN_A_CHAIN: usize = 16;
@@ -245,7 +245,7 @@ fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
 }
 
 /// Where the nodes are at rest. Where the file leaves the lengths to the position channels, in its first frame.
-pub(in crate::figure) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
+pub(crate) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let positions = |pose: &Pose| {
         (0..scene.nodes.len())

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Tree;
-use crate::scene::robot::RobotShape;
+use mocap_scene::scene::robot::RobotShape;
 
 /// How long a shin without an ankle is at least, as a fraction of the thigh.
 const SHIN: f64 = 0.5;

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
-use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
+use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.
 const LEVELLED: f32 = 0.7;

@@ -3,14 +3,15 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::{TPose, TPoseSource};
-use crate::figure::Figure;
-use crate::pose::Pose;
-use crate::scene::{Assumption, HumanoidBone as Bone, NodeId, Scene, Side, Topic};
+use crate::Figure;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Assumption, HumanoidBone as Bone, NodeId, Scene, Side, Topic};
 
 impl TPose {
     /// The pose with its arms lowered by so many degrees: 45 make an A-pose.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::figure::{Figure, HumanoidBone};
     ///
     /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use crate::figure::hierarchy::Hierarchy;
-use crate::figure::knuckles::Knuckles;
-use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+use crate::hierarchy::Hierarchy;
+use crate::knuckles::Knuckles;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The direction in which a bone points in the T-pose, in its frame; `None` for one that is not turned there.
-pub(crate) fn direction(bone: Bone) -> Option<Vec3> {
+pub fn direction(bone: Bone) -> Option<Vec3> {
     let outwards = if bone.side() == Some(Side::Right) {
         Vec3::NEG_X
     } else {
@@ -56,7 +56,7 @@ pub(crate) fn next(
 }
 
 /// The bone that ends a bone of a limb.
-pub(crate) fn limb_end(bone: Bone) -> Option<Bone> {
+pub fn limb_end(bone: Bone) -> Option<Bone> {
     let next = match bone.on(Side::Left) {
         Bone::LeftUpperLeg => Bone::LeftLowerLeg,
         Bone::LeftLowerLeg => Bone::LeftFoot,

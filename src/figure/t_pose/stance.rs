@@ -5,10 +5,10 @@
 
 use glam::{Quat, Vec3};
 
-use crate::figure::poses::sample;
-use crate::math::directions::rotation_of;
-use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::poses::sample;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 /// The fraction of the positions of both feet in which they are lowest.
 const SHARE: f32 = 0.2;

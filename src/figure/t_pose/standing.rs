@@ -4,14 +4,14 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 
 use super::TPoseSource;
 use super::pointing::POINTING_KNUCKLES;
-use crate::figure::axes::Shown;
-use crate::figure::axis::{Axis, RestPose};
-use crate::figure::humanoid::Humanoid;
-use crate::figure::knuckles::Knuckles;
-use crate::figure::measure::Measures;
-use crate::math::directions::{arc, rotation_of};
-use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use crate::axes::Shown;
+use crate::axis::{Axis, RestPose};
+use crate::humanoid::Humanoid;
+use crate::knuckles::Knuckles;
+use crate::measure::Measures;
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle between the trunk of a figure that stands and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use super::skeletons::up_of_others;
 use super::{Made, Maker, no_input};
-use crate::convert::Conversion;
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::{Axis, Confidence, Figure, Guess, Humanoid};
-use crate::format::Written;
-use crate::job::form::Form;
-use crate::job::names;
-use crate::job::said::{Hear, Said};
-use crate::retargeting::{Retargeting, SourceMotion};
-use crate::scene::Scene;
+use crate::form::Form;
+use crate::names;
+use crate::said::{Hear, Said};
+use mocap_figure::convert::Conversion;
+use mocap_figure::{Axis, Confidence, Figure, Guess, Humanoid};
+use mocap_formats::Written;
+use mocap_retarget::retargeting::{Retargeting, SourceMotion};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::Scene;
 
 impl Maker<'_> {
     /// Motions on another body.

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::Maker;
-use crate::error::Result;
-use crate::figure::{Axis, Confidence, Figure};
-use crate::scene::{Animation, Channel, Keys, Node, Scene, UpAxis};
+use mocap_figure::{Axis, Confidence, Figure};
+use mocap_scene::error::Result;
+use mocap_scene::scene::{Animation, Channel, Keys, Node, Scene, UpAxis};
 
 /// Motions of one skeleton of which frames are kept, at most.
 const MOTIONS: usize = 16;

@@ -12,10 +12,10 @@ use super::marks::{Contact, Limbs};
 use super::morphs::MorphMotion;
 use super::pack::{Part, Storage, Tracks};
 use super::skin::Skin;
-use crate::error::visible;
-use crate::figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
-use crate::pose::{Binding, Trs};
-use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
+use mocap_figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
+use mocap_scene::error::visible;
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -229,7 +229,7 @@ fn measure(clip: &Clip<'_>, in_body: &[bool], known: &Figure) -> Size {
     }
 }
 
-fn with_line(warning: &crate::error::Diagnostic) -> String {
+fn with_line(warning: &mocap_scene::error::Diagnostic) -> String {
     shown(&match &warning.location {
         Some(location) => format!("line {}: {warning}", location.line),
         None => warning.to_string(),

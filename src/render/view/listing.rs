@@ -4,7 +4,7 @@ use super::super::figure::Clip;
 use super::super::sheet::thumbnail;
 use super::super::svg::escape;
 use super::filled;
-use crate::error::visible;
+use mocap_scene::error::visible;
 
 const PAGE: &str = include_str!("listing.html");
 
@@ -84,6 +84,7 @@ impl ListingEntry {
     /// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
     ///
     /// ```
+    /// # std::env::set_current_dir("../..")?;
     /// use mocap::render::{Clip, ListingEntry};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use crate::edit::{ContactPoint, DetectedContacts};
-use crate::figure::LimbAngles;
+use mocap_edit::{ContactPoint, DetectedContacts};
+use mocap_figure::LimbAngles;
 
 /// A point of a foot or a hand, and when it is at rest.
 #[derive(Serialize)]

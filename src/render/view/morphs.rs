@@ -8,8 +8,8 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use crate::error::visible;
-use crate::scene::{AppliedStep, Keys, Mesh, MorphTarget, Scene};
+use mocap_scene::error::visible;
+use mocap_scene::scene::{AppliedStep, Keys, Mesh, MorphTarget, Scene};
 
 /// A slider; its bytes stand apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -19,8 +19,8 @@ use std::ops::Range;
 use glam::{Quat, Vec3, Vec4};
 
 use self::clip_block::ClipBlocks;
-use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Animation, Channel, Keys, Scene};
+use mocap_scene::pose::{Binding, Pose, Trs};
+use mocap_scene::scene::{Animation, Channel, Keys, Scene};
 
 /// A clip whose keys fit into this many bytes as 32-bit floats is stored as those, without any error.
 const EXACT_BYTES: usize = 4 << 20;
@@ -67,7 +67,8 @@ pub(super) enum Storage {
 
 /// A track with a value for every tick.
 pub(super) struct Track<'a> {
-    pub(super) node: usize,
+    #[doc(hidden)]
+    pub node: usize,
     pub(super) part: Part,
     channel: &'a Channel,
     rest: Trs,
@@ -394,7 +395,7 @@ mod tests {
 
     #[test]
     fn joints_stay_within_the_bound() {
-        let scene = crate::import::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        let scene = mocap_io::import::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
         let animation = &scene.animations[0];
         let mut tracks = Tracks::new(&scene, animation.frame_count() as u64);
         for (node, channel) in Binding::new(&scene, animation).driven() {

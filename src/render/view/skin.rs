@@ -10,9 +10,9 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::morphs::{Morph, Morphs};
-use crate::error::visible;
-use crate::render::image_size::image_size;
-use crate::scene::{AlphaMode, Keys, Mesh, Primitive, Scene, Surface};
+use crate::image_size::image_size;
+use mocap_scene::error::visible;
+use mocap_scene::scene::{AlphaMode, Keys, Mesh, Primitive, Scene, Surface};
 
 /// The largest size in bytes of a skin without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;

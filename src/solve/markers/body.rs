@@ -7,11 +7,11 @@ use super::centres::Centres;
 use super::landmarks::On;
 use super::model::{Freedom, Hinge, Joint, Marker, Model, Pose};
 use super::take::Take;
-use crate::math::median::median_vector;
-use crate::scene::{HumanoidBone as Bone, Side};
-use crate::solve::points::Points;
-use crate::solve::rest::{Rest, bend_axis, limb_direction};
-use crate::solve::set::{JointSet, Lengths, Mark, SetJoint};
+use crate::points::Points;
+use crate::rest::{Rest, bend_axis, limb_direction};
+use crate::set::{JointSet, Lengths, Mark, SetJoint};
+use mocap_scene::math::median::median_vector;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Standard deviations of the offset of a marker on a bone and on a muscle, in metres.
 const ON_BONE: f64 = 0.012;

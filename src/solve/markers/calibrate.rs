@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::fit::{self, Fit, add_term};
 use super::model::{Freedom, Model, Pose, World};
-use crate::math::cholesky;
+use mocap_scene::math::cholesky;
 
 /// Steps over all frames.
 const STEPS: usize = 15;

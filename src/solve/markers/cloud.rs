@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::median::wide_median;
+use mocap_scene::math::median::wide_median;
 
 /// Frames that are looked at.
 const FRAMES: usize = 300;

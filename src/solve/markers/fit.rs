@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::model::{Model, Pose, World};
-use crate::math::cholesky;
+use mocap_scene::math::cholesky;
 
 /// Where markers are in a frame, in metres; none where they were not seen.
 pub(super) type Seen = [Option<DVec3>];

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::scene::{HumanoidBone as Bone, Side};
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// What a marker is on.
 #[derive(Clone, Copy, Debug, PartialEq)]

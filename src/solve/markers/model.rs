@@ -24,7 +24,7 @@ pub(super) struct Hinge {
 
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
-    pub(super) parent: Option<usize>,
+    pub parent: Option<usize>,
     pub(super) offset: DVec3,
     pub(super) freedom: Freedom,
     /// How far a joint is from its rotation in the T-pose where markers do not say, in radians; none: it does not turn.

@@ -1,7 +1,7 @@
 //! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
 
 use super::take::Track;
-use crate::math::median::wide_median;
+use mocap_scene::math::median::wide_median;
 
 /// Frames a second below which the motion itself differs as much as noise from frame to frame.
 const LEAST_RATE: f64 = 60.0;

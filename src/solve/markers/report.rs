@@ -5,10 +5,10 @@ use super::model::Model;
 use super::subjects;
 use super::take::Take;
 use super::track::Tracked;
-use crate::error::{Code, Diagnostic};
-use crate::math::median::wide_median;
-use crate::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
-use crate::solve::set::JointSet;
+use crate::set::JointSet;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::median::wide_median;
+use mocap_scene::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
 
 /// A marker farther from its body than this on the average, in metres, is worth a word.
 const LOOSE: f64 = 0.03;

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::take::Take;
-use crate::math::median::wide_median;
+use mocap_scene::math::median::wide_median;
 
 /// Frames from which distances are known.
 const FRAMES: usize = 100;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::landmarks::{self, KNOWN, Labels, Landmark};
-use crate::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// The name of the subject of a label.
 pub(super) fn subject(label: &str) -> Option<&str> {

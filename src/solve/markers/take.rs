@@ -6,9 +6,9 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::landmarks::{self, KNOWN, Labels, Landmark};
 use super::subjects;
-use crate::error::{Code, Diagnostic, Result};
-use crate::math::median::wide_median;
-use crate::scene::{Animation, NodeId, NodeKind, Scene};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::median::wide_median;
+use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 
 /// Where landmarks are, frame by frame.
 #[derive(Clone, Debug, Default)]

@@ -7,9 +7,9 @@ use std::ops::Range;
 use glam::{Quat, Vec3};
 
 use super::{Part, Row, Track};
-use crate::compress::PackedClip;
-use crate::pose::{Binding, Trs};
-use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+use mocap_compress::PackedClip;
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// A skeleton without names and meshes, in metres, whose motion is that of a run of frames.
 pub(super) struct ClipBlocks {
@@ -105,11 +105,11 @@ fn positions(rows: &[Row], metres_per_unit: f64) -> Vec<Vec3> {
 mod tests {
     use super::super::{Storage, Tracks};
     use super::*;
-    use crate::scene::NodeKind;
+    use mocap_scene::scene::NodeKind;
 
     /// A walk without its end, and its tracks.
     fn packed(storage: Storage) -> (Scene, Vec<Vec<u8>>, f64) {
-        let scene = crate::import::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        let scene = mocap_io::import::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
         let animation = &scene.animations[0];
         let mut tracks = Tracks::new(&scene, animation.frame_count() as u64);
         for (node, channel) in Binding::new(&scene, animation).driven() {
@@ -133,7 +133,7 @@ mod tests {
         assert!(max_error > 0.0 && max_error <= 1.5e-3, "{max_error}");
         let animation = &scene.animations[0];
         let binding = Binding::new(&scene, animation);
-        let mut pose = crate::pose::Pose::rest(&scene);
+        let mut pose = mocap_scene::pose::Pose::rest(&scene);
         let clip = PackedClip::new(&blocks[0]).unwrap();
         assert_eq!((blocks.len(), clip.frame_count()), (1, animation.frame_count()));
         let mut sampled = vec![Trs::IDENTITY; clip.node_count()];

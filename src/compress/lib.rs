@@ -1,0 +1,213 @@
+//! Lossy compression of animations with an error bound: no joint is farther from its position than the bound, at any
+//! frame of the source, for any reader of the file.
+//!
+//! The algorithm is a variable bit rate quantizer with key frame reduction and in-place error compensation, after the
+//! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>.
+//! `docs/compression.md` explains it. In the order of use:
+//!
+//! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
+//! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
+//! 3. `shared_key_frames`, `key_frames`, `fitted_keys`: key frame reduction, for the pose or for each track alone.
+//! 4. `encode` encodes joint by joint from the root on. The `error_metric` says what a rotation error moves, with
+//!    lever arms and a shell distance; `compensation` what rotation a joint needs below its lossy parent;
+//!    `bit_rate` how many bits, and which of the `candidates` around that rotation, with the help of the `trellis`.
+//!    `quantize` has the formats.
+//! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
+//! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
+//! 7. `clip` is the result, for FBX as `curves`.
+//!
+//! How keys are stored is what a format says: each implements `Encoding` beside its reader and writer.
+//!
+//! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
+
+#[doc(hidden)]
+pub mod at_rest;
+mod bit_rate;
+mod candidates;
+mod clip;
+mod compensation;
+mod constant_tracks;
+mod curves;
+mod decode;
+mod encode;
+mod encoding;
+mod error_bound;
+mod error_metric;
+mod fitted_keys;
+mod key_frames;
+mod measure;
+mod object_space;
+mod packed;
+mod quantize;
+mod raw_clip;
+mod read_ahead;
+mod reduce_keys;
+mod refinement;
+mod shared_key_frames;
+mod trellis;
+
+use std::sync::Arc;
+
+#[doc(hidden)]
+pub use self::clip::CompressedClip;
+#[doc(hidden)]
+pub use self::clip::Track;
+#[doc(hidden)]
+pub use self::curves::{Curve, EulerAngles};
+use self::encode::Encoder;
+#[doc(hidden)]
+pub use self::encoding::{Encoding, Float32, KeyFrameChoice};
+use self::error_bound::Bounds;
+pub use self::error_bound::ErrorBound;
+use self::error_metric::LeverArms;
+#[doc(hidden)]
+pub use self::key_frames::KeyFrames;
+use self::object_space::ObjectSpaceTrack;
+pub use self::packed::PackedClip;
+#[doc(hidden)]
+pub use self::quantize::{Lattice, RotationFormat, TranslationFormat};
+use self::raw_clip::RawClip;
+pub use self::reduce_keys::reduce_keys;
+use self::refinement::Refinement;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, Scene};
+
+// Fractions of the bound, found by trials on the fixtures. The bound holds with any other values.
+
+/// For replacing tracks by constants.
+const CONSTANT_FRACTION: f32 = 0.2;
+/// For key frame reduction of the whole pose; the rest is for quantization, which takes less where rotations are stored
+/// with 16 or 32 bits.
+const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
+const KEY_FRACTION_OF_NUMBERS: f32 = 0.97;
+
+/// Fewer shared key frames than this fraction of all frames may be smaller in streams than keys at all frames. Keys at
+/// all frames can be coarser, because the whole bound is left for quantization.
+const MAYBE_SMALLER: f32 = 0.9;
+/// Fewer keys than this fraction of all are smaller for sure.
+const SURELY_SMALLER: f32 = 0.85;
+
+/// Shared key frames are tried where this fraction of their size is smaller than that of key frames of each track's
+/// own.
+const MAYBE_CONSTANT: f32 = 0.85;
+
+/// The fractions of a bound that are tried where the bound itself is not kept: near the precision of the numbers
+/// roundings add up by chance, so a smaller bound may be kept where a larger one is not.
+const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
+
+/// Compresses `animation` so that no joint is farther from its position than `bound` allows.
+///
+/// # Errors
+/// [`Code::ErrorBound`] where the encoding is too coarse for the bound; [`Code::Unrepresentable`] where the scale is
+/// not uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
+/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, where the bound of a joint is not
+/// finite and above 0, and where no joint has its name.
+#[doc(hidden)]
+pub fn compress(
+    scene: &Scene,
+    animation: &Animation,
+    bound: &ErrorBound,
+    encoding: &dyn Encoding,
+) -> Result<CompressedClip> {
+    let refused = match compress_once(scene, animation, bound, encoding) {
+        Err(error) if error.code() == Code::ErrorBound => error,
+        result => return result,
+    };
+    let tighter = TIGHTER_BOUNDS.map(|fraction| bound.clone().tighter(fraction));
+    let kept = tighter
+        .iter()
+        .find_map(|bound| compress_once(scene, animation, bound, encoding).ok());
+    kept.ok_or(refused)
+}
+
+/// As [`compress()`], at this bound alone.
+fn compress_once(
+    scene: &Scene,
+    animation: &Animation,
+    bound: &ErrorBound,
+    encoding: &dyn Encoding,
+) -> Result<CompressedClip> {
+    let mut clip = RawClip::new(scene, animation, bound.checked_shell_distance()?)?;
+    let bounds = Bounds::new(bound, scene, &clip)?;
+    let raw = clip.object_space();
+    constant_tracks::compact(&mut clip, &bounds, CONSTANT_FRACTION);
+    let times: Vec<f32> = clip
+        .ticks
+        .iter()
+        .map(|tick| encoding.time(*tick, animation.ticks_per_second))
+        .collect();
+    if !times.is_sorted_by(|a, b| a < b) {
+        let message = "two frames have one time as 32-bit floats, so that no error bound can be kept";
+        return Err(Diagnostic::new(Code::LimitExceeded, message).into());
+    }
+    let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
+    let rounding = raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON;
+    let refinement = Refinement {
+        encoder: Encoder {
+            arms: LeverArms::of_clip(&clip),
+            clip,
+            raw,
+            bounds,
+            encoding,
+        },
+        times,
+        raw_rounding: f64::from(rounding) * encoding.roundings(),
+    };
+    match encoding.key_frames() {
+        KeyFrameChoice::Own => refinement.within_bound(scene, None),
+        KeyFrameChoice::OwnOrShared => own_or_shared(&refinement, scene),
+        KeyFrameChoice::SharedOrAll => shared_or_all(&refinement, scene),
+    }
+}
+
+/// As [`KeyFrameChoice::OwnOrShared`] says.
+fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
+    let own = refinement.within_bound(scene, None)?;
+    let Encoder {
+        clip,
+        raw,
+        bounds,
+        encoding,
+        ..
+    } = &refinement.encoder;
+    let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_NUMBERS);
+    // Refinement adds to this size, but some tracks may be constant that are not with key frames of their own.
+    let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
+    if size as f32 * MAYBE_CONSTANT >= encoding.size(&own) as f32 {
+        return Ok(own);
+    }
+    match refinement.within_bound(scene, Some(Arc::new(shared))) {
+        Ok(shared) if encoding.size(&shared) < encoding.size(&own) => Ok(shared),
+        _ => Ok(own),
+    }
+}
+
+/// As [`KeyFrameChoice::SharedOrAll`] says.
+fn shared_or_all(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
+    let Encoder {
+        clip,
+        raw,
+        bounds,
+        encoding,
+        ..
+    } = &refinement.encoder;
+    let all: Arc<KeyFrames> = Arc::new(key_frames::every_frame(clip.frames()));
+    let reduced = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_STREAMS);
+    let reduced = encoding.with_required(reduced, clip.frames());
+    if reduced.len() as f32 > MAYBE_SMALLER * all.len() as f32 {
+        return refinement.within_bound(scene, Some(all));
+    }
+    let Ok(reduced) = refinement.within_bound(scene, Some(Arc::new(reduced))) else {
+        return refinement.within_bound(scene, Some(all));
+    };
+    let keys_at_all_frames = reduced.animated_tracks().count() * all.len();
+    if (reduced.key_count() as f32) < SURELY_SMALLER * keys_at_all_frames as f32 {
+        return Ok(reduced);
+    }
+    let all = refinement.within_bound(scene, Some(all))?;
+    Ok(if encoding.size(&reduced) < encoding.size(&all) {
+        reduced
+    } else {
+        all
+    })
+}

@@ -1,0 +1,4 @@
+//! Many motions: surveys, search and motion matching.
+
+pub mod matching;
+pub mod survey;

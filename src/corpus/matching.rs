@@ -1,0 +1,47 @@
+//! Search in many motions: a database of what every frame of every clip does, on one body, and the frames and parts of
+//! it that are most like another. `docs/search.md` has the features, the file and the sources.
+//!
+//! ```
+//! # std::env::set_current_dir("../..").unwrap();
+//! use mocap::matching::{IndexedClip, Database, FindOptions, Query};
+//! # fn main() -> mocap::Result<()> {
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
+//! // A second of the same walk, on another skeleton or not.
+//! let second = Query::part(&walk, 0, "1..2".parse().unwrap())?;
+//! let found = database.find(&second, &FindOptions::new());
+//! assert!(found[0].distance < 0.03 && (found[0].first - 1.0).abs() < 0.1);
+//! # Ok(())
+//! # }
+//! ```
+
+mod clip;
+mod controller;
+mod database;
+mod features;
+mod file;
+mod follow;
+mod gamepad;
+mod holden;
+mod like;
+mod lock;
+mod movement;
+mod moves;
+mod play;
+mod query;
+mod record;
+mod steering;
+mod trajectory;
+mod tree;
+
+pub use self::clip::IndexedClip;
+pub use self::controller::Controller;
+pub use self::database::Database;
+pub use self::follow::Followed;
+pub use self::gamepad::Gamepad;
+pub use self::like::{FindOptions, Found};
+pub use self::moves::Moves;
+pub use self::play::Played;
+pub use self::query::Query;
+pub use self::trajectory::Trajectory;
+pub use self::tree::FeatureTree;

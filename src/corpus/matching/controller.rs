@@ -1,0 +1,382 @@
+//! Motion matching, frame by frame.
+//!
+//! Every sixth of a second the frame is looked for whose feet, hips and trajectory are nearest to those of the frame
+//! that plays with the trajectory that is asked for (Clavet, 2016). Where another one is nearer, the motion goes on
+//! there, and what the two poses differ by, in position and speed, fades out by a polynomial of degree 5 in a third
+//! of a second (inertialisation: Bollo, 2016). A foot that stands is held where it is, by the bones of its leg.
+
+use glam::{Quat, Vec2, Vec3};
+
+use super::database::Database;
+use super::features::{AHEAD, FEATURES, Root, set_ahead, set_still, speed_of_hips};
+use super::lock::FootLock;
+use super::moves::{Frame, Moves};
+use super::steering::Steering;
+use super::trajectory::Trajectory;
+use super::tree::FeatureTree;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::inertia::fade;
+use mocap_scene::math::quaternion::{exp, log};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::NodeId;
+
+/// Frames from one search to the next.
+const SEARCH: usize = 10;
+/// Frames before and after the one that plays that are not jumped to.
+const NEAR: usize = 20;
+/// Frames in which the difference of two poses fades out.
+const FADE: usize = 20;
+
+/// How much of what a figure is off its path is corrected in a frame: half of it in a third of a second.
+const CORRECTED: f32 = 0.034;
+/// How far a figure is moved by a correction at most, as a part of its step, and turned, in radians a metre.
+const MOST_MOVED: f32 = 0.06;
+const MOST_TURNED: f32 = 0.4;
+
+/// A figure that is not to go farther than this is asked to stand: metres, on legs of [`LEG`](super::features::LEG).
+const STOPS_WITHIN: f32 = 0.1;
+/// The hips of a frame that stands are slower, in metres per second on such legs.
+const STANDS_BELOW: f32 = 0.1;
+
+/// The difference of what is shown from a frame, and its change per frame.
+type Difference = (Vec3, Vec3);
+
+/// A figure that follows a trajectory by jumps between the frames of a database. It allocates nothing after it is made.
+///
+/// ```
+/// # std::env::set_current_dir("../..").unwrap();
+/// use mocap::glam::Vec3;
+/// use mocap::matching::{Controller, Database, Moves, Trajectory, IndexedClip};
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+/// use mocap::{Conversion, Scene};
+///
+/// # fn main() -> mocap::Result<()> {
+/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
+/// let mut hero: Scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+/// Conversion::new().apply(&mut hero)?;
+/// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+/// let mut moves = Moves::new(&hero)?;
+/// moves.add(&database.clips()[0], &clips[0].animation)?;
+/// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
+/// // A metre a second, straight on.
+/// for _ in 0..60 {
+///     let positions = [1.0, 2.0, 3.0].map(|thirds| figure.position() + Vec3::Z * thirds / 3.0);
+///     figure.update(&Trajectory::new(positions, [Vec3::Z; 3]));
+/// }
+/// assert!(figure.position().z > 0.5 && figure.pose().node_to_world.len() == hero.nodes.len());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Controller {
+    tree: FeatureTree,
+    moves: Moves,
+    /// Whether a frame of the database stands.
+    can_stand: bool,
+    pose: Pose,
+    root: Root,
+    /// The frame that plays, and the frames since the last jump.
+    frame: usize,
+    since: usize,
+    until_search: usize,
+    jumps: usize,
+    /// What is shown: the hips in the world, and the rotations of the nodes, without locks of feet.
+    hips: (Vec3, Quat),
+    shown: Vec<Quat>,
+    hips_differ: [Difference; 2],
+    differences: Vec<Difference>,
+    locks: [FootLock; 2],
+    steering: Steering,
+}
+
+impl Controller {
+    /// A figure at a position on the ground, which looks along `forward`, and stands in the frame that is most like one
+    /// that stands still.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where `moves` are not those of the frames of `database`, or `forward` is vertical.
+    pub fn new(database: &Database, moves: Moves, position: Vec3, forward: Vec3) -> Result<Self> {
+        let invalid = |message: String| Diagnostic::new(Code::InvalidValue, message);
+        if moves.frames.len() != database.frames() || moves.frames.is_empty() {
+            let message = "the moves are not those of the frames of the database".to_owned();
+            let found = format!("those of {}", moves.frames.len());
+            return Err(invalid(message)
+                .expected_found(format!("the poses of {} frames, 1 or more", database.frames()), found)
+                .into());
+        }
+        let forward = forward.with_y(0.0).try_normalize();
+        let forward = forward.ok_or_else(|| invalid("forward must not be vertical".to_owned()))?;
+        let tree = FeatureTree::new(database);
+        let mut still = [0.0; FEATURES];
+        still[..6].copy_from_slice(&moves.features[0][..6]);
+        for index in 0..AHEAD.len() {
+            set_ahead(&mut still, index, Vec3::ZERO, Vec3::Z);
+        }
+        let found = tree.nearest(&tree.normalized(&still), f32::INFINITY, 0..0);
+        let frame = found.map_or(0, |(frame, _)| frame);
+        let mut controller = Self {
+            pose: moves.rest.clone(),
+            root: Root {
+                position: position.with_y(0.0),
+                forward,
+            },
+            frame,
+            since: FADE,
+            until_search: 0,
+            jumps: 0,
+            hips: (Vec3::ZERO, Quat::IDENTITY),
+            shown: moves.rotations(frame).to_vec(),
+            hips_differ: [(Vec3::ZERO, Vec3::ZERO); 2],
+            differences: vec![(Vec3::ZERO, Vec3::ZERO); moves.nodes.len()],
+            locks: [FootLock::default(), FootLock::default()],
+            steering: Steering::new(forward),
+            can_stand: speed_of_hips(&moves.features[frame]) < STANDS_BELOW,
+            tree,
+            moves,
+        };
+        controller.show();
+        Ok(controller)
+    }
+
+    /// Where the figure stands.
+    pub fn position(&self) -> Vec3 {
+        self.root.position
+    }
+
+    /// Where it looks.
+    pub fn forward(&self) -> Vec3 {
+        self.root.forward
+    }
+
+    /// Its pose.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// The frame of the database that plays, counted over all clips.
+    pub fn frame(&self) -> usize {
+        self.frame
+    }
+
+    /// How often it has gone on in another frame.
+    pub fn jumps(&self) -> usize {
+        self.jumps
+    }
+
+    /// The hips of the character.
+    pub(super) fn hips(&self) -> NodeId {
+        self.moves.hips
+    }
+
+    /// The nodes that move, but the hips.
+    pub(super) fn moved(&self) -> &[NodeId] {
+        &self.moves.nodes
+    }
+
+    /// Goes on by a frame, a sixtieth of a second.
+    pub fn update(&mut self, trajectory: &Trajectory) {
+        self.advance();
+        let ends = self.moves.frames[self.frame].is_last;
+        if self.until_search == 0 || ends {
+            self.search(trajectory, ends);
+            self.until_search = SEARCH;
+        }
+        self.until_search -= 1;
+        self.show();
+    }
+
+    /// Goes on by a frame as a stick asks: with a velocity over the ground along x and z of the world, in metres per
+    /// second, looking along `look`, or where it goes while that is zero. Velocity and direction change smoothly.
+    ///
+    /// [`play`](Self::play) has the sticks of a file.
+    pub fn steer(&mut self, velocity: Vec2, look: Vec2) {
+        let trajectory = self.steering.update(&self.root, velocity, look);
+        self.update(&trajectory);
+    }
+
+    pub(super) fn steering(&self) -> &Steering {
+        &self.steering
+    }
+
+    /// Moves and turns the figure towards where it is to be and to look, by as much of the step before this frame as is
+    /// hardly seen. A figure that stands stays. Feet that stand are held, as ever.
+    ///
+    /// Holden's demonstration (2021) brings its character so to the point that is steered: by a part of its own speed.
+    pub(super) fn correct(&mut self, position: Vec3, forward: Vec3, step: f32) {
+        let missing = (position - self.root.position).with_y(0.0);
+        self.root.position += (CORRECTED * missing).clamp_length_max(MOST_MOVED * step);
+        let own = self.root.forward;
+        let angle = own.cross(forward).y.atan2(own.dot(forward));
+        let most = MOST_TURNED * step / self.moves.scale;
+        let turn = Quat::from_rotation_y((CORRECTED * angle).clamp(-most, most));
+        self.root.forward = (turn * own).with_y(0.0).normalize_or(own);
+    }
+
+    /// The next frame of the clip; the last stays.
+    fn advance(&mut self) {
+        self.since += 1;
+        let from = self.moves.frames[self.frame].root;
+        if self.moves.frames[self.frame].is_last {
+            return;
+        }
+        self.frame += 1;
+        let to = self.moves.frames[self.frame].root;
+        let step = from.local(to.position - from.position);
+        let turn = from.local(to.forward);
+        self.root = Root {
+            position: self.root.position + self.world(step),
+            forward: self.world(turn).with_y(0.0).normalize_or(self.root.forward),
+        };
+    }
+
+    /// A vector along left, up and forward of the root, in the world.
+    fn world(&self, local: Vec3) -> Vec3 {
+        let left = Vec3::Y.cross(self.root.forward);
+        left * local.x + Vec3::Y * local.y + self.root.forward * local.z
+    }
+
+    /// Jumps to the frame nearest to the one that plays with the trajectory that is asked for.
+    fn search(&mut self, trajectory: &Trajectory, ends: bool) {
+        let playing = self.moves.features[self.frame];
+        let mut wanted = playing;
+        for (index, (position, direction)) in trajectory.positions.iter().zip(&trajectory.directions).enumerate() {
+            let position = self.root.local(position - self.root.position) / self.moves.scale;
+            let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
+            set_ahead(&mut wanted, index, position, direction);
+        }
+        // The velocities of a figure that walks are nearest to those of others that walk: it would walk on.
+        let farthest = STOPS_WITHIN * self.moves.scale;
+        let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < farthest;
+        if self.can_stand && trajectory.positions.iter().all(stays) {
+            set_still(&mut wanted);
+        }
+        let query = self.tree.normalized(&wanted);
+        let limit = match ends {
+            true => f32::INFINITY,
+            false => self.tree.distance(&query, &self.tree.normalized(&playing)),
+        };
+        let near = self.frame.saturating_sub(NEAR)..self.frame + NEAR + 1;
+        if let Some((frame, _)) = self.tree.nearest(&query, limit, near) {
+            self.jump(frame);
+        }
+    }
+
+    /// Goes on in another frame: what the pose would be now and what was shown last, from that frame and the one
+    /// before.
+    fn jump(&mut self, frame: usize) {
+        let before = frame - usize::from(!self.moves.frames[frame].is_first);
+        let (position, rotation) = self.hips_now();
+        // Both as seen from the root of the new frame.
+        let root = self.moves.frames[frame].root;
+        let [new, old] = [frame, before].map(|frame| self.placed(&self.moves.frames[frame], &root));
+        let offset = [position - new.0, log(rotation * new.1.inverse())];
+        let turned_before = nearest_to(offset[1], log(self.hips.1 * old.1.inverse()));
+        let offset_before = [self.hips.0 - old.0, turned_before];
+        for axis in 0..2 {
+            self.hips_differ[axis] = (offset[axis], offset[axis] - offset_before[axis]);
+        }
+        let now = self.moves.rotations(self.frame);
+        let (new, old) = (self.moves.rotations(frame), self.moves.rotations(before));
+        for (column, difference) in self.differences.iter_mut().enumerate() {
+            let (offset, speed) = *difference;
+            let now = now[column] * exp(fade(offset, speed, self.since, FADE));
+            let offset = log(new[column].inverse() * now);
+            let offset_before = nearest_to(offset, log(old[column].inverse() * self.shown[column]));
+            *difference = (offset, offset - offset_before);
+        }
+        (self.frame, self.since) = (frame, 0);
+        self.jumps += 1;
+    }
+
+    /// The hips of a frame in the world, where `root` of the database is the figure's.
+    fn placed(&self, frame: &Frame, root: &Root) -> (Vec3, Quat) {
+        let position = self.root.position + self.world(root.local(frame.position - root.position));
+        let angle = root
+            .forward
+            .cross(self.root.forward)
+            .y
+            .atan2(root.forward.dot(self.root.forward));
+        (position, Quat::from_rotation_y(angle) * frame.rotation)
+    }
+
+    /// The hips with what is left of their difference.
+    fn hips_now(&self) -> (Vec3, Quat) {
+        let frame = &self.moves.frames[self.frame];
+        let (position, rotation) = self.placed(frame, &frame.root);
+        let [moved, turned] = self
+            .hips_differ
+            .map(|(offset, speed)| fade(offset, speed, self.since, FADE));
+        (position + moved, (exp(turned) * rotation).normalize())
+    }
+
+    /// Makes the pose of the frame, with what is left of the differences, and holds the feet.
+    fn show(&mut self) {
+        self.hips = self.hips_now();
+        let rotations = self.moves.rotations(self.frame);
+        for (column, (offset, speed)) in self.differences.iter().enumerate() {
+            let rotation = (rotations[column] * exp(fade(*offset, *speed, self.since, FADE))).normalize();
+            self.shown[column] = rotation;
+            let at_rest = self.moves.at_rest[column];
+            let node = self.moves.nodes[column];
+            self.pose.node_to_parent[node.index()] = Trs { rotation, ..at_rest }.matrix();
+        }
+        let (translation, rotation) = self.hips;
+        let world = Trs {
+            translation,
+            rotation,
+            scale: self.moves.hips_scale,
+        };
+        self.pose.node_to_parent[self.moves.hips.index()] = self.moves.world_to_above * world.matrix();
+        self.pose.update_world();
+        let contacts = self.moves.frames[self.frame].contacts;
+        for (side, lock) in self.locks.iter_mut().enumerate() {
+            let limb = (self.moves.legs[side], self.moves.knees[side]);
+            lock.hold(
+                &mut self.pose,
+                limb,
+                self.moves.balls[side],
+                contacts >> side,
+                self.moves.scale,
+            );
+        }
+    }
+}
+
+/// Of the two rotation vectors up to 360 degrees that are the rotation `vector`, the one nearer to `other`: near 180
+/// degrees the shorter one changes its sign from frame to frame, which is no motion.
+fn nearest_to(other: Vec3, vector: Vec3) -> Vec3 {
+    let angle = vector.length();
+    let longer = vector * (1.0 - std::f32::consts::TAU / angle);
+    if angle > 0.0 && longer.distance_squared(other) < vector.distance_squared(other) {
+        longer
+    } else {
+        vector
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::{PI, TAU};
+
+    use super::*;
+
+    /// A joint that turns on past 180 degrees has a rotation vector on the other side there, as the short way round.
+    #[test]
+    fn past_half_a_turn_the_longer_vector_goes_on() {
+        let axis = Vec3::new(0.6, 0.0, -0.8);
+        let shorter = axis * (PI + 0.1 - TAU);
+        let found = nearest_to(axis * (PI - 0.1), shorter);
+        assert!(found.distance(axis * (PI + 0.1)) < 1e-5, "{found}");
+        let difference = exp(found) * exp(shorter).inverse();
+        assert!(difference.w.abs() > 1.0 - 1e-6, "{difference}");
+    }
+
+    #[test]
+    fn the_shorter_vector_stays_where_it_is_nearer() {
+        let vector = Vec3::new(0.0, 1.0, 0.0);
+        assert_eq!(nearest_to(Vec3::ZERO, vector), vector);
+        assert_eq!(nearest_to(Vec3::new(0.0, 2.0, 0.0), vector), vector);
+        assert_eq!(nearest_to(vector, Vec3::ZERO), Vec3::ZERO);
+    }
+}

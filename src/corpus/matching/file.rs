@@ -1,0 +1,275 @@
+//! The file of a database, `.mdb`. All numbers are little-endian.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | `mocapMDB` |
+//! | 4 | the version, 2 |
+//! | 4 | the numbers of a frame, 27 |
+//! | 8 | the bytes of the list |
+//! | list | JSON: of each clip its row, whether it is mirrored, leg, begin, frames, samples, bytes of its packed clip |
+//! | 54 each | the features of the frames of all clips, as 16-bit floating-point numbers |
+//! | 1 each | their contacts |
+//! | 34 each | the samples of all clips |
+//! | bytes | the packed clips (`.mclip`) of those that have their motion within |
+//! | 32 | the SHA-256 of all bytes before |
+//!
+//! A reader takes the bytes in blocks and allocates for what it has read, so that a count that is not true costs no
+//! memory; the list says how many bytes follow, and none may follow after them.
+
+use std::io::{self, Read};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::clip::{IndexedClip, has_leg_and_begin, is_plausible};
+use super::database::Database;
+use super::features::FEATURES;
+use crate::survey::{ClipRow, WIDTH};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::DATABASE_MARK;
+use mocap_scene::limits::Limits;
+use mocap_scene::math::half;
+
+const VERSION: u32 = 2;
+/// The longest list, in bytes: some 100,000 clips.
+const LONGEST_LIST: u64 = 1 << 28;
+/// The most bytes of all packed clips.
+const MOST_PACKED: u64 = 1 << 31;
+/// Bytes that are read at once.
+const BLOCK: usize = 1 << 16;
+
+/// What the list says of a clip.
+#[derive(Serialize, Deserialize)]
+struct Entry<Row> {
+    row: Row,
+    mirrored: bool,
+    leg: f32,
+    begin: f64,
+    frames: u64,
+    samples: u64,
+    /// Of its packed clip; 0 where the motion is kept by reference.
+    packed: u64,
+}
+
+impl Database {
+    /// The bytes of its file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let entry = |clip: &'_ IndexedClip| Entry {
+            row: clip.row.clone(),
+            mirrored: clip.mirrored,
+            leg: clip.leg,
+            begin: clip.begin,
+            frames: clip.features.len() as u64,
+            samples: (clip.samples.len() / WIDTH) as u64,
+            packed: clip.packed.len() as u64,
+        };
+        let entries: Vec<Entry<ClipRow>> = self.clips.iter().map(entry).collect();
+        let list = serde_json::to_vec(&entries).expect("rows have string keys and finite numbers");
+        let packed: usize = self.clips.iter().map(|clip| clip.packed.len()).sum();
+        let mut bytes = Vec::with_capacity(list.len() + 68 * self.frames() + packed + 128);
+        bytes.extend_from_slice(DATABASE_MARK);
+        bytes.extend_from_slice(&VERSION.to_le_bytes());
+        bytes.extend_from_slice(&(FEATURES as u32).to_le_bytes());
+        bytes.extend_from_slice(&(list.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(&list);
+        for value in self.features().flatten() {
+            bytes.extend_from_slice(&half::to_half(*value).to_le_bytes());
+        }
+        for clip in &self.clips {
+            bytes.extend_from_slice(&clip.contacts);
+        }
+        for clip in &self.clips {
+            bytes.extend_from_slice(bytemuck::cast_slice(&clip.samples));
+        }
+        for clip in &self.clips {
+            bytes.extend_from_slice(&clip.packed);
+        }
+        let hash = Sha256::digest(&bytes);
+        bytes.extend_from_slice(&hash);
+        bytes
+    }
+
+    /// Reads the file of a database.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::matching::{Database, IndexedClip};
+    ///
+    /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let bytes = Database::new(IndexedClip::of(&walk, "walk.bvh", true)).to_bytes();
+    /// assert_eq!(Database::read(&bytes[..])?.clips().len(), 2);
+    /// let error = Database::read(&bytes[..bytes.len() - 40]).unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unexpected-end");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidDatabase`], [`Code::UnexpectedEnd`], [`Code::LimitExceeded`] and [`Code::Io`].
+    pub fn read(source: impl Read) -> Result<Self> {
+        let mut source = Source {
+            source,
+            hash: Sha256::new(),
+        };
+        let entries = source.list()?;
+        let mut clips: Vec<IndexedClip> = entries.iter().map(Entry::clip).collect();
+        let counts = entries.iter().map(|entry| entry.frames as usize);
+        for (clip, frames) in clips.iter_mut().zip(counts.clone()) {
+            clip.features = source.features(frames)?;
+        }
+        for (clip, frames) in clips.iter_mut().zip(counts) {
+            clip.contacts = source.bytes(frames)?;
+            if clip.contacts.iter().any(|bits| *bits > 15) {
+                return Err(invalid("a contact of a frame is above 15"));
+            }
+        }
+        for (clip, entry) in clips.iter_mut().zip(&entries) {
+            clip.samples = bytemuck::cast_slice(&source.bytes(entry.samples as usize * WIDTH)?).to_vec();
+        }
+        for (clip, entry) in clips.iter_mut().zip(&entries) {
+            clip.packed = source.bytes(entry.packed as usize)?;
+        }
+        source.ends_with_hash()?;
+        Ok(Self { clips })
+    }
+}
+
+impl Entry<ClipRow> {
+    fn clip(&self) -> IndexedClip {
+        IndexedClip {
+            row: self.row.clone(),
+            mirrored: self.mirrored,
+            leg: self.leg,
+            begin: self.begin,
+            features: Vec::new(),
+            contacts: Vec::new(),
+            samples: Vec::new(),
+            packed: Vec::new(),
+        }
+    }
+}
+
+/// A source whose bytes are hashed as they are read.
+struct Source<R> {
+    source: R,
+    hash: Sha256,
+}
+
+impl<R: Read> Source<R> {
+    fn fill(&mut self, block: &mut [u8]) -> Result<()> {
+        self.source.read_exact(block).map_err(of_io)?;
+        self.hash.update(block);
+        Ok(())
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let mut array = [0; N];
+        self.fill(&mut array)?;
+        Ok(array)
+    }
+
+    /// So many bytes, in blocks.
+    fn bytes(&mut self, count: usize) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        while bytes.len() < count {
+            let begin = bytes.len();
+            bytes.resize(count.min(begin + BLOCK), 0);
+            self.fill(&mut bytes[begin..])?;
+        }
+        Ok(bytes)
+    }
+
+    fn features(&mut self, frames: usize) -> Result<Vec<[f32; FEATURES]>> {
+        let mut features = Vec::new();
+        for _ in 0..frames {
+            let row: [u8; 2 * FEATURES] = self.array()?;
+            let number = |column: usize| half::from_half(u16::from_le_bytes([row[2 * column], row[2 * column + 1]]));
+            let row: [f32; FEATURES] = std::array::from_fn(number);
+            if !row.iter().all(|value| is_plausible(*value)) {
+                return Err(invalid("a feature of a frame is not a finite number"));
+            }
+            features.push(row);
+        }
+        Ok(features)
+    }
+
+    /// The head and the list, whose counts are within the limits.
+    fn list(&mut self) -> Result<Vec<Entry<ClipRow>>> {
+        if self.array::<8>()? != *DATABASE_MARK {
+            return Err(invalid("it does not begin with mocapMDB"));
+        }
+        let version = u32::from_le_bytes(self.array()?);
+        if version != VERSION {
+            return Err(invalid(&format!("its version is {version}, and {VERSION} can be read")));
+        }
+        let width = u32::from_le_bytes(self.array()?);
+        if width as usize != FEATURES {
+            return Err(invalid(&format!("a frame has {width} numbers, not {FEATURES}")));
+        }
+        let bytes = u64::from_le_bytes(self.array()?);
+        if bytes > LONGEST_LIST {
+            return Err(too_many("bytes of the list of clips", bytes, LONGEST_LIST));
+        }
+        let list = self.bytes(bytes as usize)?;
+        let entries: Vec<Entry<ClipRow>> =
+            serde_json::from_slice(&list).map_err(|error| invalid(&format!("its list of clips: {error}")))?;
+        let most = Limits::default().max_values / FEATURES as u64;
+        let add = |sum: u64, count: u64| sum.saturating_add(count);
+        for (what, most, count) in [
+            ("frames", most, entries.iter().map(|entry| entry.frames).fold(0, add)),
+            ("samples", most, entries.iter().map(|entry| entry.samples).fold(0, add)),
+            (
+                "bytes of packed clips",
+                MOST_PACKED,
+                entries.iter().map(|entry| entry.packed).fold(0, add),
+            ),
+        ] {
+            if count > most {
+                return Err(too_many(what, count, most));
+            }
+        }
+        let is_body = |entry: &Entry<ClipRow>| has_leg_and_begin(entry.leg, entry.begin) && entry.frames > 0;
+        match entries.iter().find(|entry| !is_body(entry)) {
+            None => Ok(entries),
+            Some(entry) => Err(invalid(&format!(
+                "the clip of {} has no frames, or a leg or a begin that no motion has",
+                entry.row.file
+            ))),
+        }
+    }
+
+    fn ends_with_hash(mut self) -> Result<()> {
+        let mut stated = [0; 32];
+        let found = self.hash.finalize();
+        self.source.read_exact(&mut stated).map_err(of_io)?;
+        if stated != *found {
+            return Err(invalid("its checksum is not that of its bytes: it is damaged"));
+        }
+        match self.source.read(&mut [0]).map_err(of_io)? {
+            0 => Ok(()),
+            _ => Err(invalid("bytes follow its checksum")),
+        }
+    }
+}
+
+fn of_io(error: io::Error) -> Error {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => Diagnostic::new(Code::UnexpectedEnd, "the database ends before its checksum")
+            .help("make it again with `mocap index`")
+            .into(),
+        _ => Diagnostic::new(Code::Io, error.to_string()).into(),
+    }
+}
+
+fn invalid(why: &str) -> Error {
+    let message = format!("the file is no database of motions: {why}");
+    Diagnostic::new(Code::InvalidDatabase, message)
+        .help("make it again with `mocap index`")
+        .into()
+}
+
+fn too_many(what: &str, found: u64, most: u64) -> Error {
+    let message = format!("the database has more {what} than the limits allow");
+    Diagnostic::new(Code::LimitExceeded, message)
+        .expected_found(format!("at most {most}"), found.to_string())
+        .into()
+}

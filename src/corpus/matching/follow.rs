@@ -1,0 +1,136 @@
+//! A figure along a path.
+
+use glam::{DVec2, Vec2, Vec3, Vec3Swizzles};
+use serde::Serialize;
+
+use super::controller::Controller;
+use super::features::{AHEAD, FEATURE_RATE};
+use super::record::Record;
+use super::trajectory::Trajectory;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::polyline::Polyline;
+use mocap_scene::scene::{Animation, Scene};
+
+/// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
+const LOOKED_AT: f64 = 0.5;
+/// How near the end it has arrived, in metres.
+const ARRIVED: f64 = 0.2;
+/// How long it may take, times what the path needs at its speed, and seconds beyond.
+const LONGEST: (f64, f64) = (3.0, 5.0);
+/// The longest path, in minutes at its speed.
+const MOST_MINUTES: f64 = 60.0;
+
+/// How a figure followed a path.
+///
+/// [`Controller::follow`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Followed {
+    /// The frames, 60 in a second.
+    pub frames: usize,
+    /// How often it went on in another frame of the database.
+    pub jumps: usize,
+    /// The length of the path, in metres.
+    pub length: f64,
+    /// How far from the path the figure was, in metres: in the mean, and at most.
+    pub mean_distance: f64,
+    /// At most.
+    pub largest_distance: f64,
+    /// How far it looked from where the path leads, in degrees in the mean.
+    pub mean_angle: f64,
+    /// Whether it came to the end of the path.
+    pub has_arrived: bool,
+}
+
+impl Controller {
+    /// Lets the figure of `controller`, that of the skeleton of `character`, go along a path over the ground: points
+    /// along x and z, in metres, at `speed` metres per second. Returns its motion, and how it followed.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::glam::{Vec2, Vec3};
+    /// use mocap::matching::{Controller, Database, Moves, IndexedClip};
+    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    ///
+    /// # fn main() -> mocap::Result<()> {
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
+    /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// mocap::Conversion::new().apply(&mut hero)?;
+    /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+    /// let mut moves = Moves::new(&hero)?;
+    /// moves.add(&database.clips()[0], &clips[0].animation)?;
+    /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
+    /// let (animation, followed) = figure.follow(&hero, &[Vec2::ZERO, Vec2::new(0.0, 3.0)], 1.2)?;
+    /// assert_eq!(animation.frame_count(), followed.frames);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for a path without length, and for numbers that are not finite or are too large.
+    pub fn follow(&mut self, character: &Scene, path: &[Vec2], speed: f32) -> Result<(Animation, Followed)> {
+        let path = line(path, speed)?;
+        let speed = f64::from(speed);
+        let mut record = Record::new(self, character);
+        let mut followed = Followed {
+            length: path.length(),
+            ..Followed::default()
+        };
+        let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
+        let frames = (seconds * FEATURE_RATE) as usize;
+        let (mut along, jumps) = (0.0, self.jumps());
+        let mut before = self.position();
+        for _ in 0..frames {
+            record.add(self.pose());
+            let position = self.position().xz().as_dvec2();
+            along = path.nearest(position, along, speed * LOOKED_AT);
+            let (distance, direction) = (path.at(along).distance(position), path.direction(along));
+            let angle = direction.angle_to(self.forward().xz().as_dvec2()).abs().to_degrees();
+            followed.mean_distance += distance;
+            followed.mean_angle += angle;
+            followed.largest_distance = followed.largest_distance.max(distance);
+            followed.frames += 1;
+            if path.length() - along < ARRIVED {
+                followed.has_arrived = true;
+                break;
+            }
+            let ahead = AHEAD.map(|frames| along + speed * frames as f64 / FEATURE_RATE);
+            let positions = ahead.map(|along| on_ground(path.at(along)));
+            let directions = ahead.map(|along| on_ground(path.direction(along)));
+            let step = self.position().distance(before);
+            before = self.position();
+            // In that time half of a correction is made: to look along the path there, it begins here.
+            let soon = path.direction(along + speed * AHEAD[0] as f64 / FEATURE_RATE);
+            self.correct(on_ground(path.at(along)), on_ground(soon), step);
+            self.update(&Trajectory::new(positions, directions));
+        }
+        followed.mean_distance /= followed.frames.max(1) as f64;
+        followed.mean_angle /= followed.frames.max(1) as f64;
+        followed.jumps = self.jumps() - jumps;
+        Ok((record.animation(character), followed))
+    }
+}
+
+/// A point over the ground, in the world.
+fn on_ground(point: DVec2) -> Vec3 {
+    let point = point.as_vec2();
+    Vec3::new(point.x, 0.0, point.y)
+}
+
+/// The line through the points of a path that is followed at a speed.
+fn line(points: &[Vec2], speed: f32) -> Result<Polyline> {
+    let mut points: Vec<DVec2> = points.iter().map(|point| point.as_dvec2()).collect();
+    points.dedup();
+    let line = (points.len() > 1).then(|| Polyline::new(points));
+    let length = line.as_ref().map_or(0.0, Polyline::length);
+    let minutes = length / f64::from(speed) / 60.0;
+    let is_valid = length.is_finite() && speed > 0.0 && speed.is_finite() && minutes <= MOST_MINUTES;
+    if let Some(line) = line.filter(|_| is_valid) {
+        return Ok(line);
+    }
+    let message = format!("the path is {length} m long at {speed} m/s");
+    let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
+    let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
+    Err(diagnostic.expected_found(expected, message).into())
+}

@@ -1,0 +1,110 @@
+//! A figure that is led by a gamepad.
+
+use glam::{Vec2, Vec3};
+use serde::Serialize;
+
+use super::controller::Controller;
+use super::features::FEATURE_RATE;
+use super::gamepad::Gamepad;
+use super::record::Record;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, Scene};
+
+/// The fastest that a stick at its edge may ask for, in metres per second: no runner is faster.
+const FASTEST: f32 = 12.0;
+/// Over how many frames before and after one the velocity of the figure is measured: a step of a walk.
+const STEP: usize = 15;
+
+/// How a figure did what a gamepad asked for.
+///
+/// [`Controller::play`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Played {
+    /// The frames, 60 in a second.
+    pub frames: usize,
+    /// How often it went on in another frame of the database.
+    pub jumps: usize,
+    /// How far it has gone over the ground, in metres.
+    pub distance: f64,
+    /// How far the sticks asked it to go.
+    pub wanted_distance: f64,
+    /// How far its velocity over half a second is from the one asked for, in the mean: metres per second.
+    pub mean_velocity_error: f64,
+    /// How far it looks from where it was asked to, in the mean: degrees.
+    pub mean_angle: f64,
+}
+
+impl Controller {
+    /// Lets the figure do what a gamepad asks for, from a figure that stands: the left stick is the velocity over the
+    /// ground, `speed` metres per second at its edge, forward along +Z of the world and to the right along -X. It looks
+    /// where the right stick points, or where it goes while that is in its centre. Returns its motion, and how it did.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::glam::Vec3;
+    /// use mocap::matching::{Controller, Database, Gamepad, IndexedClip, Moves};
+    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    ///
+    /// # fn main() -> mocap::Result<()> {
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
+    /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// mocap::Conversion::new().apply(&mut hero)?;
+    /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+    /// let mut moves = Moves::new(&hero)?;
+    /// moves.add(&database.clips()[0], &clips[0].animation)?;
+    /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
+    /// let gamepad = Gamepad::parse("seconds,left_x,left_y\n0,0,1\n3,0,0\n")?;
+    /// let (animation, played) = figure.play(&hero, &gamepad, 1.2)?;
+    /// assert_eq!(animation.frame_count(), played.frames);
+    /// assert!(played.distance > 1.5);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for a speed that is not above 0, or above 12 m/s.
+    pub fn play(&mut self, character: &Scene, gamepad: &Gamepad, speed: f32) -> Result<(Animation, Played)> {
+        if !(speed > 0.0 && speed <= FASTEST) {
+            let diagnostic = Diagnostic::new(Code::InvalidValue, "the figure cannot be led at this speed");
+            let expected = format!("above 0 and at most {FASTEST} m/s");
+            return Err(diagnostic.expected_found(expected, speed.to_string()).into());
+        }
+        let mut record = Record::new(self, character);
+        let (mut positions, mut asked) = (Vec::new(), Vec::new());
+        let frames = (gamepad.seconds() * FEATURE_RATE).round() as usize + 1;
+        let (mut angles, jumps) = (0.0, self.jumps());
+        for frame in 0..frames {
+            record.add(self.pose());
+            positions.push(self.position());
+            asked.push(self.steering().velocity());
+            angles += f64::from(self.forward().angle_between(self.steering().forward()));
+            let [left, right] = gamepad.at(frame as f64 / FEATURE_RATE);
+            // Seen from behind, the right is along -X.
+            let [left, right] = [left, right].map(|stick| Vec2::new(-stick.x, stick.y));
+            self.steer(speed * left, right);
+        }
+        let sum = |lengths: &mut dyn Iterator<Item = f32>| lengths.map(f64::from).sum::<f64>();
+        let played = Played {
+            frames,
+            jumps: self.jumps() - jumps,
+            distance: sum(&mut positions.windows(2).map(|pair| pair[0].distance(pair[1]))),
+            wanted_distance: sum(&mut asked.iter().map(|velocity| velocity.length())) / FEATURE_RATE,
+            mean_velocity_error: velocity_error(&positions, &asked),
+            mean_angle: (angles / frames as f64).to_degrees(),
+        };
+        Ok((record.animation(character), played))
+    }
+}
+
+/// How far velocities are from those asked for, in the mean.
+fn velocity_error(positions: &[Vec3], asked: &[Vec3]) -> f64 {
+    let last = positions.len() - 1;
+    let error = |(frame, asked): (usize, &Vec3)| {
+        let (before, after) = (frame.saturating_sub(STEP), (frame + STEP).min(last));
+        let seconds = (after - before).max(1) as f32 / FEATURE_RATE as f32;
+        f64::from(((positions[after] - positions[before]) / seconds).distance(*asked))
+    };
+    asked.iter().enumerate().map(error).sum::<f64>() / asked.len() as f64
+}

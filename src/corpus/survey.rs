@@ -1,0 +1,288 @@
+//! A corpus at a glance: one row for each clip, what is wrong with it and where, which clips repeat others, and which
+//! to choose. `docs/survey.md` has every rule.
+//!
+//! ```
+//! # std::env::set_current_dir("../..").unwrap();
+//! use mocap::survey::{ClipRow, Quality, Thresholds};
+//! # fn main() -> mocap::Result<()> {
+//! let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let clips = Thresholds::default().examine(&scene, "cmu_12_01_walk.bvh");
+//! let row: &ClipRow = &clips[0].row;
+//! assert!(row.walking > row.standing && row.verdict != Quality::Unreadable);
+//! # Ok(())
+//! # }
+//! ```
+
+mod activity;
+mod card;
+mod corpus;
+mod defects;
+mod descriptor;
+mod filter;
+mod fingerprint;
+mod formats;
+mod motion;
+mod row;
+mod sarif;
+mod select;
+mod skeleton;
+#[cfg(feature = "arrow")]
+mod table;
+mod thresholds;
+mod twins;
+
+use mocap_edit::MotionErrors;
+use mocap_figure::Figure;
+use mocap_scene::error::Result;
+use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
+
+use self::activity::Activity;
+pub use self::corpus::{Corpus, Examined};
+use self::defects::Findings;
+pub use self::filter::Condition;
+pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
+pub(crate) use self::motion::{Body, Motion};
+pub use self::row::{ClipRow, Defect, Quality};
+pub use self::select::{SelectAmount, SelectBy};
+pub use self::thresholds::{DefectKind, Thresholds};
+pub(crate) use self::twins::mirrored_row;
+
+impl Thresholds {
+    /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
+    ///
+    /// The [module](crate::survey) has an example.
+    pub fn examine(&self, scene: &Scene, file: &str) -> Vec<Examined> {
+        let mut clips = Vec::new();
+        examine_each(scene, &Figure::new(scene), file, self, |row, motion| {
+            let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
+            clips.push(Examined { row, fingerprint });
+        });
+        clips
+    }
+}
+
+/// Hands over the row of every clip of a file, with the motion where it has one that can be read.
+pub(crate) fn examine_each(
+    scene: &Scene,
+    figure: &Figure,
+    file: &str,
+    thresholds: &Thresholds,
+    mut each: impl FnMut(ClipRow, Option<Motion>),
+) {
+    let still = Animation::default();
+    let clips = match scene.animations.as_slice() {
+        [] => std::slice::from_ref(&still),
+        clips => clips,
+    };
+    for (index, clip) in clips.iter().enumerate() {
+        let mut row = of_scene(scene, figure, file);
+        row.clip = clip_name((index, clip));
+        if scene.animations.is_empty() {
+            row.judge(thresholds);
+            each(row, None);
+            continue;
+        }
+        match of_clip(scene, index, figure, thresholds, &mut row) {
+            Ok(motion) => {
+                row.round();
+                each(row, Some(motion));
+            }
+            Err(error) => {
+                let clip = row.clip;
+                let row = ClipRow::unreadable(file, &error.to_string());
+                each(ClipRow { clip, ..row }, None);
+            }
+        }
+    }
+}
+
+/// What all clips of a file have in common.
+fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
+    let origin = scene.metadata.origin.as_ref();
+    ClipRow {
+        file: file.to_owned(),
+        sha256: origin.map(|origin| origin.sha256.clone()).unwrap_or_default(),
+        format: scene.metadata.format.map_or("", |format| format.as_str()).to_owned(),
+        warnings: scene.warnings.len() as u64,
+        skeleton: skeleton::id(scene),
+        joints: scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint).count() as u64,
+        humanoid: Some(figure.humanoid.found),
+        metres_per_unit: Some(figure.survey.metres_per_unit),
+        up: figure.survey.up.value.as_str().to_owned(),
+        rest_pose: match figure.humanoid.found {
+            true => figure.rest_pose.value.as_str().to_owned(),
+            false => String::new(),
+        },
+        ..ClipRow::default()
+    }
+}
+
+fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds, row: &mut ClipRow) -> Result<Motion> {
+    let motion = Motion::new(scene, &scene.animations[index], figure)?;
+    let errors = MotionErrors::find(scene, index, figure)?;
+    row.rate = Some(motion.rate);
+    row.frames = motion.frames as u64;
+    row.seconds = motion.seconds();
+    row.size = Some(f64::from(motion.size()));
+    let mut findings = Findings::of(&motion, &errors, thresholds);
+    not_finite(scene, &motion, &mut findings);
+    travel(&motion, row);
+    if let Some(body) = &motion.body {
+        of_body(&motion, body, row);
+    }
+    (row.amounts, row.defects) = (findings.amounts, findings.list);
+    row.judge(thresholds);
+    Ok(motion)
+}
+
+/// What the reader says of values that are no numbers.
+fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
+    findings.look_for(&[DefectKind::NotFinite]);
+    let codes = [
+        mocap_scene::error::Code::NonFiniteValue,
+        mocap_scene::error::Code::NonFiniteOffset,
+    ];
+    for warning in scene.warnings.iter().filter(|warning| codes.contains(&warning.code)) {
+        let last = motion.frames.saturating_sub(1);
+        let joint = warning.joint.as_deref();
+        findings.add(
+            DefectKind::NotFinite,
+            [0, last],
+            joint,
+            warning.count.max(1) as f32,
+            1.0,
+        );
+    }
+}
+
+/// How far and how fast the hips, or the root, move.
+fn travel(motion: &Motion, row: &mut ClipRow) {
+    let node = motion.body.as_ref().map_or(0, Body::hips);
+    if motion.nodes() == 0 || motion.rate <= 0.0 {
+        return;
+    }
+    // Steps of a tenth of a second: noise of single frames is no path.
+    let step = motion.frames_in(0.1);
+    let points: Vec<_> = (motion.first..motion.frames)
+        .step_by(step)
+        .map(|frame| motion.at(frame, node).with_y(0.0))
+        .collect();
+    let path: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let half = motion.frames_in(0.25);
+    let speed = |frame| motion.velocity(frame, node, half).with_y(0.0).length();
+    let top = (motion.first..motion.frames)
+        .step_by(step)
+        .map(speed)
+        .fold(0.0, f32::max);
+    row.distance = finite(path);
+    row.speed = finite(path / motion.seconds().max(f64::MIN_POSITIVE) as f32);
+    row.top_speed = finite(top);
+    row.jerk = jerk(motion);
+}
+
+/// The root mean square of the third differences of the positions of all joints, over the third power of a frame's
+/// time.
+fn jerk(motion: &Motion) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0_u64);
+    let joints: Vec<usize> = (0..motion.nodes()).filter(|node| motion.is_joint[*node]).collect();
+    for frame in motion.first + 3..motion.frames {
+        for &node in &joints {
+            let [a, b, c, d] = [3, 2, 1, 0].map(|before| motion.at(frame - before, node).as_dvec3());
+            sum += (d - a + 3.0 * (b - c)).length_squared();
+            count += 1;
+        }
+    }
+    let mean = (sum / count as f64).sqrt() * motion.rate.powi(3);
+    (count > 0 && mean.is_finite()).then_some(mean)
+}
+
+fn finite(value: f32) -> Option<f64> {
+    value.is_finite().then_some(f64::from(value))
+}
+
+fn of_body(motion: &Motion, body: &Body, row: &mut ClipRow) {
+    if motion.rate > 0.0 {
+        let activity = Activity::new(motion, body);
+        row.jumps = Some(activity.jumps);
+        row.turns_over = Some(activity.turns_over);
+        row.standing = Some(activity.standing);
+        row.walking = Some(activity.walking);
+        row.running = Some(activity.running);
+        row.jumping = Some(activity.jumping);
+        row.lying = Some(activity.lying);
+        row.other = Some(activity.other);
+    }
+    row.t_pose_frame = (0..motion.frames)
+        .find(|frame| defects::is_t_pose(motion, body, *frame))
+        .map(|frame| frame as u64);
+    let step = motion.frames_in(0.1);
+    let looks: Vec<_> = (motion.first..motion.frames)
+        .step_by(step)
+        .map(|frame| body.forward(motion, frame))
+        .collect();
+    let turning: f32 = looks
+        .windows(2)
+        .map(|pair| pair[0].angle_between(pair[1]))
+        .filter(|a| a.is_finite())
+        .sum();
+    row.turning = finite(turning.to_degrees());
+    row.asymmetry = asymmetry(motion, body);
+}
+
+/// The difference of the paths of left and right limbs relative to the hips, over their sum.
+fn asymmetry(motion: &Motion, body: &Body) -> Option<f64> {
+    let path = |bone: Bone, side: Side| -> Option<f32> {
+        let node = *body.bones.get(&bone.on(side))?;
+        let at = |frame: usize| motion.at(frame, node) - motion.at(frame, body.hips());
+        Some(
+            (motion.first + 1..motion.frames)
+                .map(|frame| at(frame).distance(at(frame - 1)))
+                .sum(),
+        )
+    };
+    let limbs = [Bone::LeftHand, Bone::LeftLowerArm, Bone::LeftFoot, Bone::LeftLowerLeg];
+    let side = |side: Side| limbs.iter().map(|bone| path(*bone, side)).sum::<Option<f32>>();
+    let (left, right) = (side(Side::Left)?, side(Side::Right)?);
+    finite((left - right).abs() / (left + right).max(f32::MIN_POSITIVE))
+}
+
+impl ClipRow {
+    /// Sets verdict, quality and reasons by the amounts.
+    pub fn judge(&mut self, thresholds: &Thresholds) {
+        let mut ratios: Vec<(f64, DefectKind)> = Vec::new();
+        self.verdict = Quality::Good;
+        for (kind, amount) in &self.amounts {
+            let [suspect, bad] = thresholds.of(*kind);
+            if *amount >= suspect && *amount > 0.0 {
+                self.verdict = self
+                    .verdict
+                    .max(if *amount >= bad { Quality::Bad } else { Quality::Suspect });
+                ratios.push((amount / bad.max(f64::MIN_POSITIVE), *kind));
+            }
+        }
+        ratios.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.quality = 1.0 / (1.0 + ratios.iter().map(|(ratio, _)| ratio).sum::<f64>());
+        let names: Vec<&str> = ratios.iter().map(|(_, kind)| kind.as_str()).collect();
+        self.reasons = names.join(" ");
+    }
+}
+
+/// The spans of frames in which something holds, each as its first and its last frame.
+fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+    let mut spans: Vec<[usize; 2]> = Vec::new();
+    for frame in (0..frames).filter(|frame| holds(*frame)) {
+        match spans.last_mut() {
+            Some(last) if last[1] + 1 == frame => last[1] = frame,
+            _ => spans.push([frame, frame]),
+        }
+    }
+    spans
+}
+
+/// What a clip of a file is called: by its number where it has no name.
+pub(crate) fn clip_name((index, clip): (usize, &Animation)) -> String {
+    match clip.name.is_empty() {
+        true => index.to_string(),
+        false => clip.name.clone(),
+    }
+}

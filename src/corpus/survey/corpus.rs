@@ -1,0 +1,310 @@
+//! All rows of a corpus, and what can only be said of them together.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+use super::fingerprint::Fingerprint;
+use super::row::{ClipRow, Defect, Quality};
+use super::thresholds::{DefectKind, Thresholds};
+use super::twins::{self, Candidate, Pair, Reason};
+use super::{descriptor, select};
+use mocap_scene::error::{Code, Diagnostic, Result};
+
+/// What is known of one clip: its row, and what is compared with other clips. As JSON it is a line of a record, from
+/// which a run resumes and of which shards are merged.
+///
+/// The [module](crate::survey) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Examined {
+    /// Its row.
+    #[serde(flatten)]
+    pub row: ClipRow,
+    pub(super) fingerprint: Fingerprint,
+}
+
+impl From<ClipRow> for Examined {
+    fn from(row: ClipRow) -> Self {
+        Self {
+            row,
+            fingerprint: Fingerprint::default(),
+        }
+    }
+}
+
+/// Chains of fewer joints are alike by chance.
+const LEAST_JOINTS: u64 = 5;
+
+/// All clips of a corpus.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::survey::{Corpus, Thresholds};
+///
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let mut clips = Thresholds::default().examine(&scene, "a.bvh");
+/// clips.extend(Thresholds::default().examine(&scene, "b.bvh"));
+/// let corpus = Corpus::new(clips, &Thresholds::default());
+/// let csv = corpus.to_csv();
+/// assert!(csv.starts_with("file,clip,error,verdict,") && csv.lines().count() == 3);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Corpus {
+    clips: Vec<Examined>,
+}
+
+impl Corpus {
+    /// The corpus of these clips, in the order of their files, judged together.
+    pub fn new(mut clips: Vec<Examined>, thresholds: &Thresholds) -> Self {
+        clips.sort_by(|a, b| (&a.row.file, &a.row.clip).cmp(&(&b.row.file, &b.row.clip)));
+        let mut corpus = Self { clips };
+        corpus.compare_skeletons(thresholds);
+        corpus.find_twins();
+        corpus.make_map();
+        for clip in &mut corpus.clips {
+            if clip.row.error.is_none() {
+                clip.row.judge(thresholds);
+            }
+            clip.row.round();
+        }
+        corpus
+    }
+
+    /// The rows, in the order of their files.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &ClipRow> {
+        self.clips.iter().map(|clip| &clip.row)
+    }
+
+    pub(super) fn clips(&self) -> &[Examined] {
+        &self.clips
+    }
+
+    /// Keeps the clips for whose row `is_kept` is true.
+    pub fn keep(&mut self, is_kept: impl Fn(&ClipRow) -> bool) {
+        self.clips.retain(|clip| is_kept(&clip.row));
+    }
+
+    /// Finds clips whose size or up axis is not that of the others of their skeleton.
+    fn compare_skeletons(&mut self, thresholds: &Thresholds) {
+        let mut groups: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
+        for (index, clip) in self.clips.iter().enumerate().filter(|(_, clip)| clip.row.frames > 0) {
+            let key = (&*clip.row.skeleton, &*clip.row.format);
+            groups.entry(key).or_default().push(index);
+        }
+        let groups: Vec<Vec<usize>> = groups.into_values().collect();
+        for group in groups {
+            // In units of the file: metres are guessed so that bodies have the size of bodies.
+            let units = |row: &ClipRow| row.size.zip(row.metres_per_unit).map(|(size, metres)| size / metres);
+            let mut sizes: Vec<f64> = group
+                .iter()
+                .filter_map(|index| units(&self.clips[*index].row))
+                .collect();
+            sizes.sort_by(f64::total_cmp);
+            let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+            let up = self.usual_up(&group);
+            for index in group {
+                let row = &mut self.clips[index].row;
+                let times = units(row)
+                    .filter(|size| *size > 0.0 && usual > 0.0)
+                    .map_or(1.0, |size| size / usual);
+                let times = times.max(1.0 / times);
+                // Of two that differ nobody knows which is right.
+                let times = if sizes.len() > 2 && row.joints >= LEAST_JOINTS {
+                    times
+                } else {
+                    1.0
+                };
+                let degrees = if up.as_ref().is_some_and(|up| *up != row.up) {
+                    90.0
+                } else {
+                    0.0
+                };
+                row.set_corpus_amount(DefectKind::OddUnit, times, times > 1.001, thresholds);
+                row.set_corpus_amount(DefectKind::OddAxis, degrees, degrees > 0.0, thresholds);
+            }
+        }
+    }
+
+    /// Groups clips that repeat others. Of each group the longest is kept, of equally long ones the first.
+    fn find_twins(&mut self) {
+        for clip in &mut self.clips {
+            let row = &mut clip.row;
+            (row.twin, row.twin_group, row.twin_of, row.twin_reason) = (false, None, None, None);
+        }
+        let candidates: Vec<Candidate<'_>> = self.clips.iter().map(Examined::candidate).collect();
+        let mut pairs = twins::pairs(&candidates);
+        pairs.sort_by_key(|pair| (pair.reason, pair.first, pair.second));
+        let mut group: Vec<usize> = (0..self.clips.len()).collect();
+        fn root(group: &mut [usize], mut clip: usize) -> usize {
+            while group[clip] != clip {
+                group[clip] = group[group[clip]];
+                clip = group[clip];
+            }
+            clip
+        }
+        // The longest, by steps of 5 %, then that with more frames, then the first.
+        let rank = |clip: usize| {
+            let row = &self.clips[clip].row;
+            let length = (row.seconds.max(f64::MIN_POSITIVE).ln() / 1.05_f64.ln()).round() as i64;
+            (std::cmp::Reverse((length, row.frames)), clip)
+        };
+        let mut joined = Vec::new();
+        for pair in &pairs {
+            let (a, b) = (root(&mut group, pair.first), root(&mut group, pair.second));
+            // A piece repeats what contains it, and is no bridge between other clips that have it too.
+            let is_bridge = pair.reason == Reason::Piece;
+            if a != b && !(is_bridge && group[pair.first] != pair.first && group[pair.second] != pair.second) {
+                let (kept, dropped) = if rank(a) < rank(b) { (a, b) } else { (b, a) };
+                group[dropped] = kept;
+                joined.push((pair.first, pair.second, pair.reason));
+            }
+        }
+        let roots: Vec<usize> = (0..group.len()).map(|clip| root(&mut group, clip)).collect();
+        let mut numbers: BTreeMap<usize, u64> = BTreeMap::new();
+        let reasons = reasons(&pairs, &joined, &roots);
+        for (first, second, _) in joined {
+            let kept = roots[first];
+            let next = numbers.len() as u64 + 1;
+            let number = *numbers.entry(kept).or_insert(next);
+            let name = self.clips[kept].row.file.clone();
+            for clip in [first, second] {
+                let row = &mut self.clips[clip].row;
+                row.twin_group = Some(number);
+                if clip != kept {
+                    row.twin = true;
+                    row.twin_of = Some(name.clone());
+                    row.twin_reason = reasons.get(&clip).map(|reason| reason.as_str().to_owned());
+                }
+            }
+        }
+    }
+
+    /// Where each clip is on the map.
+    fn make_map(&mut self) {
+        let descriptors = descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint));
+        for (clip, point) in self.clips.iter_mut().zip(descriptor::map(&descriptors)) {
+            clip.row.map_x = point.map(|[x, _]| x);
+            clip.row.map_y = point.map(|[_, y]| y);
+        }
+    }
+
+    /// The descriptors of all clips, in their order, as they are compared for the map and for choosing: each number has
+    /// mean 0 and deviation 1 over the corpus. `None` for a clip without motion.
+    pub fn descriptors(&self) -> Vec<Option<Vec<f32>>> {
+        descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint))
+    }
+
+    /// Keeps `count` clips that are as different as can be: farthest points over the [descriptors](Self::descriptors),
+    /// from the clip nearest to the mean on. With `by_quality`, bad clips and twins are left out.
+    pub fn select(&mut self, count: usize, by_quality: bool) {
+        let descriptors = self.descriptors();
+        let is_good = |index: &usize| {
+            let row = &self.clips[*index].row;
+            row.verdict < Quality::Bad && !row.twin
+        };
+        let all: Vec<usize> = (0..self.clips.len()).collect();
+        let good: Vec<usize> = all.iter().copied().filter(is_good).collect();
+        let allowed = if by_quality { good } else { all };
+        let chosen: BTreeSet<usize> = select::farthest_points(&descriptors, &allowed, count)
+            .into_iter()
+            .collect();
+        let mut index = 0;
+        self.clips.retain(|_| {
+            index += 1;
+            chosen.contains(&(index - 1))
+        });
+    }
+
+    /// The up axis of more than half of at least three clips.
+    fn usual_up(&self, group: &[usize]) -> Option<String> {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for index in group {
+            *counts.entry(&self.clips[*index].row.up).or_default() += 1;
+        }
+        let (up, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
+        (group.len() > 2 && 2 * count > group.len()).then(|| up.to_owned())
+    }
+}
+
+/// How each clip repeats the one that is kept of its group: as it was compared with that, else by the weakest step on
+/// the path there from twin to twin.
+fn reasons(pairs: &[Pair], joined: &[(usize, usize, Reason)], roots: &[usize]) -> BTreeMap<usize, Reason> {
+    let mut steps: BTreeMap<usize, Vec<(usize, Reason)>> = BTreeMap::new();
+    for (first, second, reason) in joined {
+        steps.entry(*first).or_default().push((*second, *reason));
+        steps.entry(*second).or_default().push((*first, *reason));
+    }
+    let mut reasons = BTreeMap::new();
+    let mut open: Vec<(usize, Reason)> = steps.keys().map(|clip| (roots[*clip], Reason::Bytes)).collect();
+    while let Some((clip, weakest)) = open.pop() {
+        if reasons.insert(clip, weakest).is_none() {
+            let next = steps.get(&clip).into_iter().flatten();
+            open.extend(
+                next.filter(|(next, _)| !reasons.contains_key(next))
+                    .map(|(next, step)| (*next, weakest.max(*step))),
+            );
+        }
+    }
+    // The strongest of a pair is the first.
+    for pair in pairs.iter().rev() {
+        for (clip, other) in [(pair.first, pair.second), (pair.second, pair.first)] {
+            if roots[clip] == other {
+                reasons.insert(clip, pair.reason);
+            }
+        }
+    }
+    reasons
+}
+
+impl ClipRow {
+    fn set_corpus_amount(&mut self, kind: DefectKind, amount: f64, is_odd: bool, thresholds: &Thresholds) {
+        self.defects.retain(|defect| defect.kind != kind);
+        let amount = if is_odd { amount } else { 0.0 };
+        self.amounts.insert(kind, amount);
+        if is_odd && amount >= thresholds.of(kind)[0] {
+            self.defects.push(Defect {
+                kind,
+                frames: [0, self.frames.saturating_sub(1) as usize],
+                joint: None,
+                amount,
+                confidence: 0.8,
+            });
+        }
+    }
+}
+
+impl Examined {
+    fn candidate(&self) -> Candidate<'_> {
+        let row = &self.row;
+        Candidate {
+            fingerprint: &self.fingerprint,
+            sha256: &row.sha256,
+            clip: &row.clip,
+            skeleton: &row.skeleton,
+            rate: row.rate.unwrap_or(0.0),
+            size: row.size.unwrap_or(0.0),
+        }
+    }
+
+    /// The line of a record, without its end.
+    pub fn to_line(&self) -> String {
+        serde_json::to_string(self).expect("rows have string keys and finite numbers")
+    }
+
+    /// Reads a record: the lines of a file that [`to_line`](Self::to_line) or [`Corpus::to_record`] made.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] with the line.
+    pub fn from_lines(text: &str) -> Result<Vec<Self>> {
+        let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let read = |(number, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|error| {
+                let message = format!("line {} is no row of a survey: {error}", number + 1);
+                Diagnostic::new(Code::InvalidValue, message).into()
+            })
+        };
+        lines.map(read).collect()
+    }
+}

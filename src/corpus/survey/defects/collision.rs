@@ -1,0 +1,59 @@
+//! Hands and forearms within the trunk or the head, which are capsules.
+
+use glam::Vec3;
+
+use super::{Findings, confidence};
+use crate::survey::motion::{Body, Motion};
+use crate::survey::spans;
+use crate::survey::thresholds::DefectKind::SelfCollision;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+/// Radii of the trunk and of the head, in legs: 12 cm and 9 cm of a leg of 85 cm. Half the depth of a trunk is 11 cm to
+/// 13 cm.
+const TRUNK: f32 = 0.14;
+const HEAD: f32 = 0.105;
+/// The depth at which a span begins, in metres.
+const BEGINS: f32 = 0.02;
+
+pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
+    findings.look_for(&[SelfCollision]);
+    for side in Side::ALL {
+        let hand = Bone::LeftHand.on(side);
+        let Some(node) = body.bones.get(&hand) else { continue };
+        let depths: Vec<f32> = (0..motion.frames)
+            .map(|frame| depth(motion, body, frame, side).unwrap_or(0.0))
+            .collect();
+        for [from, to] in spans(motion.frames, |frame| frame >= motion.first && depths[frame] > BEGINS) {
+            let deepest = 100.0 * depths[from..=to].iter().copied().fold(0.0, f32::max);
+            findings.add(
+                SelfCollision,
+                [from, to],
+                Some(&motion.names[*node]),
+                deepest,
+                confidence(deepest, 5.0),
+            );
+        }
+    }
+}
+
+/// How deep hand and forearm of a side are in the trunk or the head, in metres.
+fn depth(motion: &Motion, body: &Body, frame: usize, side: Side) -> Option<f32> {
+    let at = |bone| motion.bone(body, frame, bone);
+    let (hand, elbow) = (at(Bone::LeftHand.on(side))?, at(Bone::LeftLowerArm.on(side))?);
+    let neck = at(Bone::Neck).or_else(|| at(Bone::Head))?;
+    let hips = motion.at(frame, body.hips());
+    let depth = |point: Vec3| {
+        let trunk = TRUNK * body.leg - distance(point, hips, neck);
+        let head = at(Bone::Head).map_or(0.0, |head| HEAD * body.leg - point.distance(head));
+        trunk.max(head)
+    };
+    // The quarter of the forearm before the wrist, where no clothes hide it.
+    Some(depth(hand).max(depth(hand.lerp(elbow, 0.25))))
+}
+
+/// From a point to a segment.
+fn distance(point: Vec3, from: Vec3, to: Vec3) -> f32 {
+    let along = to - from;
+    let fraction = (point - from).dot(along) / along.length_squared().max(f32::MIN_POSITIVE);
+    point.distance(from + along * fraction.clamp(0.0, 1.0))
+}

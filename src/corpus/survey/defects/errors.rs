@@ -1,0 +1,66 @@
+//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift, as `clean` finds them.
+
+use super::{Findings, confidence};
+use crate::survey::motion::Motion;
+use crate::survey::spans;
+use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, Noise, Tilted};
+use mocap_edit::MotionErrors;
+
+/// The speed of a joint from which a missing frame is seen, in metres per second, and half the time over which it is
+/// taken, in seconds.
+const SEEN: f32 = 0.1;
+const AROUND: f64 = 0.07;
+
+pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
+    findings.look_for(&[Doubled, Dropped, Flip, Noise]);
+    for (kind, frames) in [(Doubled, &errors.doubled), (Dropped, &errors.dropped)] {
+        for [from, to] in spans(motion.frames, |frame| {
+            frame >= motion.first && frames.binary_search(&frame).is_ok()
+        }) {
+            if is_seen(motion, from) {
+                findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
+            }
+        }
+    }
+    for (node, flipped) in &errors.flipped {
+        for [from, to] in spans(flipped.len(), |frame| frame > motion.first && flipped[frame]) {
+            let joint = &motion.names[node.index()];
+            findings.add(Flip, [from, to], Some(joint), (to + 1 - from) as f32, 0.8);
+        }
+    }
+    if motion.body.is_some() {
+        of_body(motion, errors, findings);
+    }
+    for (node, metres) in &errors.noise {
+        let millimetres = 1000.0 * *metres as f32;
+        let joint = &motion.names[node.index()];
+        let whole = [motion.first, motion.frames - 1];
+        findings.add(Noise, whole, Some(joint), millimetres, confidence(millimetres, 8.0));
+    }
+}
+
+/// Whether the body moves around a frame, so that one sees whether a frame is missing or there twice: some joint in the
+/// frame of the root, or the root.
+fn is_seen(motion: &Motion, frame: usize) -> bool {
+    let around = motion.frames_in(AROUND);
+    let speed = |node: usize| motion.velocity(frame, node, around).length();
+    let root = motion.velocity(frame, 0, around);
+    let joints = (1..motion.nodes()).map(|node| (motion.velocity(frame, node, around) - root).length());
+    joints.fold(speed(0), f32::max) > SEEN
+}
+
+fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
+    findings.look_for(&[Exchanged, Tilted, Drift]);
+    let exchanged = &errors.exchanged;
+    for [from, to] in spans(exchanged.len(), |frame| frame >= motion.first && exchanged[frame]) {
+        findings.add(Exchanged, [from, to], None, (to + 1 - from) as f32, 0.8);
+    }
+    let whole = [motion.first, motion.frames - 1];
+    if let Some(degrees) = errors.slope {
+        findings.add(Tilted, whole, None, degrees as f32, confidence(degrees as f32, 1.0));
+    }
+    if let Some(metres) = errors.drift {
+        let centimetres = 100.0 * metres as f32;
+        findings.add(Drift, whole, None, centimetres, confidence(centimetres, 6.0));
+    }
+}

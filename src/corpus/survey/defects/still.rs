@@ -1,0 +1,143 @@
+//! Frames in which nothing moves, joints that hold one pose, and T-poses within the motion.
+
+use glam::{Quat, Vec3};
+
+use super::Findings;
+use crate::survey::motion::{Body, Motion};
+use crate::survey::spans;
+use crate::survey::thresholds::DefectKind::{Frozen, Gap, TPose};
+use mocap_scene::math::median::median;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+/// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
+const STILL: f32 = 2e-5;
+/// The largest step of a rotation of a joint that does not move, as a difference of quaternions: 0.005 degrees.
+const STILL_ROTATION: f32 = 4e-5;
+/// The shortest time in which a joint is said to hold its pose, in seconds.
+const SHORTEST_GAP: f64 = 0.4;
+/// The step with which such a joint moves on, as a multiple of its usual step, and in radians: 1 degree. One that is
+/// held at the end of its range, as solvers of few sensors do, leaves it as it came.
+const JUMPS: f32 = 3.0;
+const JUMPS_BY: f32 = 0.0175;
+/// The fraction of all other frames in which a joint moves that is said to have a gap.
+const MOVES: f32 = 0.6;
+/// How far arms may be off the horizontal, legs off the vertical, and the trunk off it, in a T-pose: cosines of 15, 25
+/// and 18 degrees. Legs of CMU's stand 20 degrees apart.
+const ARM: f32 = 0.966;
+const LEG: f32 = 0.906;
+const TRUNK: f32 = 0.951;
+/// The cosine of 30 degrees: so far off are arms that a person holds up for a calibration. It counts where the hands
+/// are slower than this, in metres per second, for so many seconds.
+const HELD_ARM: f32 = 0.866;
+const HELD_SPEED: f32 = 0.1;
+const HELD: f64 = 0.5;
+
+pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
+    findings.look_for(&[Frozen, Gap]);
+    let steps = motion.frames - 1;
+    let is_still = |step: usize| {
+        let pairs = motion.row(step).iter().zip(motion.row(step + 1));
+        step >= motion.first && pairs.fold(0.0, |most: f32, (a, b)| most.max((*a - *b).abs().max_element())) < STILL
+    };
+    let still: Vec<bool> = (0..steps).map(is_still).collect();
+    let frozen = spans(steps, |step| still[step]);
+    for [from, to] in &frozen {
+        let seconds = (to + 1 - from) as f64 / motion.rate;
+        findings.add(Frozen, [*from, to + 1], None, seconds as f32, 1.0);
+    }
+    gaps(motion, &still, findings);
+}
+
+/// Joints that hold one rotation while others move. Those of one time are one finding, which names the first.
+fn gaps(motion: &Motion, still: &[bool], findings: &mut Findings<'_>) {
+    let moving = still.iter().filter(|still| !**still).count();
+    let least = motion.frames_in(SHORTEST_GAP);
+    let mut found: Vec<([usize; 2], &str)> = Vec::new();
+    for node in (0..motion.nodes()).filter(|node| motion.is_joint[*node]) {
+        let step = |step: usize| difference(motion.rotations(step)[node], motion.rotations(step + 1)[node]);
+        let holds: Vec<bool> = (0..still.len()).map(|at| step(at) < STILL_ROTATION).collect();
+        let moves = holds.iter().filter(|holds| !**holds).count();
+        // Where the whole body is still, nothing is missing of one joint.
+        let mut gaps = spans(still.len(), |at| holds[at] && !still[at] && at >= motion.first);
+        gaps.retain(|[from, to]| to + 1 - from >= least);
+        let missing: usize = gaps.iter().map(|[from, to]| to + 1 - from).sum();
+        if (moves as f32) < MOVES * moving.saturating_sub(missing) as f32 || 5 * moves < moving {
+            continue;
+        }
+        let mut steps: Vec<f32> = (0..still.len()).filter(|at| !holds[*at]).map(step).collect();
+        // A difference of quaternions is half the angle.
+        let least = (JUMPS * median(&mut steps).unwrap_or(0.0)).max(JUMPS_BY / 2.0);
+        let jumps = |at: Option<usize>| at.is_some_and(|at| at < still.len() && step(at) > least);
+        gaps.retain(|[from, to]| jumps(from.checked_sub(1)) || jumps(Some(to + 1)));
+        for span in gaps {
+            let near = |other: &[usize; 2]| other[0].abs_diff(span[0]) <= 2 && other[1].abs_diff(span[1] + 1) <= 2;
+            if !found.iter().any(|(other, _)| near(other)) {
+                found.push(([span[0], span[1] + 1], &motion.names[node]));
+            }
+        }
+    }
+    for (frames, joint) in found {
+        let seconds = (frames[1] - frames[0]) as f64 / motion.rate;
+        findings.add(Gap, frames, Some(joint), seconds as f32, 0.8);
+    }
+}
+
+fn difference(a: Quat, b: Quat) -> f32 {
+    let (minus, plus) = (a - b, a + b);
+    minus.length().min(plus.length())
+}
+
+/// Frames in which arms point sideways and legs down.
+pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
+    findings.look_for(&[TPose]);
+    let frames = motion.first..motion.frames;
+    let mut is_t_pose = vec![false; motion.frames];
+    for frame in frames.clone() {
+        is_t_pose[frame] = self::is_t_pose(motion, body, frame);
+    }
+    let around = motion.frames_in(0.1);
+    let rests = |frame: usize, hand: Bone| {
+        let node = body.bones.get(&hand);
+        node.is_some_and(|node| motion.velocity(frame, *node, around).length() < HELD_SPEED)
+    };
+    let is_held = |frame: usize| {
+        has_arms_out(motion, body, frame, HELD_ARM)
+            && [Bone::LeftHand, Bone::RightHand]
+                .into_iter()
+                .all(|hand| rests(frame, hand))
+    };
+    for [from, to] in spans(motion.frames, |frame| frames.contains(&frame) && is_held(frame)) {
+        if (to + 1 - from) as f64 / motion.rate >= HELD {
+            is_t_pose[from..=to].fill(true);
+        }
+    }
+    for [from, to] in spans(motion.frames, |frame| is_t_pose[frame]) {
+        let seconds = (to + 1 - from) as f64 / motion.rate;
+        findings.add(TPose, [from, to], None, seconds as f32, 0.9);
+    }
+}
+
+/// Whether a frame is a T-pose.
+pub(in crate::survey) fn is_t_pose(motion: &Motion, body: &Body, frame: usize) -> bool {
+    has_arms_out(motion, body, frame, ARM)
+}
+
+/// Whether arms point sideways, up to an angle whose cosine is `arm`, and legs down.
+fn has_arms_out(motion: &Motion, body: &Body, frame: usize, arm: f32) -> bool {
+    let between = |from, to| {
+        let (from, to) = (motion.bone(body, frame, from)?, motion.bone(body, frame, to)?);
+        Some((to - from).normalize_or_zero())
+    };
+    let left = Vec3::Y.cross(body.forward(motion, frame));
+    let points = |side: Side| {
+        let along = if side == Side::Left { left } else { -left };
+        let on = |bone: Bone| bone.on(side);
+        let upper = between(on(Bone::LeftUpperArm), on(Bone::LeftLowerArm))?.dot(along);
+        let lower = between(on(Bone::LeftLowerArm), on(Bone::LeftHand))?.dot(along);
+        let thigh = -between(on(Bone::LeftUpperLeg), on(Bone::LeftLowerLeg))?.y;
+        let shin = -between(on(Bone::LeftLowerLeg), on(Bone::LeftFoot))?.y;
+        Some(upper > arm && lower > arm && thigh > LEG && shin > LEG)
+    };
+    let mut sides = Side::ALL.into_iter().map(points);
+    sides.all(|points| points == Some(true)) && body.trunk(motion, frame).y > TRUNK
+}

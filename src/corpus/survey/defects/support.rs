@@ -1,0 +1,67 @@
+//! Bodies that hover, bodies that nothing in the file carries, and clips that begin or end in the air.
+
+use super::{Findings, confidence};
+use crate::survey::motion::{Body, Motion};
+use crate::survey::spans;
+use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
+use mocap_scene::math::median::median;
+
+/// The height of the lowest joint at which a body begins to hover, in metres, and that from which something must carry
+/// it, in legs. The hips of a body that lies are lower.
+const HOVERS: f32 = 0.04;
+const CARRIED: f32 = 0.2;
+/// The shortest time of hovering, in seconds.
+const SHORTEST: f64 = 0.25;
+/// A body in the air falls with 9.81 m/s^2; one whose hips fall with less than half of it is carried.
+const FALLS: f32 = -4.9;
+
+/// The shortest clip that tells where the floor is, in seconds.
+const TELLS: f64 = 0.3;
+
+pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
+    findings.look_for(&[Floating, NoSupport, ClippedEnd]);
+    if motion.seconds() < TELLS {
+        return;
+    }
+    let heights: Vec<f32> = (0..motion.frames).map(|frame| height(motion, body, frame)).collect();
+    let carried = CARRIED * body.leg;
+    for [from, to] in spans(motion.frames, |frame| frame >= motion.first && heights[frame] > HOVERS) {
+        let seconds = (to + 1 - from) as f64 / motion.rate;
+        if seconds < SHORTEST || is_in_flight(motion, body, [from, to]) {
+            continue;
+        }
+        let usual = median(&mut heights[from..=to].to_vec()).unwrap_or(0.0);
+        if usual > carried {
+            findings.add(NoSupport, [from, to], None, seconds as f32, 0.7);
+        } else {
+            let centimetres = 100.0 * usual;
+            findings.add(Floating, [from, to], None, centimetres, confidence(centimetres, 6.0));
+        }
+    }
+    for frame in [motion.first, motion.frames - 1] {
+        let centimetres = 100.0 * heights[frame];
+        findings.add(
+            ClippedEnd,
+            [frame, frame],
+            None,
+            centimetres,
+            confidence(centimetres, 12.0),
+        );
+    }
+}
+
+/// The height of the lowest joint: above where it rests for a point of the feet, above the floor for all others.
+fn height(motion: &Motion, body: &Body, frame: usize) -> f32 {
+    let row = motion.row(frame).iter().zip(&motion.is_joint).skip(body.hips());
+    let joints = row.filter(|(_, is_joint)| **is_joint).map(|(position, _)| position.y);
+    let lowest = joints.fold(f32::INFINITY, f32::min) - body.contacts.floor;
+    lowest.min(body.lowest_foot(frame))
+}
+
+/// Whether the hips fall as a body in the air does: by a parabola through both ends and the middle.
+fn is_in_flight(motion: &Motion, body: &Body, [from, to]: [usize; 2]) -> bool {
+    let at = |frame: usize| motion.at(frame, body.hips()).y;
+    let half = (to - from) as f32 / motion.rate as f32 / 2.0;
+    let acceleration = (at(from) + at(to) - 2.0 * at((from + to) / 2)) / (half * half).max(f32::MIN_POSITIVE);
+    acceleration < FALLS
+}

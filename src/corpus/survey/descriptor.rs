@@ -1,0 +1,64 @@
+//! The descriptor of a clip: the mean and the standard deviation of each number of its fingerprint over time, 68 in
+//! all. For the map and for choosing, each is divided by its standard deviation over the corpus.
+
+use super::fingerprint::{Fingerprint, WIDTH};
+use mocap_scene::math::principal;
+
+/// Numbers of a descriptor.
+pub(super) const LENGTH: usize = 2 * WIDTH;
+
+/// Rounds of the iteration that finds the axes of the map.
+const ROUNDS: usize = 200;
+
+/// The descriptors of a corpus, each number with mean 0 and deviation 1; `None` for clips without samples.
+pub(super) fn descriptors<'a>(clips: impl Iterator<Item = &'a Fingerprint>) -> Vec<Option<Vec<f32>>> {
+    let mut all: Vec<Option<Vec<f32>>> = clips.map(descriptor).collect();
+    for index in 0..LENGTH {
+        let values = || all.iter().flatten().map(|descriptor| f64::from(descriptor[index]));
+        let count = values().count().max(1) as f64;
+        let mean = values().sum::<f64>() / count;
+        let deviation = (values().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+        // What hardly differs is rounding.
+        let scale = if deviation > 1e-4 { 1.0 / deviation } else { 0.0 };
+        for descriptor in all.iter_mut().flatten() {
+            descriptor[index] = ((f64::from(descriptor[index]) - mean) * scale) as f32;
+        }
+    }
+    all
+}
+
+fn descriptor(fingerprint: &Fingerprint) -> Option<Vec<f32>> {
+    let samples = fingerprint.samples();
+    if samples == 0 {
+        return None;
+    }
+    let mut descriptor = vec![0.0; LENGTH];
+    for index in 0..WIDTH {
+        let value = |sample: usize| f32::from(fingerprint.row(sample)[index]) / 127.0;
+        let mean = (0..samples).map(value).sum::<f32>() / samples as f32;
+        let square = (0..samples).map(|sample| (value(sample) - mean).powi(2)).sum::<f32>() / samples as f32;
+        descriptor[index] = mean;
+        descriptor[WIDTH + index] = square.sqrt();
+    }
+    Some(descriptor)
+}
+
+/// The first two principal components of each descriptor, by power iteration on their covariance.
+pub(super) fn map(descriptors: &[Option<Vec<f32>>]) -> Vec<Option<[f64; 2]>> {
+    let rows = descriptors.iter().flatten();
+    let rows: Vec<Vec<f64>> = rows
+        .map(|row| row.iter().map(|value| f64::from(*value)).collect())
+        .collect();
+    let products = principal::products(rows.iter().map(Vec::as_slice), LENGTH);
+    // Of fewer than two directions the others are 0.
+    let mut axes = principal::axes(&products, LENGTH, 2, ROUNDS);
+    axes.resize(2, vec![0.0; LENGTH]);
+    let index = |descriptor: &Vec<f32>| {
+        let along = |axis: &Vec<f64>| descriptor.iter().zip(axis).map(|(a, b)| f64::from(*a) * b).sum();
+        [along(&axes[0]), along(&axes[1])]
+    };
+    descriptors
+        .iter()
+        .map(|descriptor| descriptor.as_ref().map(index))
+        .collect()
+}

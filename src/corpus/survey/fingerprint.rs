@@ -1,0 +1,195 @@
+//! What of a motion is kept in memory to compare it with others: ten times a second, where ten limbs point in the frame
+//! of the body, how high the hips are, and how fast they move and turn.
+//!
+//! Directions depend neither on the lengths of a skeleton nor on how its joints are rolled, and the frame of the body
+//! neither on where the clip stands nor where it looks. A number is a byte, so ten seconds are 3.4 kB.
+
+use base64::Engine;
+use glam::Vec3;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::motion::{Body, Motion};
+use mocap_scene::scene::HumanoidBone as Bone;
+
+/// Samples per second of a clip that is compared with others.
+pub(crate) const RATE: f64 = 10.0;
+/// Limbs, each a direction.
+pub(crate) const LIMBS: usize = 10;
+/// Numbers of a sample: three for each limb, the height of the hips in half legs, their speed sideways and forward in
+/// legs per second / 4, and the speed of turning in turns per second.
+pub(crate) const WIDTH: usize = 3 * LIMBS + 4;
+/// The longest part of a clip that is kept, in samples: an hour.
+const MOST_SAMPLES: usize = 36_000;
+
+/// From and to which bone each limb goes; the left ones stand right before the right ones.
+const BONES: [(Bone, Bone); LIMBS] = [
+    (Bone::Hips, Bone::Neck),
+    (Bone::Neck, Bone::Head),
+    (Bone::LeftUpperArm, Bone::LeftLowerArm),
+    (Bone::RightUpperArm, Bone::RightLowerArm),
+    (Bone::LeftLowerArm, Bone::LeftHand),
+    (Bone::RightLowerArm, Bone::RightHand),
+    (Bone::LeftUpperLeg, Bone::LeftLowerLeg),
+    (Bone::RightUpperLeg, Bone::RightLowerLeg),
+    (Bone::LeftLowerLeg, Bone::LeftFoot),
+    (Bone::RightLowerLeg, Bone::RightFoot),
+];
+
+/// The samples of one clip.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Fingerprint {
+    /// Samples x [`WIDTH`].
+    pub(crate) values: Vec<i8>,
+    /// Whether limbs are those of a humanoid; else they go from the root to joints of the skeleton.
+    pub(crate) is_body: bool,
+}
+
+impl Fingerprint {
+    pub(crate) fn new(motion: &Motion) -> Self {
+        if motion.rate <= 0.0 || motion.nodes() == 0 {
+            return Self::default();
+        }
+        let samples = ((motion.frames - motion.first) as f64 / motion.rate * RATE).ceil() as usize;
+        Self::sampled(motion, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
+    }
+
+    /// So many samples at another rate, from a frame on. Speeds are those since the sample before, which may stand
+    /// before that frame.
+    pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
+        let mut values = Vec::new();
+        let step = motion.rate / rate;
+        let mut before = (from - step >= motion.first as f64).then(|| Sample::new(motion, from - step));
+        for sample in 0..samples {
+            let sample = Sample::new(motion, from + sample as f64 * step);
+            sample.write(before.as_ref(), 1.0 / rate as f32, &mut values);
+            before = Some(sample);
+        }
+        Self {
+            values,
+            is_body: motion.body.is_some(),
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.values.len() / WIDTH
+    }
+
+    /// The directions of a sample.
+    pub(crate) fn limbs(&self, sample: usize) -> &[i8] {
+        &self.values[sample * WIDTH..sample * WIDTH + 3 * LIMBS]
+    }
+
+    /// All numbers of a sample.
+    pub(crate) fn row(&self, sample: usize) -> &[i8] {
+        &self.values[sample * WIDTH..(sample + 1) * WIDTH]
+    }
+}
+
+/// A motion at one time.
+struct Sample {
+    limbs: [Vec3; LIMBS],
+    forward: Vec3,
+    hips: Vec3,
+    height: f32,
+    leg: f32,
+}
+
+impl Sample {
+    fn new(motion: &Motion, frame: f64) -> Self {
+        let last = motion.frames - 1;
+        let before = (frame.floor() as usize).min(last);
+        let (after, fraction) = ((before + 1).min(last), frame.fract() as f32);
+        let at = |node: usize| motion.at(before, node).lerp(motion.at(after, node), fraction);
+        match &motion.body {
+            Some(body) => {
+                let forward = body.forward(motion, before).lerp(body.forward(motion, after), fraction);
+                Self::of_body(body, at, forward.normalize_or(Vec3::Z))
+            }
+            None => Self::of_nodes(motion, at),
+        }
+    }
+
+    fn of_body(body: &Body, at: impl Fn(usize) -> Vec3, forward: Vec3) -> Self {
+        let left = Vec3::Y.cross(forward);
+        let bone = |bone: Bone| body.bones.get(&bone).map(|node| at(*node));
+        let limb = |(from, to): (Bone, Bone)| {
+            // A body without a neck has a head.
+            let to = bone(to).or_else(|| bone(Bone::Head));
+            let along = bone(from).zip(to).map(|(from, to)| (to - from).normalize_or_zero());
+            let along = along.unwrap_or_default();
+            Vec3::new(along.dot(left), along.y, along.dot(forward))
+        };
+        let hips = at(body.hips());
+        Self {
+            limbs: BONES.map(limb),
+            forward,
+            hips,
+            height: (hips.y - body.contacts.floor) / body.leg,
+            leg: body.leg,
+        }
+    }
+
+    fn of_nodes(motion: &Motion, at: impl Fn(usize) -> Vec3) -> Self {
+        let nodes = motion.nodes();
+        let limb = |index: usize| (at((index + 1) * (nodes - 1) / LIMBS) - at(0)).normalize_or_zero();
+        Self {
+            limbs: std::array::from_fn(limb),
+            forward: Vec3::Z,
+            hips: at(0),
+            height: 1.0,
+            leg: (motion.size() / 4.0).max(f32::MIN_POSITIVE),
+        }
+    }
+
+    /// Adds its numbers; `before` is the sample so many seconds before it.
+    fn write(&self, before: Option<&Self>, seconds: f32, values: &mut Vec<i8>) {
+        let byte = |value: f32| (value * 127.0).round().clamp(-127.0, 127.0) as i8;
+        values.extend(self.limbs.iter().flat_map(Vec3::to_array).map(byte));
+        let (step, turn) = before.map_or((Vec3::ZERO, 0.0), |before| {
+            let turn = before
+                .forward
+                .cross(self.forward)
+                .y
+                .atan2(before.forward.dot(self.forward));
+            (
+                (self.hips - before.hips) / seconds / self.leg / 4.0,
+                turn / seconds / std::f32::consts::TAU,
+            )
+        });
+        let left = Vec3::Y.cross(self.forward);
+        values.push(byte(self.height / 2.0));
+        values.push(byte(step.dot(left)));
+        values.push(byte(step.dot(self.forward)));
+        values.push(byte(turn));
+    }
+}
+
+/// As base64, with a letter before it for what the limbs are.
+impl Serialize for Fingerprint {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.values);
+        let letter = if self.is_body { 'b' } else { 'n' };
+        let text = base64::engine::general_purpose::STANDARD.encode(bytes);
+        serializer.serialize_str(&format!("{letter}{text}"))
+    }
+}
+
+impl<'de> Deserialize<'de> for Fingerprint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+
+        let text = String::deserialize(deserializer)?;
+        let letter = text.chars().next().filter(|letter| ['b', 'n'].contains(letter));
+        let letter = letter.ok_or_else(|| D::Error::custom("a fingerprint begins with b or n"))?;
+        let bytes = base64::engine::general_purpose::STANDARD
+            .decode(&text[1..])
+            .map_err(D::Error::custom)?;
+        if bytes.len() % WIDTH != 0 || bytes.len() / WIDTH > MOST_SAMPLES {
+            return Err(D::Error::custom(format!("a fingerprint has {WIDTH} bytes a sample")));
+        }
+        Ok(Self {
+            values: bytemuck::cast_slice(&bytes).to_vec(),
+            is_body: letter == 'b',
+        })
+    }
+}

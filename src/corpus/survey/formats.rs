@@ -1,0 +1,75 @@
+//! The formats in which the rows are written.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use super::corpus::Corpus;
+use super::row::{Cell, ClipRow};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::csv_field;
+
+impl Corpus {
+    /// The formats of [`to_format`](Self::to_format), by their extensions.
+    pub const FORMATS: [&str; 5] = ["parquet", "csv", "json", "jsonl", "txt"];
+
+    /// The bytes of a file with the rows: `csv`, `json`, `parquet`; `jsonl` is a [record](Self::to_record), `txt` the
+    /// [list](Self::to_list) of files.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for another format, and for Parquet in a build without the feature `parquet`.
+    pub fn to_format(&self, extension: &str) -> Result<Vec<u8>> {
+        Ok(match extension {
+            "csv" => self.to_csv().into_bytes(),
+            "json" => self.to_json().into_bytes(),
+            "jsonl" => self.to_record().into_bytes(),
+            "txt" => self.to_list().into_bytes(),
+            #[cfg(feature = "parquet")]
+            "parquet" => mocap_io::export::parquet::to_parquet(&[self.to_table()])?,
+            #[cfg(not(feature = "parquet"))]
+            "parquet" => {
+                let message = "this build cannot write Parquet; build it with `--features parquet`";
+                return Err(Diagnostic::new(Code::InvalidValue, message).into());
+            }
+            _ => {
+                let message = "the table of a survey has no such format";
+                let known = Self::FORMATS.join(", ");
+                return Err(Diagnostic::new(Code::InvalidValue, message)
+                    .expected_found(known, extension)
+                    .into());
+            }
+        })
+    }
+
+    /// The rows as JSON, an array of objects.
+    pub fn to_json(&self) -> String {
+        let rows: Vec<&ClipRow> = self.rows().collect();
+        serde_json::to_string_pretty(&rows).expect("rows have string keys and finite numbers")
+    }
+
+    /// The rows with what is compared with other clips, an object a line: a record.
+    pub fn to_record(&self) -> String {
+        self.clips().iter().map(|clip| clip.to_line() + "\n").collect()
+    }
+
+    /// The files of the clips, a line each.
+    pub fn to_list(&self) -> String {
+        let files: BTreeSet<&str> = self.rows().map(|row| row.file.as_str()).collect();
+        files.into_iter().map(|file| format!("{file}\n")).collect()
+    }
+
+    /// The rows as CSV, without the list of findings.
+    pub fn to_csv(&self) -> String {
+        let columns = ClipRow::column_names();
+        let mut csv = columns.join(",") + "\n";
+        for row in self.rows() {
+            let cells = columns.iter().map(|column| match row.cell(column) {
+                Some(Cell::Flag(flag)) => flag.to_string(),
+                Some(Cell::Number(number)) => number.to_string(),
+                Some(Cell::Text(text)) => csv_field(&text, false),
+                Some(Cell::Nothing) | None => String::new(),
+            });
+            let _ = writeln!(csv, "{}", cells.collect::<Vec<_>>().join(","));
+        }
+        csv
+    }
+}

@@ -1,0 +1,148 @@
+//! The kinds of defects, and from which amounts a clip is suspect or bad: the one table.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use mocap_scene::error::{Code, Diagnostic, Result};
+
+/// Declares [`DefectKind`] from one line for each: its name, its unit, the amounts from which a clip is suspect and
+/// bad, whether it needs the body of a humanoid, and what it is.
+macro_rules! kinds {
+    ($($variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
+        /// What can be wrong with a motion.
+        ///
+        /// ```
+        /// use mocap::survey::DefectKind;
+        ///
+        /// let skate = DefectKind::from_name("skate")?;
+        /// assert_eq!((skate, skate.unit()), (DefectKind::Skate, "cm"));
+        /// # Ok::<(), mocap::Error>(())
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        #[non_exhaustive]
+        pub enum DefectKind {
+            $(#[doc = $help] $variant,)*
+        }
+
+        impl DefectKind {
+            /// Every kind.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its name in tables, options and expressions.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The unit of its amounts.
+            pub const fn unit(self) -> &'static str {
+                match self { $(Self::$variant => $unit,)* }
+            }
+
+            /// What it is, in one phrase.
+            pub const fn help(self) -> &'static str {
+                match self { $(Self::$variant => $help,)* }
+            }
+
+            /// Whether it is measured on the body of a humanoid alone.
+            pub const fn needs_body(self) -> bool {
+                match self { $(Self::$variant => $body,)* }
+            }
+
+            const fn limits(self) -> [f64; 2] {
+                match self { $(Self::$variant => [$suspect, $bad],)* }
+            }
+        }
+    };
+}
+
+kinds! {
+    NotFinite "not-finite" "values" 1.0 1.0 false "values in the file that are no numbers, which were replaced"
+    Frozen "frozen" "s" 0.5 2.0 false "no joint moves at all"
+    Gap "gap" "s" 0.5 2.0 false "joints that move elsewhere hold one pose while others move"
+    Doubled "doubled" "frames" 1.0 5.0 false "frames that repeat the one before while the body moves"
+    Dropped "dropped" "frames" 1.0 5.0 false "frames before which one is missing"
+    Flip "flip" "frames" 1.0 10.0 false "frames in which a rotation jumps away and comes back"
+    Exchanged "exchanged" "frames" 1.0 10.0 true "frames in which left and right legs, or arms, are exchanged"
+    Noise "noise" "mm" 8.0 16.0 false "joints tremble: how far the farthest joint below is moved by it"
+    Breathing "breathing" "%" 3.0 8.0 false "a bone changes its length"
+    TPose "t-pose" "s" 0.01 1.0 true "the body stands in a T-pose within the motion"
+    Skate "skate" "cm" 6.0 15.0 true "a foot slides while it stands"
+    Floating "floating" "cm" 6.0 15.0 true "the body hovers above the floor on which it stood"
+    UnderFloor "under-floor" "cm" 4.0 10.0 true "a foot is below the floor on which it stands"
+    NoSupport "no-support" "s" 0.6 1.5 true "nothing that is in the file carries the body: stairs, a chair, an object"
+    Treadmill "treadmill" "s" 1.5 4.0 true "the legs walk and the body stays where it is"
+    Tilted "tilted" "degrees" 2.0 4.0 true "the floor under the feet is a slope"
+    Drift "drift" "cm" 6.0 20.0 true "the body drifts, up, down or over the ground, with the feet that stand"
+    BeyondRange "beyond-range" "degrees" 20.0 40.0 true "a knee bends forwards, or a knee, an elbow or the neck farther than a body can"
+    SelfCollision "self-collision" "cm" 5.0 8.0 true "a hand or a forearm is inside of the trunk or the head"
+    ClippedEnd "clipped-end" "cm" 12.0 25.0 true "the clip begins or ends in the air"
+    OddUnit "odd-unit" "times" 1.5 3.0 false "the skeleton has other numbers, in another unit, than in other files of it and its format"
+    OddAxis "odd-axis" "degrees" 45.0 45.0 false "another axis points up than in other files of the skeleton"
+}
+
+impl DefectKind {
+    /// The kind of a name.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] with every name.
+    pub fn from_name(name: &str) -> Result<Self> {
+        let found = Self::ALL.iter().copied().find(|kind| kind.as_str() == name);
+        found.ok_or_else(|| {
+            let names = Self::ALL.iter().map(|kind| kind.as_str()).collect::<Vec<_>>();
+            Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is no kind of defect"))
+                .expected_found(names.join(", "), name)
+                .into()
+        })
+    }
+}
+
+/// The amounts from which a clip is suspect, and from which it is bad, for each kind.
+///
+/// ```
+/// use mocap::survey::{DefectKind, Thresholds};
+///
+/// let mut thresholds = Thresholds::default();
+/// thresholds.set("skate=2..5")?;
+/// assert_eq!(thresholds.of(DefectKind::Skate), [2.0, 5.0]);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Thresholds {
+    changed: BTreeMap<DefectKind, [f64; 2]>,
+}
+
+impl Thresholds {
+    /// The amounts from which a clip is suspect and bad by a kind.
+    pub fn of(&self, kind: DefectKind) -> [f64; 2] {
+        self.changed.get(&kind).copied().unwrap_or(kind.limits())
+    }
+
+    /// Takes `KIND=AMOUNT`, from which a clip is bad, or `KIND=SUSPECT..BAD`. An amount of `inf` turns a kind off.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for anything else.
+    pub fn set(&mut self, text: &str) -> Result<()> {
+        let refused = || {
+            Diagnostic::new(Code::InvalidValue, format!("\"{text}\" is no threshold"))
+                .expected_found("KIND=BAD or KIND=SUSPECT..BAD, as skate=2 or skate=1..2", text)
+        };
+        let (name, amounts) = text.split_once('=').ok_or_else(refused)?;
+        let kind = DefectKind::from_name(name.trim())?;
+        let (suspect, bad) = match amounts.split_once("..") {
+            Some((suspect, bad)) => (Some(suspect), bad),
+            None => (None, amounts),
+        };
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| *number >= 0.0);
+        let bad = number(bad).ok_or_else(refused)?;
+        let suspect = match suspect {
+            Some(text) => number(text).filter(|suspect| *suspect <= bad).ok_or_else(refused)?,
+            // A number that is stricter than the usual amount of suspicion lowers it.
+            None if bad.is_infinite() => bad,
+            None => self.of(kind)[0].min(bad),
+        };
+        self.changed.insert(kind, [suspect, bad]);
+        Ok(())
+    }
+}

@@ -1,0 +1,164 @@
+//! Motion graphs: which moments of many clips are so alike that a figure can pass from one to the other, and walks over
+//! them. After Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs.md` has the words and formulas.
+//!
+//! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
+//! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always
+//! go on. A [`Walk`] over it is found by search; [`Walk::motion`](crate::graph::Walk::motion) makes a motion of it.
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::graph::{GraphBuilder, GraphOptions};
+//!
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let mut builder = GraphBuilder::new(&GraphOptions::new().threshold(0.1))?;
+//! builder.add("walk.bvh", &walk)?;
+//! let graph = builder.build()?;
+//! let walk = builder.network(&graph)?.random(10.0, 1)?; // longer than the clip
+//! assert!(walk.pieces.len() > 1 && walk.seconds() >= 10.0);
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod bend;
+mod bound;
+mod builder;
+pub(crate) mod clouds;
+mod component;
+pub(crate) mod distance;
+mod file;
+mod haste;
+mod minima;
+mod near;
+mod network;
+mod path;
+mod random;
+mod through;
+pub(crate) mod walk;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::builder::{DistanceMatrix, GraphBuilder};
+pub use self::network::Network;
+pub use self::walk::{Walk, WalkPath, WalkPiece};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{frame_rate, positive};
+use mocap_scene::options::setters;
+
+/// How moments are compared.
+///
+/// The [module](crate::graph) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[non_exhaustive]
+pub struct GraphOptions {
+    /// Frames per second at which clips are compared. Default: 30, as in the paper.
+    pub rate: f64,
+    /// The length of the window of frames that is compared, and of a transition, in seconds. Default: a third.
+    pub window: f64,
+    /// The largest distance at which a figure may pass from one moment to another, in metres. Default: 0.06.
+    pub threshold: f64,
+    /// Whether transitions stay that lead out of the largest strongly connected component. Default: `false`.
+    pub whole: bool,
+}
+
+setters! {
+    GraphOptions {
+        rate: f64,
+        window: f64,
+        threshold: f64,
+        whole: bool,
+    }
+}
+
+impl Default for GraphOptions {
+    fn default() -> Self {
+        Self {
+            rate: 30.0,
+            window: 1.0 / 3.0,
+            threshold: 0.06,
+            whole: false,
+        }
+    }
+}
+
+/// Frames of a window at most.
+const LONGEST_WINDOW: f64 = 1000.0;
+
+impl GraphOptions {
+    /// The frames of a window.
+    #[doc(hidden)]
+    pub fn frames(&self) -> usize {
+        (self.window * self.rate).round() as usize
+    }
+
+    fn check(&self) -> Result<()> {
+        frame_rate(Code::InvalidValue, self.rate)?;
+        positive(Code::InvalidValue, "window", self.window)?;
+        positive(Code::InvalidValue, "threshold", self.threshold)?;
+        let frames = self.window * self.rate;
+        if (2.0..=LONGEST_WINDOW).contains(&frames.round()) {
+            return Ok(());
+        }
+        let message = format!("a window must have 2 to {LONGEST_WINDOW} frames, got {frames:.1}");
+        Err(mocap_scene::error::Diagnostic::new(Code::InvalidValue, message).into())
+    }
+}
+
+/// A motion graph.
+///
+/// The [module](crate::graph) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[non_exhaustive]
+pub struct MotionGraph {
+    /// The version of the schema of the file: [`MotionGraph::VERSION`].
+    pub motion_graph: u32,
+    /// How the moments were compared.
+    pub options: GraphOptions,
+    /// The file of the body on which all clips were put before they were compared, and its SHA-256 in hexadecimal
+    /// digits; `None` where the clips have one skeleton.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<(String, String)>,
+    /// The joints that are compared, each with its weight; these add up to 1. Of a window, the frames in the middle
+    /// count most, and from there less in a straight line.
+    pub points: Vec<(String, f32)>,
+    /// The clips, in the order in which they were added.
+    pub clips: Vec<GraphClip>,
+    /// The transitions, in the order of the frames that they leave.
+    pub transitions: Vec<GraphTransition>,
+}
+
+/// A clip of a motion graph.
+///
+/// The [module](crate::graph) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[non_exhaustive]
+pub struct GraphClip {
+    /// Its file, as it was named.
+    pub file: String,
+    /// The SHA-256 of the file in hexadecimal digits; empty where it is not known.
+    pub sha256: String,
+    /// The number of the animation in the file, from 0.
+    pub animation: usize,
+    /// Its frames at the rate of the graph.
+    pub frames: usize,
+    /// The first and the last frame of it that belong to the largest strongly connected component, from each of which
+    /// every other can be reached.
+    pub part: Option<[usize; 2]>,
+}
+
+/// Where a figure can pass from one moment to another: for the length of a window from the frame that it leaves on, the
+/// two are blended, and end with the frame that it comes to.
+///
+/// The [module](crate::graph) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[non_exhaustive]
+pub struct GraphTransition {
+    /// The clip and the frame that it leaves.
+    pub from: [usize; 2],
+    /// The clip and the frame that it comes to.
+    pub to: [usize; 2],
+    /// How far the two windows are apart, in metres.
+    pub distance: f32,
+}

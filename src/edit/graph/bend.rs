@@ -1,0 +1,139 @@
+//! Brings a walk onto the path that it follows. What the clips leave is bent little by little: the walk is shifted and
+//! turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing", 2001).
+//! Steps sway beside the path as they did, and feet are held afterwards, as those of every walk.
+
+use glam::DVec2;
+
+use super::network::Network;
+use super::path::LOOKED_AT;
+use super::walk::{Bend, Walk, WalkPath, smooth as blended};
+use mocap_scene::math::polyline::Polyline;
+
+/// The deviation of the Gaussian bell over which a bend is smoothed, and half of the time over which the direction of a
+/// walk is taken, in seconds: a step.
+const SMOOTH: f64 = 0.5;
+
+/// How far a walk is shifted at most, in metres, and turned, in radians: a walk that is farther off does not follow the
+/// path, and shall not look as if.
+const MOST_MOVED: f64 = 0.4;
+const MOST_TURNED: f64 = 0.5;
+
+/// A figure that moves by less than this in the time of a direction goes nowhere, in metres.
+const STILL: f64 = 0.1;
+
+impl Network<'_> {
+    /// Bends a walk so that it is on a path, and says how near to it the walk is then.
+    pub(super) fn bring_onto(&self, walk: &mut Walk, path: &Polyline) {
+        let mut centres = self.centres(walk);
+        centres.truncate((walk.seconds() * self.rate).ceil() as usize + 1);
+        walk.bends = self.bends(centres, path);
+        let moved: Vec<DVec2> = walk.bends.iter().map(|bend| bend.centre + bend.moved).collect();
+        walk.followed = Some(followed(&moved, path, self.step()));
+    }
+
+    /// Frames in half of the time over which a direction is taken.
+    fn step(&self) -> usize {
+        (SMOOTH * self.rate).round().max(1.0) as usize
+    }
+
+    /// How each frame of a walk is moved so that it is on a path.
+    fn bends(&self, centres: Vec<DVec2>, path: &Polyline) -> Vec<Bend> {
+        let along = along(&centres, path);
+        let missing = centres
+            .iter()
+            .zip(&along)
+            .map(|(centre, along)| path.at(*along) - *centre);
+        let half = self.step();
+        let turn = |frame: usize| turn((&centres, &along), path, frame, half);
+        let moved = smooth(&missing.collect::<Vec<_>>(), half);
+        let turns = (0..centres.len()).map(|frame| DVec2::new(turn(frame), 0.0));
+        let turns = smooth(&turns.collect::<Vec<_>>(), half);
+        let bends = centres.into_iter().zip(moved.into_iter().zip(turns));
+        bends
+            .map(|(centre, (moved, turn))| Bend {
+                centre,
+                moved: moved.clamp_length_max(MOST_MOVED),
+                turn: turn.x.clamp(-MOST_TURNED, MOST_TURNED),
+            })
+            .collect()
+    }
+
+    /// Where the figure is in each frame of a walk.
+    fn centres(&self, walk: &Walk) -> Vec<DVec2> {
+        let blend = walk.window - 1;
+        let centre = |piece: usize, frame: usize| {
+            let clip = walk.pieces[piece].clip;
+            walk.placements[piece].apply(self.clouds[clip].centres[frame])
+        };
+        let mut centres = Vec::with_capacity(walk.frames() + 1);
+        for (index, piece) in walk.pieces.iter().enumerate() {
+            centres.extend((piece.first..=piece.last).map(|frame| centre(index, frame)));
+            let Some(next) = walk.pieces.get(index + 1) else { break };
+            for step in 1..blend {
+                let (from, to) = (piece.last + step, next.first + step - blend);
+                let weight = blended(step as f64 / blend as f64);
+                centres.push(centre(index, from).lerp(centre(index + 1, to), weight));
+            }
+        }
+        centres
+    }
+}
+
+/// How far along the path the nearest point to each place is.
+fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
+    let mut reached = 0.0;
+    let next = |place: &DVec2| {
+        reached = path.nearest(*place, reached, LOOKED_AT);
+        reached
+    };
+    places.iter().map(next).collect()
+}
+
+/// By how much the direction in which places go in a frame is to be turned to be that of the path, in radians.
+fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half: usize) -> f64 {
+    let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
+    let (own, wanted) = (places[to] - places[from], path.at(along[to]) - path.at(along[from]));
+    match own.length().min(wanted.length()) > STILL {
+        true => own.angle_to(wanted),
+        false => 0.0,
+    }
+}
+
+/// How near places are to a path.
+fn followed(places: &[DVec2], path: &Polyline, half: usize) -> WalkPath {
+    let along = along(places, path);
+    let apart = places
+        .iter()
+        .zip(&along)
+        .map(|(place, along)| place.distance(path.at(*along)));
+    let turns = (0..places.len()).map(|frame| turn((places, &along), path, frame, half).abs().to_degrees());
+    let mean_and_most = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, most) = values.fold((0.0, 0.0), |(sum, most), value| (sum + value, f64::max(most, value)));
+        (sum / places.len().max(1) as f64, most)
+    };
+    let (mean_distance, largest_distance) = mean_and_most(&mut apart.into_iter());
+    let (mean_angle, largest_angle) = mean_and_most(&mut turns.into_iter());
+    WalkPath {
+        length: path.length(),
+        mean_distance,
+        largest_distance,
+        mean_angle,
+        largest_angle,
+    }
+}
+
+/// The mean of values around each, under a Gaussian bell of `deviation` frames.
+fn smooth(values: &[DVec2], deviation: usize) -> Vec<DVec2> {
+    let reach = 3 * deviation;
+    let weight = |steps: usize| (-0.5 * (steps as f64 / deviation as f64).powi(2)).exp();
+    let weights: Vec<f64> = (0..=reach).map(weight).collect();
+    let at = |middle: usize| {
+        let (first, last) = (middle.saturating_sub(reach), (middle + reach).min(values.len() - 1));
+        let near = (first..=last).map(|frame| (weights[frame.abs_diff(middle)], values[frame]));
+        let (whole, sum) = near.fold((0.0, DVec2::ZERO), |(whole, sum), (weight, value)| {
+            (whole + weight, sum + weight * value)
+        });
+        sum / whole
+    };
+    (0..values.len()).map(at).collect()
+}

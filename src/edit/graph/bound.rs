@@ -1,0 +1,315 @@
+//! Numbers of a window, whose distance is never above that of Kovar, and nearly as large where two windows are alike:
+//! what is far apart by these is not aligned.
+//!
+//! A point over the ground is a complex number, and a window a vector z of them, each times the root of its weight,
+//! about their mean. The best rotation then leaves
+//!
+//! ```text
+//! D² = r² + r'² - 2 |<z, z'>| + |h - h'|²,    r = |z|
+//! ```
+//!
+//! with the heights h. What does not change when z is rotated is the matrix z z*, and of A = z z* / r
+//!
+//! ```text
+//! |A - A'|² = r² + r'² - 2 r r' c²,    c = |<z, z'>| / (r r') <= 1
+//! D² - |h - h'|² = (r - r')² + 2 r r' (1 - c) >= (r - r')² + r r' (1 - c²) = ½ (r - r')² + ½ |A - A'|²
+//! ```
+//!
+//! which is nearly equal where c is near 1. So the entries of A and r, times the root of a half, with the heights are
+//! numbers as wanted. They are too many, and these leave all the same no distance too large:
+//!
+//! - Frames are written in orthonormal functions of time, of which the first are kept: Bessel's inequality.
+//! - z is written in orthonormal patterns of points. Of these [`PATTERNS`] are kept, and the length of what is left.
+//! - All the numbers are written in orthonormal axes, of which those are kept along which windows differ most, and the
+//!   length of what is left.
+
+use std::ops::Range;
+
+use glam::DVec2;
+
+use super::clouds::{CloudSpace, Clouds};
+use super::distance::Window;
+use mocap_scene::math::principal;
+use mocap_scene::math::spread::spread;
+
+/// Numbers of a window.
+pub(super) const NUMBERS: usize = 64;
+/// Functions of time: constant, linear and quadratic ones.
+const FUNCTIONS: usize = 3;
+/// Patterns of points in which windows are written. More are tighter, and take longer.
+const PATTERNS: usize = 12;
+/// Windows of which patterns and axes are made, spread over all clips, and rounds of the iteration that finds them.
+const SAMPLE: usize = 1024;
+const ROUNDS: usize = 30;
+/// Windows whose numbers are computed at once, so that memory is not that of a long clip.
+const PIECE: usize = 256;
+
+/// What is added to the threshold for the rounding of numbers of 32 bits: a part of it, and metres.
+pub(super) const SLACK: (f32, f32) = (1e-3, 1e-5);
+
+/// The numbers of a window.
+pub(super) type Numbers = [f32; NUMBERS];
+
+/// The patterns and the axes in which windows are written.
+pub(super) struct Bound {
+    /// Orthonormal under the weights of the frames, each times these.
+    functions: Vec<Vec<f64>>,
+    patterns: Vec<Vec<f64>>,
+    mean: Vec<f64>,
+    axes: Vec<Vec<f64>>,
+}
+
+/// Some windows of a clip in orthonormal functions of time: of each point and function a row over all windows.
+struct Coefficients {
+    count: usize,
+    /// Over the ground about the mean, and up.
+    rows: [Vec<Vec<f64>>; 3],
+}
+
+impl Bound {
+    /// Patterns and axes that suit some clips.
+    pub(super) fn new(space: &CloudSpace, window: &Window, clips: &[Clouds]) -> Self {
+        let mut bound = Self {
+            functions: functions(window.taper()),
+            patterns: Vec::new(),
+            mean: Vec::new(),
+            axes: Vec::new(),
+        };
+        let count = |clip: &Clouds| window.count(clip);
+        let step = clips.iter().map(count).sum::<usize>().div_ceil(SAMPLE).max(1);
+        let chosen = clips
+            .iter()
+            .flat_map(|clip| (0..count(clip)).map(move |start| (clip, start)));
+        let chosen: Vec<_> = chosen.step_by(step).collect();
+        let sample: Vec<Coefficients> = spread(&chosen, |(clip, start)| {
+            Coefficients::new(space, &bound.functions, clip, *start..*start + 1)
+        });
+        let over_ground: Vec<Vec<f64>> = sample
+            .iter()
+            .flat_map(|of| [of.column(0, 0), of.column(1, 0)])
+            .collect();
+        let size = space.weights.len() * bound.functions.len();
+        let products = principal::products(over_ground.iter().map(Vec::as_slice), size);
+        bound.patterns = principal::axes(&products, size, PATTERNS, ROUNDS);
+        let mut all: Vec<Vec<f64>> = spread(&sample, |of| bound.invariants(of).remove(0));
+        let width = all.first().map_or(0, Vec::len);
+        bound.mean = vec![0.0; width];
+        for row in &all {
+            bound
+                .mean
+                .iter_mut()
+                .zip(row)
+                .for_each(|(mean, value)| *mean += value / all.len() as f64);
+        }
+        for row in &mut all {
+            row.iter_mut().zip(&bound.mean).for_each(|(value, mean)| *value -= mean);
+        }
+        let products = principal::products(all.iter().map(Vec::as_slice), width);
+        bound.axes = principal::axes(&products, width, NUMBERS - 1, ROUNDS);
+        bound
+    }
+
+    /// The numbers of all windows of each clip.
+    pub(super) fn numbers(&self, space: &CloudSpace, window: &Window, clips: &[Clouds]) -> Vec<Vec<Numbers>> {
+        let pieces = |clip: usize| {
+            let count = window.count(&clips[clip]);
+            (0..count)
+                .step_by(PIECE)
+                .map(move |start| (clip, start..(start + PIECE).min(count)))
+        };
+        let work: Vec<(usize, Range<usize>)> = (0..clips.len()).flat_map(pieces).collect();
+        let of_pieces = spread(&work, |(clip, starts)| {
+            let of = Coefficients::new(space, &self.functions, &clips[*clip], starts.clone());
+            let rows = self.invariants(&of);
+            rows.iter().map(|row| self.written(row)).collect::<Vec<Numbers>>()
+        });
+        let mut numbers = vec![Vec::new(); clips.len()];
+        for ((clip, _), piece) in work.iter().zip(of_pieces) {
+            numbers[*clip].extend(piece);
+        }
+        numbers
+    }
+
+    /// What is the same however a window is turned: a row for each.
+    fn invariants(&self, of: &Coefficients) -> Vec<Vec<f64>> {
+        let [x, y] = [0, 1].map(|axis| of.in_patterns(axis, &self.patterns));
+        let invariants = |window: usize| {
+            let z: Vec<DVec2> = x
+                .iter()
+                .zip(&y)
+                .map(|(x, y)| DVec2::new(x[window], y[window]))
+                .collect();
+            let square = |rows: &[Vec<f64>]| rows.iter().map(|row| row[window].powi(2)).sum::<f64>();
+            let whole = square(&of.rows[0]) + square(&of.rows[1]);
+            let kept: f64 = z.iter().map(|z| z.length_squared()).sum();
+            let radius = kept.sqrt();
+            let half = 0.5_f64.sqrt();
+            let scale = if radius > 0.0 { half / radius } else { 0.0 };
+            let mut numbers = vec![half * radius, (whole - kept).max(0.0).sqrt()];
+            for (index, own) in z.iter().enumerate() {
+                numbers.push(scale * own.length_squared());
+                for other in &z[..index] {
+                    // Each stands twice in the matrix.
+                    let twice = std::f64::consts::SQRT_2 * scale;
+                    numbers.extend([twice * own.dot(*other), twice * own.perp_dot(*other)]);
+                }
+            }
+            numbers.extend(of.rows[2].iter().map(|row| row[window]));
+            numbers
+        };
+        (0..of.count).map(invariants).collect()
+    }
+
+    /// A row along the axes, and the length of what is left of it.
+    fn written(&self, row: &[f64]) -> Numbers {
+        let row: Vec<f64> = row.iter().zip(&self.mean).map(|(value, mean)| value - mean).collect();
+        let mut numbers = [0.0; NUMBERS];
+        let mut left: f64 = row.iter().map(|value| value * value).sum();
+        for (number, axis) in numbers.iter_mut().zip(&self.axes) {
+            let along = mocap_scene::math::cholesky::dot(&row, axis);
+            left -= along * along;
+            *number = along as f32;
+        }
+        numbers[NUMBERS - 1] = left.max(0.0).sqrt() as f32;
+        numbers
+    }
+}
+
+impl Coefficients {
+    /// Those of the windows that begin in some frames.
+    fn new(space: &CloudSpace, functions: &[Vec<f64>], clip: &Clouds, starts: Range<usize>) -> Self {
+        let (count, width) = (starts.len(), functions[0].len());
+        let origin = clip.centres[starts.start];
+        let origin = [origin.x, origin.y, 0.0];
+        let mut rows = [0, 1, 2].map(|_| Vec::with_capacity(space.weights.len() * functions.len()));
+        for (axis, rows) in rows.iter_mut().enumerate() {
+            for (point, weight) in space.weights.iter().enumerate() {
+                let from = point * clip.frames + starts.start;
+                let values = &clip.values[axis][from..from + count + width - 1];
+                let values: Vec<f64> = values.iter().map(|value| f64::from(*value) - origin[axis]).collect();
+                for function in functions {
+                    let mut row = vec![0.0; count];
+                    for (frame, part) in function.iter().enumerate() {
+                        let part = weight.sqrt() * part;
+                        row.iter_mut()
+                            .zip(&values[frame..])
+                            .for_each(|(sum, value)| *sum += part * value);
+                    }
+                    rows.push(row);
+                }
+            }
+        }
+        for rows in &mut rows[..2] {
+            about_mean(rows, &space.weights, functions.len());
+        }
+        Self { count, rows }
+    }
+
+    /// The numbers of one window.
+    fn column(&self, axis: usize, window: usize) -> Vec<f64> {
+        self.rows[axis].iter().map(|row| row[window]).collect()
+    }
+
+    /// How much of each pattern is in each window.
+    fn in_patterns(&self, axis: usize, patterns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |pattern: &Vec<f64>| {
+            let mut sums = vec![0.0; self.count];
+            for (part, row) in pattern.iter().zip(&self.rows[axis]) {
+                sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += part * value);
+            }
+            sums
+        };
+        patterns.iter().map(of).collect()
+    }
+}
+
+/// Takes the mean of all points in all frames of a window away, which is in the constant functions alone.
+fn about_mean(rows: &mut [Vec<f64>], weights: &[f64], functions: usize) {
+    let count = rows.first().map_or(0, Vec::len);
+    let mut mean = vec![0.0; count];
+    for (weight, row) in weights.iter().zip(rows.iter().step_by(functions)) {
+        mean.iter_mut()
+            .zip(row)
+            .for_each(|(mean, value)| *mean += weight.sqrt() * value);
+    }
+    for (weight, row) in weights.iter().zip(rows.iter_mut().step_by(functions)) {
+        row.iter_mut()
+            .zip(&mean)
+            .for_each(|(value, mean)| *value -= weight.sqrt() * mean);
+    }
+}
+
+/// Polynomials that are orthonormal under the weights of the frames, each times these, by Gram's and Schmidt's method.
+fn functions(taper: &[f64]) -> Vec<Vec<f64>> {
+    let product = |a: &[f64], b: &[f64]| -> f64 { taper.iter().zip(a).zip(b).map(|((w, a), b)| w * a * b).sum() };
+    let mut functions: Vec<Vec<f64>> = Vec::new();
+    let half = 0.5 * (taper.len() - 1) as f64;
+    // A window of two frames has two functions.
+    for degree in 0..FUNCTIONS.min(taper.len()) as i32 {
+        let mut function: Vec<f64> = (0..taper.len())
+            .map(|frame| (frame as f64 / half - 1.0).powi(degree))
+            .collect();
+        for other in functions.iter().chain(&functions) {
+            let along = product(&function, other);
+            function
+                .iter_mut()
+                .zip(other)
+                .for_each(|(value, other)| *value -= along * other);
+        }
+        let length = product(&function, &function).sqrt();
+        functions.push(function.iter().map(|value| value / length).collect());
+    }
+    let weighted = |function: &Vec<f64>| {
+        function
+            .iter()
+            .zip(taper)
+            .map(|(value, weight)| value * weight)
+            .collect()
+    };
+    functions.iter().map(weighted).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mocap_figure::Figure;
+
+    /// A bound above the distance would lose transitions; one far below it would be of no use.
+    #[test]
+    fn no_distance_is_below_its_bound() {
+        for (file, frames) in [
+            ("cmu_12_01_walk.bvh", 10),
+            ("cmu_short.bvh", 2),
+            ("kinect_openni.bvh", 10),
+        ] {
+            let scene = mocap_io::import(format!("../../fixtures/real/{file}")).unwrap();
+            let space = CloudSpace::new(&scene, &Figure::new(&scene)).unwrap();
+            let clip = Clouds::new(&space, &scene, &scene.animations[0], 30.0).unwrap();
+            let window = Window::new(frames);
+            let count = window.count(&clip);
+            let exact = window.distances(&space, (&clip, 0..count), (&clip, 0..count));
+            let clips = std::slice::from_ref(&clip);
+            let numbers = Bound::new(&space, &window, clips)
+                .numbers(&space, &window, clips)
+                .remove(0);
+            let (mut sum, mut near) = (0.0, 0.0);
+            for (cell, exact) in exact.iter().enumerate().step_by(7) {
+                let pairs = numbers[cell / count].iter().zip(&numbers[cell % count]);
+                let bound = pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt();
+                assert!(
+                    bound <= exact * (1.0 + SLACK.0) + SLACK.1,
+                    "{file} {cell}: {bound} {exact}"
+                );
+                if *exact > 0.03 && *exact < 0.1 {
+                    sum += bound / exact;
+                    near += 1.0;
+                }
+            }
+            let mean = sum / near;
+            assert!(
+                mean > 0.8,
+                "{file}: the bound is {mean} of the distance in the mean of {near} pairs"
+            );
+        }
+    }
+}

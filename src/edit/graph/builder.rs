@@ -1,0 +1,277 @@
+//! Compares clips, and makes a graph of them.
+
+use super::clouds::{CloudSpace, Clouds};
+use super::distance::Window;
+use super::network::Network;
+use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
+use mocap_figure::Figure;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::pose::{Trs, have_the_same_joints};
+use mocap_scene::scene::Scene;
+
+/// Takes clips of one skeleton, whose moments it compares.
+///
+/// The [module](crate::graph) has an example.
+#[derive(Clone, Debug)]
+pub struct GraphBuilder {
+    options: GraphOptions,
+    window: Window,
+    skeleton: Option<Skeleton>,
+    clips: Vec<GraphClip>,
+    clouds: Vec<Clouds>,
+}
+
+/// The skeleton of all clips: that of the first.
+#[derive(Clone, Debug)]
+struct Skeleton {
+    scene: Scene,
+    file: String,
+    space: CloudSpace,
+}
+
+/// How much longer a bone of one clip may be than that of another, as a fraction of the longest bone: what rounding of
+/// decimal numbers leaves.
+const SAME_LENGTH: f32 = 1e-3;
+
+/// The distances of all moments of two clips, in metres.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::graph::{GraphBuilder, GraphOptions};
+///
+/// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// let mut builder = GraphBuilder::new(&GraphOptions::new())?;
+/// builder.add("walk.bvh", &walk)?;
+/// let matrix = builder.matrix(0, 0)?;
+/// assert!(matrix.at(3, 3) < 1e-6 && matrix.at(0, 5) > 0.01);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DistanceMatrix {
+    /// The windows of the first clip.
+    pub rows: usize,
+    /// The windows of the second clip.
+    pub columns: usize,
+    /// Row by row.
+    pub values: Vec<f32>,
+}
+
+impl DistanceMatrix {
+    /// The distance of the window that begins in a frame of the first clip to one of the second.
+    ///
+    /// # Panics
+    /// Where there is no such window.
+    pub fn at(&self, row: usize, column: usize) -> f32 {
+        assert!(column < self.columns, "column {column} of {}", self.columns);
+        self.values[row * self.columns + column]
+    }
+}
+
+impl GraphBuilder {
+    /// A builder without clips.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for options that are not valid.
+    pub fn new(options: &GraphOptions) -> Result<Self> {
+        options.check()?;
+        Ok(Self {
+            options: *options,
+            window: Window::new(options.frames()),
+            skeleton: None,
+            clips: Vec::new(),
+            clouds: Vec::new(),
+        })
+    }
+
+    /// Adds every animation of a scene, which was read from `file`.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where there is none, [`Code::InvalidValue`] where the skeleton differs from that of the
+    /// earlier clips, [`Code::LimitExceeded`] for a motion that is too long.
+    pub fn add(&mut self, file: &str, scene: &Scene) -> Result<()> {
+        if scene.animations.is_empty() {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+        }
+        if let Some(skeleton) = &self.skeleton {
+            skeleton.require_same(scene)?;
+        }
+        let skeleton = match self.skeleton.take() {
+            Some(skeleton) => skeleton,
+            None => Skeleton {
+                space: CloudSpace::new(scene, &Figure::new(scene))?,
+                scene: without_motion(scene),
+                file: file.to_owned(),
+            },
+        };
+        let space = &skeleton.space;
+        let clouds = scene.animations.iter().enumerate().map(|(index, animation)| {
+            let clouds = Clouds::new(space, scene, animation, self.options.rate)?;
+            let sha256 = scene.metadata.origin.as_ref().map(|origin| origin.sha256.clone());
+            let clip = GraphClip {
+                file: file.to_owned(),
+                sha256: sha256.unwrap_or_default(),
+                animation: index,
+                frames: clouds.frames,
+                part: None,
+            };
+            Ok((clip, clouds))
+        });
+        let clouds: Result<Vec<_>> = clouds.collect();
+        self.skeleton = Some(skeleton);
+        for (clip, clouds) in clouds? {
+            self.clips.push(clip);
+            self.clouds.push(clouds);
+        }
+        Ok(())
+    }
+
+    /// The clips that were added.
+    pub fn clips(&self) -> &[GraphClip] {
+        &self.clips
+    }
+
+    /// The distances of all windows of two clips.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where there is no such clip.
+    pub fn matrix(&self, first: usize, second: usize) -> Result<DistanceMatrix> {
+        let clip = |clip: usize| {
+            self.clouds.get(clip).ok_or_else(|| {
+                let message = format!("there is no clip {clip}: there are {}", self.clouds.len());
+                Error::from(Diagnostic::new(Code::InvalidValue, message))
+            })
+        };
+        let (first, second) = (clip(first)?, clip(second)?);
+        if let Some(short) = [first, second].iter().find(|clouds| self.window.count(clouds) == 0) {
+            let message = format!(
+                "a clip of {} frames at {} per second has no window of {} frames",
+                short.frames,
+                self.options.rate,
+                self.window.frames()
+            );
+            return Err(Diagnostic::new(Code::InvalidValue, message)
+                .help("shorten the window, or raise the rate")
+                .into());
+        }
+        Ok(DistanceMatrix {
+            rows: self.window.count(first),
+            columns: self.window.count(second),
+            values: minima::matrix(self.space()?, &self.window, first, second),
+        })
+    }
+
+    /// Compares all clips, and makes their graph.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without a clip; [`Code::InvalidValue`] where no moments are so alike that there is a walk
+    /// without an end.
+    pub fn build(&self) -> Result<MotionGraph> {
+        let space = self.space()?;
+        let threshold = self.options.threshold as f32;
+        let minima = minima::minima(space, &self.window, &self.clouds, threshold);
+        let last = self.window.frames() - 1;
+        let mut transitions = Vec::with_capacity(2 * minima.len());
+        for minimum in minima {
+            let [first, second] = [0, 1].map(|side| [minimum.clips[side], minimum.starts[side]]);
+            for (from, to) in [(first, second), (second, first)] {
+                transitions.push(GraphTransition {
+                    from,
+                    to: [to[0], to[1] + last],
+                    distance: minimum.distance,
+                });
+            }
+        }
+        transitions.sort_by_key(|transition| (transition.from, transition.to));
+        let mut graph = MotionGraph {
+            motion_graph: MotionGraph::VERSION,
+            options: self.options,
+            body: None,
+            points: self.points(),
+            clips: self.clips.clone(),
+            transitions,
+        };
+        let parts = component::largest(&graph);
+        if parts.iter().all(Option::is_none) {
+            let message = format!(
+                "no two moments are within {} m of each other so that a walk could go on without an end",
+                self.options.threshold
+            );
+            let diagnostic = Diagnostic::new(Code::InvalidValue, message);
+            return Err(diagnostic.help("raise the threshold, or add clips").into());
+        }
+        for (clip, part) in graph.clips.iter_mut().zip(&parts) {
+            clip.part = *part;
+        }
+        if !self.options.whole {
+            let is_inside = |[clip, frame]: [usize; 2]| {
+                let within = |part: [usize; 2]| (part[0]..=part[1]).contains(&frame);
+                parts[clip].is_some_and(within)
+            };
+            let kept = |transition: &GraphTransition| is_inside(transition.from) && is_inside(transition.to);
+            graph.transitions.retain(kept);
+        }
+        Ok(graph)
+    }
+
+    /// The graph of these clips, to be searched.
+    ///
+    /// # Errors
+    /// [`Code::InvalidGraph`] where the graph was made of other clips.
+    pub fn network(&self, graph: &MotionGraph) -> Result<Network<'_>> {
+        let names = |points: &[(String, f32)]| Vec::from_iter(points.iter().map(|(name, _)| name.clone()));
+        if names(&graph.points) != names(&self.points()) {
+            let message = "the clips have other joints than those that the graph compares";
+            return Err(Diagnostic::new(Code::InvalidGraph, message).into());
+        }
+        Network::new(self.space()?, &self.window, (&self.clips, &self.clouds), graph)
+    }
+
+    /// The names of the points, each with its weight.
+    fn points(&self) -> Vec<(String, f32)> {
+        let of = |skeleton: &Skeleton| skeleton.space.points(&skeleton.scene).collect();
+        self.skeleton.as_ref().map(of).unwrap_or_default()
+    }
+
+    fn space(&self) -> Result<&CloudSpace> {
+        let space = self.skeleton.as_ref().map(|skeleton| &skeleton.space);
+        space.ok_or_else(|| Diagnostic::new(Code::NoMotion, "there is no clip").into())
+    }
+}
+
+impl Skeleton {
+    /// Refuses a scene with other joints, or with bones of other lengths.
+    fn require_same(&self, scene: &Scene) -> Result<()> {
+        let refuse = |difference: String| {
+            let message = format!("its skeleton is not that of {}: {difference}", self.file);
+            let diagnostic = Diagnostic::new(Code::InvalidValue, message);
+            Err(diagnostic
+                .help("put all clips on one body: mocap graph CLIPS --on BODY -o graph.json")
+                .into())
+        };
+        if let Err(difference) = have_the_same_joints(&self.scene, scene) {
+            return refuse(difference);
+        }
+        let offset = |scene: &Scene, node: usize| Trs::from_matrix(scene.nodes[node].transform).translation;
+        // Where the root stands at rest does not matter.
+        let nodes = (0..scene.nodes.len()).filter(|node| scene.nodes[*node].parent.is_some());
+        let longest = nodes.clone().map(|node| offset(&self.scene, node).length());
+        let most = SAME_LENGTH * longest.fold(0.0, f32::max);
+        for node in nodes {
+            let [own, other] = [&self.scene, scene].map(|scene| offset(scene, node));
+            if own.distance(other) > most {
+                let name = &scene.nodes[node].name;
+                return refuse(format!("the offset of {name:?} is {other} instead of {own}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The nodes of a scene, and what is known of it.
+fn without_motion(scene: &Scene) -> Scene {
+    Scene {
+        nodes: scene.nodes.clone(),
+        ..Scene::default()
+    }
+}

@@ -1,0 +1,279 @@
+//! How far two moments of motion are apart, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
+//! 3.1.
+//!
+//! A moment is the cloud of the points of all joints in a window of frames. Of two clouds one is turned about the
+//! vertical and shifted over the ground so that the weighted sum of squared distances between points is smallest, which
+//! has a closed form. The distance is the square root of that sum, with weights that add up to 1: the distance of
+//! points in the mean, in metres. Frames count less towards the edges of the window.
+//!
+//! For all pairs of windows of two clips, sums over the points of two frames are made once for each pair of frames, and
+//! a window adds those on a diagonal. Numbers are of 64 bits and relative to where the figure is, so that small
+//! differences of large sums stay exact.
+
+use std::ops::Range;
+
+use glam::DVec2;
+
+use super::clouds::{CloudSpace, Clouds};
+use mocap_scene::math::wide;
+
+/// The motion over the ground that brings one moment onto another, in metres along the two axes of the ground, and how
+/// far they are then apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Alignment {
+    /// The angle about the vertical, in radians, counterclockwise as seen from above.
+    pub(crate) turn: f64,
+    pub(crate) offset: DVec2,
+    /// In metres.
+    pub(crate) distance: f64,
+}
+
+impl Alignment {
+    pub(crate) const NONE: Self = Self {
+        turn: 0.0,
+        offset: DVec2::ZERO,
+        distance: 0.0,
+    };
+
+    pub(crate) fn apply(&self, point: DVec2) -> DVec2 {
+        DVec2::from_angle(self.turn).rotate(point) + self.offset
+    }
+
+    /// First `other`, then this one.
+    pub(crate) fn after(&self, other: &Self) -> Self {
+        Self {
+            turn: self.turn + other.turn,
+            offset: self.apply(other.offset),
+            distance: other.distance,
+        }
+    }
+}
+
+/// A window of frames: how much each counts. They add up to 1.
+#[derive(Clone, Debug)]
+pub(crate) struct Window {
+    taper: Vec<f64>,
+}
+
+/// What is known of each window of a tile alone.
+struct Moments {
+    /// The mean of the points over the ground, and of the squares of their distances from it and from height 0.
+    centre: Vec<DVec2>,
+    square: Vec<f64>,
+}
+
+impl Window {
+    /// A window of so many frames, which count less towards its edges in a straight line.
+    pub(crate) fn new(frames: usize) -> Self {
+        let rise = |frame: usize| (frame + 1).min(frames - frame) as f64;
+        let whole: f64 = (0..frames).map(rise).sum();
+        Self {
+            taper: (0..frames).map(|frame| rise(frame) / whole).collect(),
+        }
+    }
+
+    pub(crate) fn frames(&self) -> usize {
+        self.taper.len()
+    }
+
+    /// How much each frame counts.
+    pub(crate) fn taper(&self) -> &[f64] {
+        &self.taper
+    }
+
+    /// The windows of a clip: one begins in each frame that has enough frames after it.
+    pub(crate) fn count(&self, clouds: &Clouds) -> usize {
+        (clouds.frames + 1).saturating_sub(self.frames())
+    }
+
+    /// The alignment of the window of `b` that begins in its frame `second` with that of `a` in its frame `first`.
+    pub(crate) fn align(
+        &self,
+        space: &CloudSpace,
+        (a, first): (&Clouds, usize),
+        (b, second): (&Clouds, usize),
+    ) -> Alignment {
+        let [mut mean_a, mut mean_b] = [DVec2::ZERO; 2];
+        let each = |sum: &mut dyn FnMut(f64, DVec2, DVec2, f64)| {
+            for (frame, taper) in self.taper.iter().enumerate() {
+                for (point, weight) in space.weights.iter().enumerate() {
+                    let at = |clouds: &Clouds, start: usize| {
+                        let index = point * clouds.frames + start + frame;
+                        [0, 1, 2].map(|axis| f64::from(clouds.values[axis][index]))
+                    };
+                    let ([u, v, h], [x, y, z]) = (at(a, first), at(b, second));
+                    sum(taper * weight, DVec2::new(u, v), DVec2::new(x, y), h - z);
+                }
+            }
+        };
+        each(&mut |weight, p, q, _| {
+            mean_a += weight * p;
+            mean_b += weight * q;
+        });
+        let (mut dot, mut cross, mut rest) = (0.0, 0.0, 0.0);
+        each(&mut |weight, p, q, height| {
+            let (p, q) = (p - mean_a, q - mean_b);
+            dot += weight * p.dot(q);
+            cross += weight * q.perp_dot(p);
+            rest += weight * (p.length_squared() + q.length_squared() + height * height);
+        });
+        let turn = cross.atan2(dot);
+        Alignment {
+            turn,
+            offset: mean_a - DVec2::from_angle(turn).rotate(mean_b),
+            distance: (rest - 2.0 * dot.hypot(cross)).max(0.0).sqrt(),
+        }
+    }
+
+    /// The distances of the windows of `a` that begin in `rows` to those of `b` that begin in `columns`, row by row.
+    pub(crate) fn distances(
+        &self,
+        space: &CloudSpace,
+        (a, rows): (&Clouds, Range<usize>),
+        (b, columns): (&Clouds, Range<usize>),
+    ) -> Vec<f32> {
+        let (height, width) = (rows.len(), columns.len());
+        let first = Tile::new(a, rows.start, height + self.frames() - 1);
+        let second = Tile::new(b, columns.start, width + self.frames() - 1);
+        let mut sums = [0; 3].map(|_| vec![0.0; first.frames * second.frames]);
+        products(
+            &first.weighted(&space.weights),
+            &second.side_by_side(),
+            second.frames,
+            &mut sums,
+        );
+        let (own, other) = (self.moments(space, &first), self.moments(space, &second));
+        let mut distances = Vec::with_capacity(height * width);
+        let mut of_row = [0; 3].map(|_| vec![0.0; width]);
+        for row in 0..height {
+            for (sums, of_row) in sums.iter().zip(&mut of_row) {
+                of_row.fill(0.0);
+                for (frame, taper) in self.taper.iter().enumerate() {
+                    let start = (row + frame) * second.frames + frame;
+                    add(of_row, *taper, &sums[start..start + width]);
+                }
+            }
+            let (centre, square) = (own.centre[row], own.square[row]);
+            distances.extend((0..width).map(|column| {
+                let towards = other.centre[column];
+                let dot = of_row[0][column] - centre.dot(towards);
+                let cross = of_row[1][column] - towards.perp_dot(centre);
+                let rest = square + other.square[column] - 2.0 * of_row[2][column];
+                (rest - 2.0 * dot.hypot(cross)).max(0.0).sqrt() as f32
+            }));
+        }
+        distances
+    }
+
+    fn moments(&self, space: &CloudSpace, tile: &Tile) -> Moments {
+        let of_frame = |points: &[[f64; 3]]| {
+            let weighted = space.weights.iter().zip(points);
+            weighted.fold((DVec2::ZERO, 0.0), |(centre, square), (weight, [u, v, h])| {
+                let of_point = u.powi(2) + v.powi(2) + h.powi(2);
+                (centre + *weight * DVec2::new(*u, *v), square + weight * of_point)
+            })
+        };
+        let of_frames: Vec<(DVec2, f64)> = tile.values.chunks_exact(space.weights.len()).map(of_frame).collect();
+        let windows = of_frames.windows(self.frames());
+        let sums = windows.map(|window| {
+            let each = window.iter().zip(&self.taper);
+            each.fold((DVec2::ZERO, 0.0), |(centre, square), (of_frame, taper)| {
+                (centre + *taper * of_frame.0, square + taper * of_frame.1)
+            })
+        });
+        let (centre, square): (Vec<DVec2>, Vec<f64>) = sums.unzip();
+        let square = std::iter::zip(&centre, square).map(|(centre, square)| square - centre.length_squared());
+        Moments {
+            square: square.collect(),
+            centre,
+        }
+    }
+}
+
+/// Frames of the second tile that are multiplied at once.
+const LANES: usize = 8;
+
+/// A point of the second tile in so many frames: its two coordinates over the ground and its height.
+type Lanes = [[f64; LANES]; 3];
+
+/// The points of some frames, over the ground about the centre of the first of them.
+struct Tile {
+    frames: usize,
+    /// Frame by frame the two coordinates over the ground and the height of each point.
+    values: Vec<[f64; 3]>,
+}
+
+impl Tile {
+    fn new(clouds: &Clouds, start: usize, frames: usize) -> Self {
+        let centre = clouds.centres[start];
+        let points = clouds.values[0].len() / clouds.frames;
+        let mut values = vec![[0.0; 3]; frames * points];
+        for (axis, origin) in [centre.x, centre.y, 0.0].into_iter().enumerate() {
+            for (point, all) in clouds.values[axis].chunks_exact(clouds.frames).enumerate() {
+                for (frame, value) in all[start..start + frames].iter().enumerate() {
+                    values[frame * points + point][axis] = f64::from(*value) - origin;
+                }
+            }
+        }
+        Self { frames, values }
+    }
+
+    /// Each point times its weight, frame by frame.
+    fn weighted(&self, weights: &[f64]) -> Vec<Vec<[f64; 3]>> {
+        let of_frame = |points: &[[f64; 3]]| {
+            let weighted = points.iter().zip(weights);
+            weighted
+                .map(|(point, weight)| point.map(|value| weight * value))
+                .collect()
+        };
+        self.values.chunks_exact(weights.len()).map(of_frame).collect()
+    }
+
+    /// The points of so many frames side by side, and so on; those that are missing at the end are 0.
+    fn side_by_side(&self) -> Vec<Vec<Lanes>> {
+        let points = self.values.len() / self.frames;
+        let of_frames = |frames: &[[f64; 3]]| {
+            let mut lanes = vec![[[0.0; LANES]; 3]; points];
+            for (lane, frame) in frames.chunks_exact(points).enumerate() {
+                for (lanes, point) in lanes.iter_mut().zip(frame) {
+                    (0..3).for_each(|axis| lanes[axis][lane] = point[axis]);
+                }
+            }
+            lanes
+        };
+        self.values.chunks(LANES * points).map(of_frames).collect()
+    }
+}
+
+wide::dispatch! {
+    /// Sums over the points of each pair of frames: of the products over the ground, of the cross products there of the
+    /// second with the first, and of the products of heights.
+    fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
+        for (frame, points) in first.iter().enumerate() {
+            for (group, others) in second.iter().enumerate() {
+                let mut own = [[0.0; LANES]; 3];
+                for ([u, v, h], [x, y, z]) in points.iter().zip(others) {
+                    for lane in 0..LANES {
+                        own[0][lane] += u * x[lane] + v * y[lane];
+                        own[1][lane] += v * x[lane] - u * y[lane];
+                        own[2][lane] += h * z[lane];
+                    }
+                }
+                let count = LANES.min(width - group * LANES);
+                let start = frame * width + group * LANES;
+                for (sums, own) in sums.iter_mut().zip(&own) {
+                    sums[start..start + count].copy_from_slice(&own[..count]);
+                }
+            }
+        }
+    }
+}
+
+wide::dispatch! {
+    /// Adds so many times the values.
+    fn add(sums: &mut [f64], times: f64, values: &[f64]) {
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += times * value;
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! Walks along a path over the ground, by a beam search.
+//!
+//! The figure chooses its speed: it is as far along the path as the point nearest to it is. The cost of a walk is the
+//! sum of the squared distances from there, frame by frame, with a little for each frame and each transition. Walks are
+//! compared where they have come equally far: of those in one frame of a clip at one place the cheapest goes on, and of
+//! all a number of the cheapest. The first half of the best walk of some metres is kept, and the search goes on from
+//! its end. Branch and bound, as in section 5 of the paper, finds the best walk too; but where clips are much alike it
+//! has too many walks to look at before it leaves a bad beginning.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeSet, BinaryHeap};
+
+use glam::{DVec2, DVec3};
+
+use super::GraphTransition;
+use super::distance::Alignment;
+use super::network::Network;
+use super::walk::Walk;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::math::polyline::Polyline;
+
+/// How far ahead walks are searched, and how much of the best one is kept, in metres of the path.
+const AHEAD: f64 = 6.0;
+const KEPT: f64 = 3.0;
+
+/// Walks are compared that have come equally far, in metres; so many of them go on.
+const STRETCH: f64 = 0.05;
+const BEAM: usize = 400;
+
+/// Two walks in one frame of a clip are the same that are no farther apart than this, in metres and radians.
+const SAME_PLACE: f64 = 0.03;
+const SAME_TURN: f64 = 0.05;
+
+/// Where a walk can begin: so many frames of each second of a clip, and so many at most.
+const STARTS: f64 = 3.0;
+const MOST_STARTS: usize = 2000;
+
+/// What a transition at the threshold costs, in square metres: as a second of motion at 3 cm from the path.
+const COST_OF_TRANSITION: f64 = 0.03;
+
+/// What a frame costs, so that no figure stands for nothing, in square metres: as one at 2 cm from the path.
+const COST_OF_FRAME: f64 = 4e-4;
+
+/// A walk that is farther from the path than this, in metres, does not follow it.
+const FARTHEST: f64 = 2.0;
+
+/// How far ahead on the path the nearest point is looked for from frame to frame, in metres.
+pub(super) const LOOKED_AT: f64 = 0.5;
+
+/// The longest path, in metres, and the slowest walk along one, in metres per second.
+const LONGEST: f64 = 1e4;
+const SLOWEST: f64 = 0.1;
+
+/// A walk so far: where the figure is in its clip, how it is moved, how far along the path it is, and what that costs.
+#[derive(Clone, Copy)]
+struct State {
+    clip: usize,
+    frame: usize,
+    placement: Alignment,
+    along: f64,
+    cost: f64,
+    frames: usize,
+    /// Where it began, and the number of its last transition.
+    start: usize,
+    taken: Option<usize>,
+    /// After how many frames it came to the end of the stretch that is searched.
+    ended: Option<usize>,
+}
+
+/// A transition of a walk, and the number of the one before it.
+struct Taken {
+    before: Option<usize>,
+    exit: GraphTransition,
+}
+
+/// A search over a stretch of the path.
+struct Search<'a> {
+    network: &'a Network<'a>,
+    path: &'a Polyline,
+    /// How far along the path the stretch begins and ends.
+    begin: f64,
+    end: f64,
+    /// Frames of a walk at most.
+    most: usize,
+    taken: Vec<Taken>,
+    /// Walks that go on, by how far along they are.
+    open: Vec<BinaryHeap<Open>>,
+    /// Walks that went on so far, and how far along the path the farthest came.
+    pushed: usize,
+    reached: f64,
+    best: Option<State>,
+}
+
+/// A walk that goes on; the cheapest first, of equal ones the oldest.
+struct Open {
+    state: State,
+    number: usize,
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let costs = other.state.cost.total_cmp(&self.state.cost);
+        costs.then(other.number.cmp(&self.number))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Network<'_> {
+    /// A walk along a path over the ground, through points in metres along the two axes of the ground: x and z where +Y
+    /// is up, x and y where +Z is. It begins at the first, and ends at the last.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for fewer than two points, equal ones one after another, numbers that are not finite, or
+    /// where no walk gets on along the path.
+    pub fn along(&self, points: &[[f64; 2]]) -> Result<Walk> {
+        let path = line(points.iter().map(|point| self.over_ground(*point)).collect())?;
+        let mut starts = self.starts(&path);
+        let mut walk: Option<Walk> = None;
+        loop {
+            let mut search = Search::new(self, &path, &starts[0]);
+            let Some(best) = search.from(&starts) else {
+                return Err(search.stopped());
+            };
+            let mut state = starts[best.start];
+            let walk = walk.get_or_insert_with(|| Walk::begin(self, state.clip, state.frame, state.placement));
+            let is_last = search.end >= path.length();
+            let begun = state.along;
+            for exit in search.transitions(&best) {
+                state = self.stay(&search, &state, exit.from[1]);
+                state = self.pass(&search, &state, &exit);
+                walk.take(self, &exit);
+                if !is_last && state.along - begun >= KEPT {
+                    break;
+                }
+            }
+            if is_last {
+                walk.stay_until(best.frame);
+                walk.length = best.ended.unwrap_or(best.frames) as f64 / self.rate;
+                self.bring_onto(walk, &path);
+                return Ok(walk.clone());
+            }
+            // Without a transition the walk stays in its clip.
+            state = if state.frames > starts[best.start].frames {
+                state
+            } else {
+                best
+            };
+            walk.stay_until(state.frame);
+            (state.cost, state.start, state.taken, state.ended) = (0.0, 0, None, None);
+            starts = vec![state];
+        }
+    }
+
+    /// A point along the axes of the ground as they are in the world, along those of the clouds.
+    fn over_ground(&self, [first, second]: [f64; 2]) -> DVec2 {
+        let upright = self.space.up.abs().max_position();
+        let mut axes = DVec3::AXES.into_iter().enumerate().filter(|(axis, _)| *axis != upright);
+        let mut next = |value: f64| axes.next().map_or(DVec3::ZERO, |(_, axis)| value * axis);
+        let point = next(first) + next(second);
+        DVec2::from(self.space.ground.map(|axis| axis.as_dvec3().dot(point)))
+    }
+
+    /// Where walks can begin, each moved to where the path begins and turned so that it goes along.
+    fn starts(&self, path: &Polyline) -> Vec<State> {
+        let step = (self.rate / STARTS).ceil() as usize;
+        let second = self.rate.ceil() as usize;
+        let begin = path.at(0.0);
+        let parts = self.clips.iter().enumerate();
+        let parts = parts.filter_map(|(clip, graph_clip)| Some((clip, graph_clip.part?)));
+        let frames =
+            parts.flat_map(|(clip, [first, last])| (first..last).step_by(step).map(move |at| (clip, at, last)));
+        let frames: Vec<_> = frames.collect();
+        let every = frames.len().div_ceil(MOST_STARTS).max(1);
+        let start = |(start, (clip, frame, last)): (usize, &(usize, usize, usize))| {
+            let centre = |frame: usize| self.clouds[*clip].centres[frame];
+            let (from, to) = (centre(*frame), centre((*last).min(frame + second)));
+            let length = to.distance(from);
+            let turn = match length > 0.1 {
+                true => (to - from).angle_to(path.at(length) - begin),
+                false => 0.0,
+            };
+            State {
+                clip: *clip,
+                frame: *frame,
+                placement: Alignment {
+                    turn,
+                    offset: begin - DVec2::from_angle(turn).rotate(from),
+                    distance: 0.0,
+                },
+                along: 0.0,
+                cost: 0.0,
+                frames: 0,
+                start,
+                taken: None,
+                ended: None,
+            }
+        };
+        frames.iter().step_by(every).enumerate().map(start).collect()
+    }
+
+    fn at(&self, state: &State) -> DVec2 {
+        state.placement.apply(self.clouds[state.clip].centres[state.frame])
+    }
+
+    /// On to a frame of the clip.
+    fn on(&self, search: &Search<'_>, state: &mut State, frame: usize) {
+        state.frame = frame;
+        state.frames += 1;
+        if state.ended.is_some() {
+            return;
+        }
+        let at = self.at(state);
+        state.along = search.path.nearest(at, state.along, LOOKED_AT);
+        state.cost += COST_OF_FRAME + at.distance_squared(search.path.at(state.along));
+        if state.along >= search.end {
+            state.ended = Some(state.frames);
+        }
+    }
+
+    /// On in the clip until a frame, or the end.
+    fn stay(&self, search: &Search<'_>, state: &State, until: usize) -> State {
+        let mut state = *state;
+        for frame in state.frame + 1..=until {
+            if state.ended.is_some() {
+                break;
+            }
+            self.on(search, &mut state, frame);
+        }
+        state
+    }
+
+    /// By a transition to another moment.
+    fn pass(&self, search: &Search<'_>, state: &State, exit: &GraphTransition) -> State {
+        let mut state = State {
+            clip: exit.to[0],
+            placement: state.placement.after(&self.alignment(exit)),
+            cost: state.cost + COST_OF_TRANSITION * f64::from(exit.distance) / self.threshold,
+            ..*state
+        };
+        let first = exit.to[1] + 2 - self.window.frames();
+        (first..=exit.to[1]).for_each(|frame| self.on(search, &mut state, frame));
+        state
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(network: &'a Network<'a>, path: &'a Polyline, start: &State) -> Self {
+        let begin = start.along;
+        // A rest that is no stretch of its own belongs to this one.
+        let end = match begin + AHEAD + KEPT < path.length() {
+            true => begin + AHEAD,
+            false => path.length(),
+        };
+        let stretches = ((end - begin) / STRETCH) as usize + 1;
+        Self {
+            network,
+            path,
+            begin,
+            end,
+            most: start.frames + ((end - begin) / SLOWEST * network.rate) as usize,
+            taken: Vec::new(),
+            open: (0..stretches).map(|_| BinaryHeap::new()).collect(),
+            pushed: 0,
+            reached: begin,
+            best: None,
+        }
+    }
+
+    /// The cheapest walk from one of some states to the end of the stretch.
+    fn from(&mut self, starts: &[State]) -> Option<State> {
+        starts.iter().for_each(|start| self.push(*start));
+        for stretch in 0..self.open.len() {
+            let mut seen = BTreeSet::new();
+            while seen.len() < BEAM
+                && let Some(Open { state, .. }) = self.open[stretch].pop()
+            {
+                if seen.insert(self.key(&state)) {
+                    self.branch(&state);
+                }
+            }
+            self.open[stretch] = BinaryHeap::new();
+        }
+        self.best
+    }
+
+    /// What is equal of two walks that go on alike.
+    fn key(&self, state: &State) -> [i64; 5] {
+        let place = self.network.at(state) / SAME_PLACE;
+        let turn = state.placement.turn.rem_euclid(std::f64::consts::TAU) / SAME_TURN;
+        let [x, y, turn] = [place.x, place.y, turn].map(|value| value.round() as i64);
+        [state.clip as i64, state.frame as i64, x, y, turn]
+    }
+
+    /// By each transition that leaves here, and on to the next that leaves the clip.
+    fn branch(&mut self, state: &State) {
+        let (network, clip, frame) = (self.network, state.clip, state.frame);
+        for exit in network.exits_within(clip, frame, frame) {
+            let mut next = network.pass(self, state, exit);
+            self.taken.push(Taken {
+                before: state.taken,
+                exit: *exit,
+            });
+            next.taken = Some(self.taken.len() - 1);
+            self.push(next);
+        }
+        let last = network.clips[clip].part.map_or(frame, |part| part[1]);
+        if frame < last {
+            let leaving = network.exits_within(clip, frame + 1, last).first();
+            let next = network.stay(self, state, leaving.map_or(last, |exit| exit.from[1]));
+            self.push(next);
+        }
+    }
+
+    /// Keeps a walk that goes on.
+    fn push(&mut self, state: State) {
+        if state.ended.is_some() {
+            if self.best.is_none_or(|best| state.cost < best.cost) {
+                self.best = Some(state);
+            }
+            return;
+        }
+        let is_off = self.network.at(&state).distance(self.path.at(state.along)) > FARTHEST;
+        let stretch = ((state.along - self.begin) / STRETCH) as usize;
+        if let Some(open) = self.open.get_mut(stretch)
+            && !is_off
+            && state.frames < self.most
+        {
+            self.pushed += 1;
+            self.reached = self.reached.max(state.along);
+            let number = self.pushed;
+            open.push(Open { state, number });
+        }
+    }
+
+    /// The error where no walk comes to the end.
+    fn stopped(&self) -> Error {
+        let message = format!(
+            "no walk of the graph follows the path beyond {:.1} of {:.1} m: the clips have no moves that go on as it \
+             does; add clips that turn so, mirror them, or raise the threshold of the graph",
+            self.reached,
+            self.path.length()
+        );
+        Diagnostic::new(Code::InvalidValue, message).into()
+    }
+
+    /// The transitions of a walk.
+    fn transitions(&self, state: &State) -> Vec<GraphTransition> {
+        let mut exits = Vec::new();
+        let mut next = state.taken;
+        while let Some(taken) = next.map(|number| &self.taken[number]) {
+            exits.push(taken.exit);
+            next = taken.before;
+        }
+        exits.reverse();
+        exits
+    }
+}
+
+/// The line through the points of a path.
+fn line(points: Vec<DVec2>) -> Result<Polyline> {
+    let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+    if points.len() < 2 {
+        return refuse(format!("a path has at least two points, got {}", points.len()));
+    }
+    for (index, pair) in points.windows(2).enumerate() {
+        let length = pair[0].distance(pair[1]);
+        if !length.is_finite() || length <= 0.0 {
+            return refuse(format!(
+                "points {} and {} of the path are {length} m apart",
+                index + 1,
+                index + 2
+            ));
+        }
+    }
+    let line = Polyline::new(points);
+    match line.length() {
+        length if length > LONGEST => refuse(format!("a path is at most {LONGEST} m long, got {length}")),
+        _ => Ok(line),
+    }
+}

@@ -1,0 +1,90 @@
+//! Steps that change a motion, each with a report of what it changed and by how much.
+//!
+//! A step is a value that has its options, and a type that is a [`Step`]; [`EditStep`] is any of them. It changes one
+//! animation of a scene. No step calls another. Those that need to know the body take the bones that
+//! [`Humanoid::of`](mocap_figure::Humanoid::of) finds, unless the [`StepInput`] has them, and fail with
+//! [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) if there are none. Bones keep their lengths.
+//!
+//! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
+//!
+//! To add a step, write its file and a line in the list below: names, help, text, JSON, reports and the command line
+//! follow.
+
+mod alike;
+mod body;
+mod carrier;
+mod contacts;
+mod fit;
+mod flips;
+mod frames;
+mod frames_report;
+pub mod graph;
+mod held;
+mod inertia;
+mod limb;
+mod list;
+mod pose_distance;
+mod quantity;
+mod sequence;
+mod step;
+mod target;
+mod text;
+mod twist;
+mod value;
+mod walk;
+mod warp_path;
+mod warp_time;
+mod window;
+
+#[doc(hidden)]
+pub use self::body::knee_at_rest;
+#[doc(hidden)]
+pub use self::clean::MotionErrors;
+pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
+#[doc(hidden)]
+pub use self::contacts::{LiveContacts, contacts_of};
+#[doc(hidden)]
+pub use self::foot_lock::{Followed, SolePoint, follow_feet};
+pub use self::frames_report::FramesReport;
+pub use self::held::LimbReport;
+pub use self::limb::Limb;
+pub use self::list::EditReport;
+#[doc(hidden)]
+pub use self::sequence::Fitted;
+pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
+pub use self::target::ReachTarget;
+#[doc(hidden)]
+pub use self::value::metres;
+pub use self::walk::WalkReport;
+pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
+pub use self::warp_time::WarpTimeReport;
+
+// A line for each step, in the order of the help: its file, its type, and what else of the file is public.
+self::list::steps! {
+    foot_lock: FootLock, FootLockOptions, FootLockReport, foot_lock;
+    mirror: Mirror, MirrorReport;
+    smooth: Smooth, SmoothFilter, SmoothReport;
+    despike: Despike, DespikeReport;
+    fill: Fill, FillReport;
+    clean: Clean, CleanMeasures, CleanOutcome, CleanPart, CleanReport, CleanedPart, LiveClean;
+    loop_clip: Loop, LoopReport;
+    concat: Concat, ConcatReport;
+    blend: Blend, BlendReport, BlendWeight;
+    layer: Layer, LayerPart, LayerReport;
+    warp: Warp, WarpReport;
+    in_between: InBetween, InBetweenReport, KeyInterpolation;
+    trim: Trim;
+    resample: Resample;
+    drop_first_frame: DropFirstFrame;
+    in_place: InPlace;
+    extract_root: ExtractRoot;
+    reverse: Reverse;
+    rest: Rest, RestReport, StandingPose;
+    t_pose_first: TPoseFirst;
+    bone_axis: BoneAxis, BoneAxisReport;
+    reach: Reach, ReachReport;
+    pin: Pin, PinReport;
+    look_at: LookAt, LookAtReport;
+    ground: Ground, GroundReport;
+    turn: Turn, TurnReport;
+}

@@ -1,0 +1,454 @@
+//! Converts a scene from the unit, axes and frames of its file to those of an output.
+//!
+//! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
+//! caller's choices, [`Survey`](crate::Survey) guesses the rest, and [`Conversion::apply`] returns the
+//! guesses:
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::{Conversion, gltf};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+//! for assumption in Conversion::new().apply(&mut scene)? {
+//!     eprintln!("{assumption}"); // unit: cmu, because from ankle to head there are 20.6820 units of bone, ...
+//! }
+//! let glb = gltf::GltfOptions::default().write_glb(&scene)?; // in metres, with +Y up
+//! # let _ = glb;
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod apply;
+mod bone_axis;
+mod moment;
+mod rest;
+mod rest_text;
+mod space;
+
+use serde::{Deserialize, Serialize};
+
+use crate::HumanoidMap;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{self, Limits};
+use mocap_scene::scene::UpAxis;
+
+pub use self::bone_axis::AlongBone;
+#[doc(hidden)]
+pub use self::moment::part_ticks;
+pub use self::moment::{Moment, TimeRange};
+#[doc(hidden)]
+pub use self::space::{Needs, Space};
+
+/// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
+/// database.
+///
+/// [`Conversion::first_frame`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum FirstFrame {
+    /// Drop it if it is a rest pose, and the motion jumps after it.
+    #[serde(rename = "auto")]
+    #[cfg_attr(feature = "clap", value(name = "auto"))]
+    DropRestPose,
+    /// Drop it.
+    #[serde(rename = "yes")]
+    #[cfg_attr(feature = "clap", value(name = "yes"))]
+    Drop,
+    /// Keep it.
+    #[default]
+    #[serde(rename = "no")]
+    #[cfg_attr(feature = "clap", value(name = "no"))]
+    Keep,
+}
+
+/// The pose of the nodes without motion, which is also the bind pose of meshes.
+///
+/// [`Conversion::rest`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RestPoseSource {
+    /// The rest pose of the file; in BVH the OFFSETs, with all rotations zero.
+    #[default]
+    InFile,
+    /// The pose of a frame of the file, from 0.
+    Frame(u64),
+    /// The T-pose of the humanoid: arms sideways, facing along an axis. In it no joint has a rotation: the frames of
+    /// all joints are along the axes of the world.
+    TPose,
+    /// The T-pose with its arms lowered by 45 degrees, likewise.
+    APose,
+}
+
+/// What to do with the root's motion over the ground.
+///
+/// [`Conversion::root`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum RootMotion {
+    /// Leave it in the root joint.
+    #[default]
+    Keep,
+    /// Remove it.
+    InPlace,
+    /// Move it to a new joint above the root.
+    Extract,
+}
+
+/// Converts an imported scene to the unit, the axes and the frames of an output.
+///
+/// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are those of
+/// [`process`](mocap_scene::process), in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is
+/// recorded in [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can undo it.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::convert::{FirstFrame, Moment, RootMotion};
+/// use mocap::{Conversion, scene::Topic};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_01_01.bvh")?;
+/// let assumptions = Conversion::new()
+///     .first_frame(FirstFrame::DropRestPose)
+///     .trim(None, Moment::Seconds(2.0))
+///     .frame_rate(30.0)
+///     .root(RootMotion::InPlace)
+///     .apply(&mut scene)?;
+/// let topics: Vec<Topic> = assumptions.iter().map(|assumption| assumption.topic).collect();
+/// assert_eq!(topics, [Topic::FirstFrame, Topic::FrameRate, Topic::Unit, Topic::Up]);
+/// assert_eq!(scene.animations[0].frame_count(), 60);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conversion {
+    source: Space,
+    keep_units: bool,
+    first: Option<Moment>,
+    last: Option<Moment>,
+    output: Space,
+    bones: HumanoidMap,
+    frame_rate: Option<f64>,
+    first_frame: FirstFrame,
+    rest: RestPoseSource,
+    t_pose_first: bool,
+    bone_axis: Option<AlongBone>,
+    root: RootMotion,
+    limits: Limits,
+}
+
+impl Conversion {
+    /// A conversion to metres with +Y up.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Metres per unit of length of the file.
+    ///
+    /// Default: the unit that the file states, or else the guess of [`Survey`](crate::Survey), in which the
+    /// figure has the size of a person, with an [`Assumption`](mocap_scene::scene::Assumption).
+    ///
+    /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
+    /// unit if you know it.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::figure::Unit;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 2.0); // the elbow, from the shoulder
+    /// let assumptions = Conversion::new().metres_per_unit(Unit::Decimetre.metres()).apply(&mut scene)?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 0.2);
+    /// assert!(assumptions.iter().all(|assumption| assumption.topic != mocap::scene::Topic::Unit));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn metres_per_unit(mut self, metres: f64) -> Self {
+        self.source.metres_per_unit = Some(metres);
+        self
+    }
+
+    /// The up axis of the file.
+    ///
+    /// Default: the axis that the file states, or else the guess of [`Survey`](crate::Survey), the axis from
+    /// the feet to the head, with an [`Assumption`](mocap_scene::scene::Assumption).
+    ///
+    /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).
+    /// Only the root is rotated; other joints keep their rotations.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::glam::Vec3;
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let first = |scene: &mocap::Scene| scene.animations[0].channels[0].position_keys.values[9];
+    /// assert_eq!(first(&scene), Vec3::new(1.0, 0.18, 0.0));
+    /// Conversion::new().metres_per_unit(1.0).up(UpAxis::Z).apply(&mut scene)?;
+    /// assert_eq!(first(&scene), Vec3::new(1.0, 0.0, -0.18));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn up(mut self, up: UpAxis) -> Self {
+        self.source.up = Some(up);
+        self
+    }
+
+    /// Metres per unit of length of the output.
+    ///
+    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF is in metres; leave the default
+    /// for it.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::figure::Unit;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let centimetres = Conversion::new().metres_per_unit(1.0).out_metres_per_unit(Unit::Centimetre.metres());
+    /// centimetres.apply(&mut scene)?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 200.0);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn out_metres_per_unit(mut self, metres: f64) -> Self {
+        self.output.metres_per_unit = Some(metres);
+        self
+    }
+
+    /// The up axis of the output.
+    ///
+    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). glTF has +Y up; leave the default for
+    /// it.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::glam::Vec3;
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().metres_per_unit(1.0).up(UpAxis::Y).out_up(UpAxis::Z).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].channels[0].position_keys.values[9], Vec3::new(1.0, 0.0, 0.18));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn out_up(mut self, up: UpAxis) -> Self {
+        self.output.up = Some(up);
+        self
+    }
+
+    /// Whether to keep the file's own unit and axes unless [`out_metres_per_unit`](Self::out_metres_per_unit) and
+    /// [`out_up`](Self::out_up) are set.
+    ///
+    /// Default: `false`, the output is in metres with +Y up.
+    ///
+    /// For BVH, which has no unit and no up axis: without other options the numbers do not change. What is kept and not
+    /// needed is not guessed.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let before = scene.clone();
+    /// Conversion::new().keep_units(true).apply(&mut scene)?;
+    /// assert_eq!((scene.nodes, scene.animations), (before.nodes, before.animations));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn keep_units(mut self, keep: bool) -> Self {
+        self.keep_units = keep;
+        self
+    }
+
+    /// Joints of the file for bones of the humanoid, where the guess of
+    /// [`Humanoid::of`](crate::Humanoid::of) is wrong or finds none; `None` for a bone that the skeleton does
+    /// not have.
+    ///
+    /// Default: empty.
+    ///
+    /// The unit and the up axis are guessed from the bones.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::figure::{HumanoidBone, HumanoidMap};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let wrong = HumanoidMap::from([(HumanoidBone::Head, Some("Hat".to_owned()))]);
+    /// let error = Conversion::new().bones(wrong).apply(&mut scene).unwrap_err();
+    /// assert_eq!(error.diagnostic().message, "no joint is called \"Hat\", which the map names as head");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn bones(mut self, bones: HumanoidMap) -> Self {
+        self.bones = bones;
+        self
+    }
+
+    /// The first and the last moment to keep; `None` for the start and the end of the motion.
+    ///
+    /// Default: the whole motion.
+    ///
+    /// Both ends are included. A first moment after the last frame, and a last one before the first, are errors; a last
+    /// moment after the last frame means the last frame.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::convert::Moment;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().trim(Moment::Frame(2), Moment::Seconds(0.5)).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), 4); // 2, 3, 4, 5 of ten frames a second
+    ///
+    /// let late = Conversion::new().trim(Moment::Frame(9), None).apply(&mut scene).unwrap_err();
+    /// assert!(late.to_string().contains("at most frame 3"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn trim(mut self, first: impl Into<Option<Moment>>, last: impl Into<Option<Moment>>) -> Self {
+        self.first = first.into();
+        self.last = last.into();
+        self
+    }
+
+    /// Frames per second of the output.
+    ///
+    /// Default: the file's own frames.
+    ///
+    /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
+    /// [cut](mocap_scene::Scene::cuts). If the file's frame time is rounded, and the frames of both rates coincide only
+    /// without the rounding, the exact rate is used, with an [`Assumption`](mocap_scene::scene::Assumption).
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::{Conversion, scene::Topic};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames, Frame Time: .0083333
+    /// let assumptions = Conversion::new().frame_rate(30.0).apply(&mut scene)?;
+    /// let rate = assumptions.iter().find(|assumption| assumption.topic == Topic::FrameRate).unwrap();
+    /// assert_eq!(rate.choice, "120");
+    /// assert_eq!(scene.animations[0].frame_count(), 19); // every fourth frame
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn frame_rate(mut self, frames_per_second: f64) -> Self {
+        self.frame_rate = Some(frames_per_second);
+        self
+    }
+
+    /// What to do with the first frame.
+    ///
+    /// Default: [`FirstFrame::Keep`].
+    ///
+    /// A motion with a rest pose as its first frame begins with a jump. Frame numbers in other options count the
+    /// dropped frame.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::convert::FirstFrame;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// assert_eq!(scene.animations[0].frame_count(), 75);
+    /// Conversion::new().first_frame(FirstFrame::DropRestPose).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), 74);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn first_frame(mut self, first_frame: FirstFrame) -> Self {
+        self.first_frame = first_frame;
+        self
+    }
+
+    /// The rest pose of the output.
+    ///
+    /// Default: [`RestPoseSource::InFile`].
+    ///
+    /// The motion does not change. For targets that need a T-pose, choose a frame in which the motion has one.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::convert::RestPoseSource;
+    /// use mocap::{Conversion, Pose, scene::NodeId};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let ninth = Pose::at_tick(&scene, 0, 9.0).unwrap();
+    /// Conversion::new().keep_units(true).rest(RestPoseSource::Frame(9)).apply(&mut scene)?;
+    /// assert_eq!(Pose::rest(&scene).position(NodeId(3)), ninth.position(NodeId(3)));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rest(mut self, rest: RestPoseSource) -> Self {
+        self.rest = rest;
+        self
+    }
+
+    /// What to do with the root's motion over the ground.
+    ///
+    /// Default: [`RootMotion::Keep`].
+    ///
+    /// Game engines that move characters themselves need clips in place, or the root motion in a separate joint.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::convert::RootMotion;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// Conversion::new().root(RootMotion::Extract).apply(&mut scene)?;
+    /// assert_eq!((&*scene.nodes[0].name, &*scene.nodes[1].name), ("Root", "Hips"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn root(mut self, root: RootMotion) -> Self {
+        self.root = root;
+        self
+    }
+
+    /// Upper bounds for what another frame rate makes.
+    ///
+    /// Default: [`Limits::default`]. Beyond [`Limits::max_values`], [`apply`](Self::apply) fails with
+    /// [`Code::LimitExceeded`] before memory is taken.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::{Code, Conversion};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let error = Conversion::new().frame_rate(1e6).apply(&mut scene).unwrap_err();
+    /// assert_eq!(error.code(), Code::LimitExceeded);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Checks the numbers that do not depend on a scene: unit, frame rate and times.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    ///
+    /// let error = Conversion::new().frame_rate(0.0).check().unwrap_err();
+    /// assert_eq!(error.diagnostic().message, "frame rate must be finite and above 0, got 0");
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`].
+    pub fn check(&self) -> Result<()> {
+        self.source.check()?;
+        self.output.check()?;
+        if let Some(rate) = self.frame_rate {
+            limits::frame_rate(Code::InvalidValue, rate)?;
+        }
+        for moment in [self.first, self.last].into_iter().flatten() {
+            moment.check()?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,206 @@
+//! What a [`Conversion`] does, in its order.
+
+use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, moment, part_ticks};
+use crate::{Figure, TPose};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::process;
+use mocap_scene::scene::{Animation, Assumption, NodeId, Scene, Topic, UpAxis};
+
+impl Conversion {
+    /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
+    ///
+    /// The guesses of unit, up axis and first frame are added to
+    /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), and so are part of the output. Guesses about the
+    /// figure are added too, and change nothing: whether it is a humanoid and, for one, the direction that it faces at
+    /// rest in the axes of the file, its rest pose and its sides. Of these, only names of the wrong side are returned.
+    /// The exact rate of a rounded frame time is returned and not added.
+    ///
+    /// A converted scene states its unit and its up axis; converting it again changes neither.
+    ///
+    /// # Errors
+    /// As [`Conversion::check`]; and [`Code::InvalidValue`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
+    /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
+    /// [`Code::NotHumanoid`] where a T-pose is asked for, and no humanoid is found.
+    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits)
+    /// allow; `scene` then keeps its frames.
+    pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
+        self.check()?;
+        let figure = Figure::mapped(scene, &self.bones)?;
+        Ok(self.convert(scene, &figure)?.0)
+    }
+
+    /// Converts `scene`, whose figure is known, and returns the figure of what it has become: bones are found once for
+    /// a scene, whatever is done to it.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::figure::{Figure, Unit};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let figure = Figure::new(&scene);
+    /// assert_eq!(figure.survey.unit.value, Unit::Cmu);
+    /// let (figure, _) = Conversion::new().apply_to(&mut scene, &figure)?;
+    /// assert!(figure.survey.unit_is_stated && figure.survey.metres_per_unit == 1.0);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply). [`bones`](Self::bones) changes nothing here, and is recorded.
+    pub fn apply_to(&self, scene: &mut Scene, figure: &Figure) -> Result<(Figure, Vec<Assumption>)> {
+        let (guesses, inserted) = self.convert(scene, figure)?;
+        let humanoid = figure.humanoid.clone().after(inserted);
+        Ok((Figure::with_bones(scene, humanoid), guesses))
+    }
+
+    /// What was guessed, and the node that was inserted.
+    #[doc(hidden)]
+    pub fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
+        self.check()?;
+        let survey = &figure.survey;
+        let drops = match self.first_frame {
+            FirstFrame::Keep => false,
+            FirstFrame::Drop => true,
+            FirstFrame::DropRestPose => survey.first_frame_is_rest_pose,
+        };
+        let start = if drops { 1.0 } else { 0.0 };
+        let animation = scene.animations.first();
+        let (first, last) = part_ticks(animation, self.first, self.last, start)?;
+        if let RestPoseSource::Frame(frame) = self.rest {
+            let message = "the frame of the rest pose is after the last frame";
+            moment::check_within(animation, frame as f64, message)?;
+        }
+        if self.t_pose_first && animation.is_none() {
+            let message = "there is no motion before which the T-pose could stand";
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        }
+        if self.bone_axis.is_some() {
+            process::can_zero_rest_rotations(scene)?;
+        }
+        let standing = self.standing(scene, figure)?;
+
+        let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
+        if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
+            guesses.extend(survey.assumption(Topic::FrameRate));
+        }
+        let needs = self.needs();
+        let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
+        let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
+        guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
+        let of_figure = figure.assumptions_of_figure();
+        if figure.humanoid.sides == crate::Sides::Opposite {
+            guesses.extend(of_figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
+        }
+        if standing.is_some() || self.t_pose_first {
+            guesses.extend(figure.t_pose(scene).map(TPose::assumption));
+        }
+        let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
+        scene.metadata.assumptions.extend(recorded.cloned());
+        if !self.keep_units {
+            let rest = of_figure.into_iter().filter(|guess| !guesses.contains(guess));
+            scene.metadata.assumptions.extend(rest);
+        }
+
+        if let RestPoseSource::Frame(frame) = self.rest {
+            scene.set_rest_pose_at(frame as f64);
+        }
+        if first > 0.0 || last.is_finite() {
+            scene.trim(first, last);
+        }
+        if let Some(rate) = self.frame_rate {
+            scene.resample(rate, &self.limits)?;
+        }
+        let stands = standing.is_some();
+        self.stand(scene, standing, figure)?;
+        let inserted = self.convert_space(scene, survey);
+        if stands {
+            process::zero_rest_rotations(scene)?;
+        }
+        if let Some(axis) = self.bone_axis {
+            let humanoid = figure.humanoid.clone().after(inserted);
+            axis.turn_frames(scene, humanoid, &self.bones)?;
+        }
+        Ok((guesses, inserted))
+    }
+
+    /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
+    /// stay. `figure` is that of `scene`.
+    ///
+    /// A `Retargeter` is made before, for it sees in that frame where the T-pose is.
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply).
+    pub fn leave_out_rest_pose(scene: &mut Scene, figure: &Figure) -> Result<bool> {
+        let steps = scene.metadata.steps.len();
+        let conversion = Self::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
+        conversion.convert(scene, figure)?;
+        Ok(scene.metadata.steps.len() > steps)
+    }
+
+    /// Whether the output has other frames than the file.
+    #[doc(hidden)]
+    pub fn takes_other_frames(&self) -> bool {
+        let of_file = self.clone().all_frames();
+        *self != of_file
+    }
+
+    /// This conversion, of all frames of the file.
+    #[doc(hidden)]
+    pub fn all_frames(self) -> Self {
+        Self {
+            first: None,
+            last: None,
+            frame_rate: None,
+            first_frame: FirstFrame::Keep,
+            ..self
+        }
+    }
+
+    /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
+    fn needs(&self) -> Needs {
+        Needs {
+            unit: !self.keep_units || self.output.metres_per_unit.is_some(),
+            up: !self.keep_units || self.output.up.is_some() || self.root != RootMotion::Keep,
+        }
+    }
+
+    /// Converts the unit and the axes, and what happens over the ground, with +Y up. Returns a node that was inserted.
+    fn convert_space(&self, scene: &mut Scene, survey: &crate::Survey) -> Option<NodeId> {
+        let source = self.source.or_found(&scene.metadata, survey, self.needs());
+        let kept = if self.keep_units { source } else { Space::METRES };
+        let output = self.output.or(kept);
+        // What is unknown is not converted, so any value will do.
+        let values = |space: Space| (space.metres_per_unit.unwrap_or(1.0), space.up.unwrap_or_default());
+        let (from, to) = (values(source), values(output));
+        let upright = match self.root {
+            RootMotion::Keep => to,
+            RootMotion::InPlace | RootMotion::Extract => (to.0, UpAxis::Y),
+        };
+        if !self.keep_units || from != upright {
+            process::convert_units_to(scene, from, upright);
+        }
+        let inserted = match self.root {
+            RootMotion::Keep => None,
+            RootMotion::InPlace => {
+                scene.put_in_place();
+                None
+            }
+            RootMotion::Extract => scene.extract_root_motion(),
+        };
+        if upright != to {
+            process::convert_units_to(scene, upright, to);
+        }
+        // What was neither stated nor guessed is still unknown.
+        scene.metadata.metres_per_unit = output.metres_per_unit;
+        scene.metadata.up = output.up;
+        inserted
+    }
+}
+
+/// Whether resampling uses the exact rate of a rounded frame time.
+fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
+    animation.is_some_and(|animation| {
+        let stated = animation.ticks_per_second;
+        process::rate_before(stated, rate) != stated
+    })
+}

@@ -1,0 +1,85 @@
+//! The T-pose and the A-pose: as the rest pose, and before the motion.
+
+use super::{Conversion, RestPoseSource};
+use crate::{Figure, TPose};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Pose;
+use mocap_scene::process;
+use mocap_scene::scene::{AppliedStep, Scene};
+
+/// How far the arms of an A-pose are below horizontal, in degrees: those of MakeHuman's, Unreal's and Mixamo's are
+/// between 40 and 55.
+const A_POSE: f32 = 45.0;
+
+impl Conversion {
+    /// Whether the T-pose is put before the first frame, as programs that read BVH want it: on the floor of the motion,
+    /// where the motion begins.
+    ///
+    /// Default: `false`. The frames of the motion are then one later. The T-pose is that of the frames that are kept,
+    /// at their rate.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::convert::RestPoseSource;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let frames = scene.animations[0].frame_count();
+    /// Conversion::new().rest(RestPoseSource::TPose).t_pose_first(true).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), frames + 1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn t_pose_first(mut self, t_pose_first: bool) -> Self {
+        self.t_pose_first = t_pose_first;
+        self
+    }
+
+    /// The rest pose of a figure that stands; `None` where none is asked for.
+    pub(super) fn standing(&self, scene: &Scene, figure: &Figure) -> Result<Option<Pose>> {
+        let pose = |t_pose: &TPose| match self.rest {
+            RestPoseSource::APose => Some(t_pose.with_lowered_arms(scene, A_POSE)),
+            RestPoseSource::TPose => Some(t_pose.pose.clone()),
+            RestPoseSource::InFile | RestPoseSource::Frame(_) => None,
+        };
+        let is_asked_for = matches!(self.rest, RestPoseSource::TPose | RestPoseSource::APose);
+        if !(is_asked_for || self.t_pose_first) {
+            return Ok(None);
+        }
+        let t_pose = figure.t_pose(scene).ok_or_else(|| {
+            let message = format!("there is no T-pose: {}", figure.humanoid.reason);
+            Diagnostic::new(Code::NotHumanoid, message)
+                .help("name its bones in a map (--map), or take the pose of a frame: --rest frame:N")
+        })?;
+        if is_asked_for {
+            process::can_zero_rest_rotations(scene)?;
+        }
+        Ok(pose(t_pose).map(|pose| t_pose.at_rest(scene, pose)))
+    }
+
+    /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
+    pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>, figure: &Figure) -> Result<()> {
+        if self.t_pose_first {
+            // The T-pose of the frames that are there can be found again in what is written.
+            let figure = Figure::with_bones(scene, figure.humanoid.clone());
+            standing = self.standing(scene, &figure)?;
+            for animation in 0..scene.animations.len() {
+                let first = figure
+                    .t_pose(scene)
+                    .map(|t_pose| t_pose.on_floor(scene, &figure, animation));
+                if let Some(first) = first {
+                    process::put_first(scene, animation, &first);
+                }
+            }
+            scene.metadata.steps.push(AppliedStep::Edit {
+                edit: serde_json::json!({ "step": "t-pose-first" }),
+                with: None,
+                bones: self.bones.clone(),
+            });
+        }
+        if let Some(standing) = standing {
+            process::set_rest_pose(scene, &standing);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,403 @@
+//! What a motion file does not state: its unit, its up axis, its exact frame rate, whether its first frame is part of
+//! the motion, and the body in it: which joint is which bone, where it looks, and its T-pose.
+//!
+//! Every answer is a guess with a reason. [`Figure`] changes nothing; the caller decides what to do.
+
+#[doc(hidden)]
+pub mod axes;
+mod axis;
+#[doc(hidden)]
+pub mod body;
+mod bone_names;
+#[doc(hidden)]
+pub mod contacts;
+pub mod convert;
+mod extent;
+#[doc(hidden)]
+pub mod ground;
+pub(crate) mod hierarchy;
+mod humanoid;
+#[doc(hidden)]
+pub mod joint_angles;
+pub(crate) mod knuckles;
+mod limb_angles;
+mod measure;
+mod name_joints;
+#[doc(hidden)]
+pub mod names;
+mod poses;
+#[doc(hidden)]
+pub mod robot_bones;
+mod robot_clip;
+#[doc(hidden)]
+pub mod rotations;
+#[doc(hidden)]
+pub mod t_pose;
+#[doc(hidden)]
+pub mod ticks;
+#[doc(hidden)]
+pub mod track;
+mod unit;
+mod up;
+#[doc(hidden)]
+pub mod vrm_humanoid;
+#[doc(hidden)]
+pub mod watched;
+
+use std::sync::OnceLock;
+
+use glam::{Mat3, Vec3};
+use serde::Serialize;
+
+use mocap_scene::error::Result;
+use mocap_scene::process::{first_frame_is_rest_pose, frame_rate};
+use mocap_scene::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
+
+pub use mocap_scene::scene::{Confidence, Guess, HumanoidBone, Side};
+
+pub use self::axis::{Axis, RestPose};
+pub use self::bone_names::BoneNames;
+pub use self::convert::Conversion;
+use self::ground::Ground;
+pub use self::humanoid::{
+    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides,
+};
+pub use self::limb_angles::LimbAngles;
+#[doc(hidden)]
+pub use self::name_joints::apply_names;
+pub use self::name_joints::{Naming, name_joints};
+#[doc(hidden)]
+pub use self::poses::is_at_rest_alike;
+#[doc(hidden)]
+pub use self::robot_clip::robot_clip;
+pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
+pub use self::unit::Unit;
+pub use self::vrm_humanoid::vrm_humanoid;
+
+/// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
+/// examined, so that a long take costs no more than a short one.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::scene::UpAxis;
+/// use mocap::figure::{Figure, Unit};
+///
+/// let found = Figure::new(&mocap::import("fixtures/real/cmu_01_01.bvh")?).survey;
+/// assert_eq!(found.unit.value, Unit::Cmu);
+/// assert_eq!(found.up.value, UpAxis::Y);
+/// assert_eq!(found.frame_rate.map(|rate| rate.value), Some(120.0)); // the file says .0083333
+/// assert!(found.first_frame_is_rest_pose);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Survey {
+    /// The unit of length.
+    pub unit: Guess<Unit>,
+    /// Metres in one unit of length: as the file states it, else those of [`unit`](Self::unit).
+    pub metres_per_unit: f64,
+    /// Whether the file states its unit, in [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit), so
+    /// that nothing is guessed.
+    pub unit_is_stated: bool,
+    /// The axis that points up.
+    pub up: Guess<UpAxis>,
+    /// Whether the scene states its up axis, in [`Metadata::up`](mocap_scene::scene::Metadata::up), so that nothing is
+    /// guessed.
+    pub up_is_stated: bool,
+    /// The intended frames per second, where the frame time is rounded. Absent where the frame time is exact, or not
+    /// near a usual rate.
+    pub frame_rate: Option<Guess<f64>>,
+    /// Whether the first frame is a rest pose, and the motion jumps after it.
+    pub first_frame_is_rest_pose: bool,
+}
+
+/// The axis of [`Figure::up`] alone.
+#[doc(hidden)]
+pub fn up(scene: &Scene) -> Axis {
+    if let Some(up) = scene.metadata.up {
+        return Axis::from(up);
+    }
+    let humanoid = Humanoid::of(scene);
+    let of_body = measure::Measures::new(scene, &humanoid).up().map(|up| up.value);
+    of_body.unwrap_or_else(|| Axis::from(extent::Extent::new(scene).up().value))
+}
+
+/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
+/// used, and the guesses of [`Figure::assumptions`].
+pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
+    let mut assumptions = scene.metadata.assumptions.clone();
+    if let Some(used) = &scene.metadata.root_offset {
+        let choice = match used.policy {
+            RootOffset::Add => "add",
+            RootOffset::Auto | RootOffset::Replace => "replace",
+        };
+        assumptions.push(Assumption {
+            topic: Topic::RootOffset,
+            choice: choice.to_owned(),
+            reason: used.reason.clone(),
+            confidence: Some(used.confidence),
+        });
+    }
+    assumptions.extend(Figure::new(scene).assumptions());
+    assumptions
+}
+
+/// The body in a scene: everything that is known and guessed about it. It is found once for a scene, and then read by
+/// whatever needs it.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::figure::{Axis, Figure, HumanoidBone, RestPose};
+///
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let figure = Figure::new(&scene);
+/// assert_eq!((figure.up.value, figure.facing.value), (Axis::Y, Axis::Z));
+/// assert_eq!(figure.rest_pose.value, RestPose::TPose);
+/// assert!(figure.humanoid.joint(HumanoidBone::LeftHand).is_some());
+/// assert!(figure.t_pose(&scene).unwrap().largest_rotation() < 40.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Figure {
+    /// What the file does not state.
+    pub survey: Survey,
+    /// The axis that points up in the world of the motion, with its sign.
+    pub up: Guess<Axis>,
+    /// Where the figure of the rest pose looks.
+    pub facing: Guess<Axis>,
+    /// The kind of the rest pose.
+    pub rest_pose: Guess<RestPose>,
+    /// The largest difference between the lengths of a left and a right bone, as a fraction, and which bones differ so.
+    pub asymmetry: Option<Guess<f64>>,
+    /// Which joint is which bone.
+    pub humanoid: Humanoid,
+    /// The T-pose, made where it is first asked for, since it looks at some hundred frames.
+    #[serde(skip)]
+    t_pose: OnceLock<Option<TPose>>,
+    /// The ground, made where it is first asked for, since it looks at some hundred frames too.
+    #[serde(skip)]
+    ground: OnceLock<Option<Ground>>,
+}
+
+impl PartialEq for Figure {
+    /// Whether all is equal but T-pose and ground, which follow from it and from the scene.
+    fn eq(&self, other: &Self) -> bool {
+        self.survey == other.survey
+            && self.up == other.up
+            && self.facing == other.facing
+            && self.rest_pose == other.rest_pose
+            && self.asymmetry == other.asymmetry
+            && self.humanoid == other.humanoid
+    }
+}
+
+impl Figure {
+    /// Finds the figure of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        Self::with_bones(scene, Humanoid::of(scene))
+    }
+
+    /// Finds the figure of `scene`, some of whose bones are known.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where a name of the map is not that of a joint.
+    pub fn mapped(scene: &Scene, map: &HumanoidMap) -> Result<Self> {
+        let humanoid = Humanoid::of(scene).with_map(scene, map.clone())?;
+        Ok(Self::with_bones(scene, humanoid))
+    }
+
+    /// Its T-pose; `None` if it is not a humanoid. `scene` is the one in which the figure was found.
+    pub fn t_pose(&self, scene: &Scene) -> Option<&TPose> {
+        self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
+    }
+
+    /// The height of the ground along the up axis, in units of the file: the level on which the lowest joints of the
+    /// feet rest in the motion. Contacts, pictures and retargeting read it here. `None` where it is no humanoid, and
+    /// without a motion. `scene` is the one in which the figure was found.
+    pub fn ground(&self, scene: &Scene) -> Option<Guess<f64>> {
+        let height = f64::from(self.ground_of(scene)?.height());
+        let length = measure::Measures::new(scene, &self.humanoid).bone_length()?;
+        Some(measure::height_of_ground(height, length))
+    }
+
+    /// The levels on which the feet rest.
+    #[doc(hidden)]
+    pub fn ground_of(&self, scene: &Scene) -> Option<&Ground> {
+        let find = || Ground::new(scene, &self.humanoid, self.up_direction());
+        self.ground.get_or_init(find).as_ref()
+    }
+
+    /// Up in the world of the motion.
+    #[doc(hidden)]
+    pub fn up_direction(&self) -> Vec3 {
+        self.up.value.direction().unwrap_or(Vec3::Y)
+    }
+
+    /// Metres in one unit of the scene.
+    #[doc(hidden)]
+    pub fn metres(&self) -> f32 {
+        self.survey.metres_per_unit as f32
+    }
+
+    /// From left (+X), up (+Y) and forward (+Z) of a figure that stands to the world of the motion.
+    #[doc(hidden)]
+    pub fn figure_to_world(&self) -> Mat3 {
+        let up = self.up_direction();
+        let usual = match self.up.value {
+            Axis::Z | Axis::NegZ => Vec3::NEG_Y,
+            _ => Vec3::Z,
+        };
+        let facing = self.facing.value.direction();
+        let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
+        Mat3::from_cols(up.cross(forward), up, forward)
+    }
+
+    /// Finds the figure of `scene` where its bones are known already.
+    pub fn with_bones(scene: &Scene, humanoid: Humanoid) -> Self {
+        let body = measure::Measures::new(scene, &humanoid);
+        let extents = std::cell::OnceCell::new();
+        let figure = || extents.get_or_init(|| extent::Extent::new(scene));
+        let stated_axis = scene.metadata.up.map(|up| Guess {
+            value: Axis::from(up),
+            ..stated(up).map(Axis::Y)
+        });
+        let axis = stated_axis.or_else(|| body.up());
+        let up = match (&axis, scene.metadata.up) {
+            (_, Some(up)) => stated(up),
+            (Some(axis), None) => axis.clone().map(axis.value.up().unwrap_or_default()),
+            (None, None) => figure().up(),
+        };
+        let axis = axis.unwrap_or_else(|| up.clone().map(Axis::from(up.value)));
+        let facing = body.facing();
+        let rest_pose = body.rest_pose(axis.value);
+        let asymmetry = body.asymmetry();
+        let unit = body.unit().unwrap_or_else(|| figure().unit());
+        let survey = Survey {
+            metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
+            unit,
+            unit_is_stated: scene.metadata.metres_per_unit.is_some(),
+            up,
+            up_is_stated: scene.metadata.up.is_some(),
+            frame_rate: scene
+                .animations
+                .first()
+                .and_then(|animation| frame_rate(animation.ticks_per_second)),
+            first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+        };
+        Self {
+            survey,
+            up: axis,
+            facing,
+            rest_pose,
+            asymmetry,
+            humanoid,
+            t_pose: OnceLock::new(),
+            ground: OnceLock::new(),
+        }
+    }
+}
+
+impl Figure {
+    /// The guesses of the survey and those about the figure, in the words of
+    /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions).
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let mut all = self.survey.assumptions();
+        all.extend(self.assumptions_of_figure());
+        all
+    }
+
+    /// Those about the figure: whether it is a humanoid, and of a humanoid its facing, its rest pose and its sides.
+    pub fn assumptions_of_figure(&self) -> Vec<Assumption> {
+        let mut all = Vec::new();
+        let mut add = |topic, choice: &str, confidence: Confidence, reason: &str| {
+            all.push(Assumption {
+                topic,
+                choice: choice.to_owned(),
+                reason: reason.to_owned(),
+                confidence: Some(confidence),
+            });
+        };
+        let humanoid = &self.humanoid;
+        let found = if humanoid.found { "yes" } else { "no" };
+        let confidences = humanoid.bones.values().map(|joint| joint.confidence);
+        let least = confidences.max_by_key(|confidence| *confidence as u8);
+        add(
+            Topic::Humanoid,
+            found,
+            least.unwrap_or(Confidence::Likely),
+            &humanoid.reason,
+        );
+        if humanoid.found {
+            let (facing, pose) = (&self.facing, &self.rest_pose);
+            add(Topic::Facing, facing.value.as_str(), facing.confidence, &facing.reason);
+            add(Topic::RestPose, pose.value.as_str(), pose.confidence, &pose.reason);
+            let (sides, confidence) = (humanoid.sides.as_str(), humanoid.sides_confidence);
+            add(Topic::Sides, sides, confidence, &humanoid.sides_reason);
+        }
+        all
+    }
+}
+
+/// A value that the scene states.
+fn stated(up: UpAxis) -> Guess<UpAxis> {
+    Guess {
+        value: up,
+        confidence: Confidence::Sure,
+        reason: "the file says so, or it was turned when it was read".to_owned(),
+    }
+}
+
+impl Survey {
+    /// The guess about `topic`, where there is one.
+    pub fn assumption(&self, topic: Topic) -> Option<Assumption> {
+        let mut assumptions = self.assumptions().into_iter();
+        assumptions.find(|assumption| assumption.topic == topic)
+    }
+
+    /// The guesses in the words of [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions).
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let assumption = |topic, choice: String, reason: &str, confidence| Assumption {
+            topic,
+            choice,
+            reason: reason.to_owned(),
+            confidence: Some(confidence),
+        };
+        let up = self.up.value.as_str();
+        let mut all = Vec::new();
+        if !self.unit_is_stated {
+            let guess = &self.unit;
+            all.push(assumption(
+                Topic::Unit,
+                guess.value.choice(),
+                &guess.reason,
+                guess.confidence,
+            ));
+        }
+        if !self.up_is_stated {
+            all.push(assumption(
+                Topic::Up,
+                up.to_owned(),
+                &self.up.reason,
+                self.up.confidence,
+            ));
+        }
+        if let Some(rate) = &self.frame_rate {
+            all.push(assumption(
+                Topic::FrameRate,
+                rate.value.to_string(),
+                &rate.reason,
+                rate.confidence,
+            ));
+        }
+        if self.first_frame_is_rest_pose {
+            let reason = "its rotations are nearly all zero, and the motion jumps away from it";
+            let choice = "rest-pose".to_owned();
+            all.push(assumption(Topic::FirstFrame, choice, reason, Confidence::Likely));
+        }
+        all
+    }
+}
+
+#[doc(hidden)]
+pub mod found;

@@ -1,0 +1,233 @@
+//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure; and
+//! the robot whose joints are where arrays have them.
+//!
+//! A model states its vertices at rest (`v_template`), which vertices each joint is between (`J_regressor`), and how
+//! coefficients of shape move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are
+//! `J_regressor (v_template + shapedirs b)` (Loper et al., *SMPL*, 2015, equations 8 and 10). The regressor is applied
+//! once to both, so that a few numbers are kept of a file of many megabytes.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+
+use super::ndarray::{Entries, NdArray};
+use super::proportions;
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::HumanoidBone as Bone;
+use mocap_scene::scene::joint_tables::{Joint, smpl};
+use mocap_scene::scene::robot::Robot;
+
+/// Coefficients of shape that are used, at most: the models have 10 to 300, and those of faces follow.
+const MOST_COEFFICIENTS: usize = 300;
+
+/// Vertices of a model, at most; SMPL-X has 10,475.
+const MOST_VERTICES: usize = 1 << 20;
+
+/// Where the joints of a body are in its T-pose, in metres, left +X, up +Y, forward +Z.
+#[derive(Clone, Debug, PartialEq)]
+#[doc(hidden)]
+pub enum Body {
+    Model(BodyModel),
+    /// Those of a figure that stands on the ground.
+    Bones(BTreeMap<Bone, Vec3>),
+    /// A robot, for the positions of its joints, and the bones that it has as a figure.
+    Robot(Box<Robot>, BTreeMap<Bone, Vec3>),
+}
+
+/// The joints of a model, and how coefficients move them.
+#[derive(Clone, Debug, PartialEq)]
+#[doc(hidden)]
+pub struct BodyModel {
+    joints: Vec<Joint>,
+    rest: Vec<DVec3>,
+    /// Coefficient after coefficient, each of all joints.
+    shape: Vec<Vec<DVec3>>,
+}
+
+impl Body {
+    /// Where these joints are at rest with the coefficients `betas`: from the origin of the model's template, or above
+    /// the ground. A joint that the body lacks is as far from the one above as on the body of generic proportions, and
+    /// one of the spine half-way up to the neck.
+    pub(super) fn rest(&self, joints: &[Joint], betas: &[f64]) -> Vec<Vec3> {
+        let bones = match self {
+            Self::Model(model) => model.bones(betas),
+            Self::Bones(bones) | Self::Robot(_, bones) => bones.clone(),
+        };
+        let generic = proportions::rest(joints);
+        let neck = bones.get(&Bone::Neck);
+        let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
+        for (index, joint) in joints.iter().enumerate() {
+            let own = joint.bone.and_then(|bone| bones.get(&bone)).copied();
+            let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
+            let lacking = || match (joint.parent, neck) {
+                (Some(parent), Some(neck)) if is_spine => positions[parent].midpoint(*neck),
+                (Some(parent), _) => positions[parent] + generic[index] - generic[parent],
+                (None, _) => generic[index],
+            };
+            positions.push(own.unwrap_or_else(lacking));
+        }
+        positions
+    }
+
+    /// Whether it is a model, whose joints are seen from the origin of its template.
+    pub(super) fn is_model(&self) -> bool {
+        matches!(self, Self::Model(_))
+    }
+
+    /// The coefficients of shape that it has.
+    pub(super) fn coefficients(&self) -> usize {
+        match self {
+            Self::Model(model) => model.shape.len(),
+            Self::Bones(_) | Self::Robot(..) => 0,
+        }
+    }
+}
+
+impl BodyModel {
+    /// The model of the arrays of a file; `None` where they are no model.
+    ///
+    /// # Errors
+    /// [`Code::RowLength`] for arrays whose shapes do not belong together, [`Code::LimitExceeded`] for too many
+    /// vertices, [`Code::NonFiniteValue`].
+    pub(super) fn of(entries: &Entries<'_>, limits: &Limits) -> Result<Option<Self>, Failure> {
+        let Some(template) = entries.get("v_template") else {
+            return Ok(None);
+        };
+        let &[vertices, 3] = template.shape.as_slice() else {
+            return Err(shape("v_template", "(vertices, 3)", template));
+        };
+        if vertices > MOST_VERTICES.min(limits.max_values as usize / 3) {
+            let most = format!("at most {MOST_VERTICES} vertices");
+            return Err(Box::new(limit_exceeded(most, vertices.to_string())));
+        }
+        let regressor = Regressor::of(entries, vertices)?;
+        let Some(joints) = smpl(regressor.joints) else {
+            let message = format!("the model has {} joints", regressor.joints);
+            return Err(Box::new(Diagnostic::new(Code::RowLength, message).expected_found(
+                "22, 24, 52 or 55 joints of SMPL's family",
+                regressor.joints.to_string(),
+            )));
+        };
+        let rest = regressor.apply(&template.numbers(), 1, 0);
+        let shape = match entries.get("shapedirs") {
+            Some(directions) => match directions.shape.as_slice() {
+                &[own, 3, count] if own == vertices => {
+                    let numbers = directions.numbers();
+                    let used = count.min(MOST_COEFFICIENTS);
+                    (0..used).map(|index| regressor.apply(&numbers, count, index)).collect()
+                }
+                _ => {
+                    return Err(shape(
+                        "shapedirs",
+                        &format!("({vertices}, 3, coefficients)"),
+                        directions,
+                    ));
+                }
+            },
+            None => Vec::new(),
+        };
+        let model = Self { joints, rest, shape };
+        let mut all = model.shape.iter().flatten().chain(&model.rest);
+        match all.all(|position| position.is_finite() && position.abs().max_element() < 1e3) {
+            true => Ok(Some(model)),
+            false => {
+                let message = "a joint of the model is not at a finite position within 1000 m";
+                Err(Box::new(Diagnostic::new(Code::NonFiniteValue, message)))
+            }
+        }
+    }
+
+    fn bones(&self, betas: &[f64]) -> BTreeMap<Bone, Vec3> {
+        let position_of = |(index, joint): (usize, &Joint)| {
+            let moved = std::iter::zip(&self.shape, betas).map(|(shape, beta)| *beta * shape[index]);
+            Some((joint.bone?, (self.rest[index] + moved.sum::<DVec3>()).as_vec3()))
+        };
+        self.joints.iter().enumerate().filter_map(position_of).collect()
+    }
+}
+
+/// Of which vertices each joint is the weighted sum.
+struct Regressor {
+    joints: usize,
+    /// Joint, vertex, weight.
+    weights: Vec<(usize, usize, f64)>,
+}
+
+impl Regressor {
+    /// A dense array (joints, vertices), or SciPy's sparse matrix, compressed by columns or rows.
+    fn of(entries: &Entries<'_>, vertices: usize) -> Result<Self, Failure> {
+        const NAME: &str = "J_regressor";
+        if let Some(dense) = entries.get(NAME) {
+            let &[joints, columns] = dense.shape.as_slice() else {
+                return Err(shape(NAME, "(joints, vertices)", dense));
+            };
+            if columns != vertices {
+                return Err(shape(NAME, &format!("(joints, {vertices})"), dense));
+            }
+            let numbers = dense.numbers().into_iter().enumerate();
+            let weights = numbers.filter(|(_, weight)| *weight != 0.0);
+            return Ok(Self {
+                joints,
+                weights: weights
+                    .map(|(index, weight)| (index / vertices, index % vertices, weight))
+                    .collect(),
+            });
+        }
+        let part = |own: &str| {
+            let name = format!("{NAME}.{own}");
+            let array = entries.get(&name);
+            array.map(NdArray::numbers).ok_or_else(|| -> Failure {
+                let message = format!("the model has no array {NAME}, nor {name} of a sparse one");
+                Box::new(
+                    Diagnostic::new(Code::MissingKeyword, message)
+                        .expected_found("v_template and J_regressor", entries.describe())
+                        .help("name a model of SMPL, SMPL-H or SMPL-X, or a file with a figure"),
+                )
+            })
+        };
+        let (data, indices, starts) = (part("data")?, part("indices")?, part("indptr")?);
+        let size = part("_shape").or_else(|_| part("shape"))?;
+        let joints = size.first().map_or(0.0, |joints| *joints);
+        let is_ordered = starts.windows(2).all(|pair| pair[0] <= pair[1]);
+        if !is_ordered {
+            let message = format!("the rows of the sparse matrix {NAME} do not follow each other");
+            return Err(Box::new(Diagnostic::new(Code::RowLength, message)));
+        }
+        let by_columns = starts.len() == vertices + 1;
+        let mut weights = Vec::with_capacity(data.len());
+        for (major, pair) in starts.windows(2).enumerate() {
+            let [begin, end] = [pair[0], pair[1]].map(|at| (at as usize).min(data.len()));
+            for (at, weight) in data.iter().enumerate().take(end).skip(begin) {
+                let minor = indices.get(at).map_or(usize::MAX, |index| *index as usize);
+                let (joint, vertex) = if by_columns { (minor, major) } else { (major, minor) };
+                weights.push((joint, vertex, *weight));
+            }
+        }
+        let is_inside = |(joint, vertex, _): &(usize, usize, f64)| *joint < joints as usize && *vertex < vertices;
+        if size.len() != 2 || size[1] != vertices as f64 || !weights.iter().all(is_inside) {
+            let message = format!("the sparse matrix {NAME} does not fit {vertices} vertices");
+            return Err(Box::new(Diagnostic::new(Code::RowLength, message)));
+        }
+        Ok(Self {
+            joints: joints as usize,
+            weights,
+        })
+    }
+
+    /// The joints of vertices whose coordinates are `numbers`, of which each has `count`, by the one at `index`.
+    fn apply(&self, numbers: &[f64], count: usize, index: usize) -> Vec<DVec3> {
+        let mut positions = vec![DVec3::ZERO; self.joints];
+        for (joint, vertex, weight) in &self.weights {
+            let at = |axis: usize| numbers[(3 * vertex + axis) * count + index];
+            positions[*joint] += *weight * DVec3::new(at(0), at(1), at(2));
+        }
+        positions
+    }
+}
+
+fn shape(name: &str, expected: &str, found: &NdArray<'_>) -> Failure {
+    let message = format!("the array {name} has another shape than that of a model");
+    Box::new(Diagnostic::new(Code::RowLength, message).expected_found(expected, found.shape_text()))
+}

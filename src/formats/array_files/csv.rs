@@ -1,0 +1,225 @@
+//! Tables of text: the arrays of this program, and positions of points.
+//!
+//! | table | is known by |
+//! |---|---|
+//! | `mocap fk`, a row for each frame and joint | its first line, a comment with the header |
+//! | points, a row for each frame and point | columns `joint` (or `point`, `marker`, ...), `x`, `y`, `z`; `frame` or `time` |
+//! | points, a row for each frame | columns `NAME_x`, `NAME_y`, `NAME_z` for each of three points or more |
+//!
+//! A cell that is empty or NaN is a gap. Both become named arrays, which `layouts` reads as those of any file.
+
+use std::borrow::Cow;
+
+use serde::Deserialize;
+
+use super::ndarray::{Bytes, Entries, Kind, NdArray};
+use super::point_rows::{PointRows, TABLES, floats};
+use crate::Failure;
+use crate::warnings::Warnings;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::files::{PointColumns, Records, is_csv_of_points, is_own_csv};
+
+/// Whether the bytes begin as a table of motion does.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    is_own_csv(bytes) || is_csv_of_points(bytes)
+}
+
+/// The header of this program's arrays, as far as rows need it.
+#[derive(Deserialize)]
+struct Header {
+    rotation: String,
+    joints: Vec<Joint>,
+}
+
+#[derive(Deserialize)]
+struct Joint {
+    #[doc(hidden)]
+    pub name: String,
+}
+
+/// The names of the columns of rotations, by the word of the header.
+pub(super) fn rotation_columns(rotation: &str) -> &'static [&'static str] {
+    match rotation {
+        "6d" => &["r00", "r10", "r20", "r01", "r11", "r21"],
+        "matrix" => &["r00", "r01", "r02", "r10", "r11", "r12", "r20", "r21", "r22"],
+        "euler" => &["ex", "ey", "ez"],
+        _ => &["qx", "qy", "qz", "qw"],
+    }
+}
+
+/// The arrays of a table.
+pub(super) fn entries(bytes: &[u8], warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let message = format!("the table is not UTF-8 text from byte {} on", error.valid_up_to());
+        Box::new(Diagnostic::new(Code::BinaryFile, message).help("export it as UTF-8"))
+    })?;
+    match is_own_csv(bytes) {
+        true => own(text),
+        false => points(text, warnings),
+    }
+}
+
+fn refused(line: usize, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new(Code::RowLength, format!("line {line}: {}", message.into()))
+}
+
+/// The arrays of this program.
+fn own(text: &str) -> Result<Entries<'static>, Failure> {
+    let mut records = Records::new(text);
+    let mut cells = Vec::new();
+    let comment = match text.starts_with('#') {
+        true => Cow::Borrowed(records.whole_line()),
+        false => {
+            records.next(&mut cells);
+            cells.swap_remove(0)
+        }
+    };
+    let json = comment.strip_prefix("# ").unwrap_or(&comment);
+    let header: Header = serde_json::from_str(json).map_err(|error| {
+        let message = format!("the header in the first line is not one of this program: {error}");
+        Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write it again with mocap fk"))
+    })?;
+    let rotation = rotation_columns(&header.rotation);
+    let expected: Vec<&str> = ["frame", "time", "joint", "x", "y", "z"]
+        .into_iter()
+        .chain(rotation.iter().copied())
+        .collect();
+    records.next(&mut cells);
+    if !cells.iter().take(expected.len()).eq(&expected) {
+        let found = cells.join(",");
+        let error = refused(records.line, "the columns are others than those of mocap fk");
+        return Err(Box::new(
+            error.expected_found(format!("{}, ...", expected.join(",")), found),
+        ));
+    }
+    let (width, count) = (cells.len(), header.joints.len());
+    let (mut positions, mut rotations, mut rows) = (Vec::new(), Vec::new(), 0_usize);
+    while records.next(&mut cells) {
+        let (frame, joint) = (rows / count.max(1), rows % count.max(1));
+        if cells.len() != width {
+            let error = refused(
+                records.line,
+                "the row has another number of cells than there are columns",
+            );
+            return Err(Box::new(
+                error
+                    .expected_found(width.to_string(), cells.len().to_string())
+                    .help("the file is cut off or damaged: write it again with mocap fk"),
+            ));
+        }
+        let name = header.joints.get(joint).map_or("", |joint| &joint.name);
+        // A spreadsheet would calculate some names, which have a mark before them.
+        let is_name = cells[2] == name || cells[2].strip_prefix('\'') == Some(name);
+        if cells[0].parse() != Ok(frame) || !is_name {
+            let error = refused(
+                records.line,
+                "the row is of another frame or joint than the one that follows",
+            );
+            return Err(Box::new(
+                error
+                    .expected_found(format!("{frame},{name}"), format!("{},{}", cells[0], cells[2]))
+                    .help("the rows were sorted or some are missing: write it again with mocap fk"),
+            ));
+        }
+        for (at, cell) in cells[3..expected.len()].iter().enumerate() {
+            let number = number(cell, records.line, expected[3 + at])?;
+            if at < 3 { &mut positions } else { &mut rotations }.push(number);
+        }
+        rows += 1;
+    }
+    if !rows.is_multiple_of(count.max(1)) {
+        let error = refused(records.line, "the last frame does not have all joints");
+        return Err(Box::new(
+            error
+                .expected_found(format!("{count} rows"), format!("{}", rows % count))
+                .help("the file is cut off: write it again with mocap fk"),
+        ));
+    }
+    own_entries(
+        json,
+        (rows / count.max(1), count),
+        &positions,
+        &rotations,
+        rotation.len(),
+    )
+}
+
+/// The arrays of this program as an `.npz` of it has them.
+pub(super) fn own_entries(
+    header: &str,
+    (frames, joints): (usize, usize),
+    positions: &[f32],
+    rotations: &[f32],
+    width: usize,
+) -> Result<Entries<'static>, Failure> {
+    let mut entries = Entries::default();
+    let characters = header.chars().flat_map(|character| u32::from(character).to_le_bytes());
+    let kind = Kind::Text(header.chars().count());
+    let text = NdArray::new(
+        "header",
+        (kind, false),
+        Vec::new(),
+        false,
+        Bytes::made(characters.collect()),
+    )?;
+    entries.arrays.push(("header".to_owned(), text));
+    let rotation_shape = match width {
+        9 => vec![frames, joints, 3, 3],
+        width => vec![frames, joints, width],
+    };
+    for (name, shape, values) in [
+        ("positions", vec![frames, joints, 3], positions),
+        ("rotations", rotation_shape, rotations),
+    ] {
+        entries.arrays.push((name.to_owned(), floats(name, shape, values)?));
+    }
+    Ok(entries)
+}
+
+fn number(cell: &str, line: usize, column: &str) -> Result<f32, Failure> {
+    let number = fast_float2::parse(cell.trim().as_bytes());
+    number.map_err(|_| {
+        let error = refused(line, format!("the cell {column} is not a number"));
+        Box::new(error.expected_found("a number", format!("\"{}\"", cell.chars().take(40).collect::<String>())))
+    })
+}
+
+/// Positions of points.
+fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
+    let mut records = Records::new(text);
+    let mut cells = Vec::new();
+    records.names(&mut cells);
+    let names: Vec<String> = cells.iter().map(|cell| cell.trim().to_owned()).collect();
+    let Some(columns) = PointColumns::of(&names) else {
+        let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
+        let message = "the table is no motion: its columns are no positions";
+        return Err(Box::new(
+            Diagnostic::new(Code::MissingKeyword, message)
+                .expected_found("frame,joint,x,y,z or NAME_x,NAME_y,NAME_z, ...", found.join(","))
+                .help(TABLES),
+        ));
+    };
+    let mut rows = PointRows::new(&columns, &names, warnings);
+    while records.next(&mut cells) {
+        if let [only] = cells.as_slice()
+            && only.trim().is_empty()
+        {
+            continue;
+        }
+        if cells.len() < names.len() {
+            let error = refused(records.line, "the row has fewer cells than there are columns");
+            return Err(Box::new(
+                error
+                    .expected_found(names.len().to_string(), cells.len().to_string())
+                    .help("the file is cut off or damaged: export it again"),
+            ));
+        }
+        // An empty cell is a gap, as is one that says so.
+        let read = |column: usize| match cells[column].trim() {
+            "" | "NA" | "N/A" | "null" | "None" => Ok(f32::NAN),
+            cell => number(cell, records.line, &names[column]),
+        };
+        rows.add(records.line, read, |column| Cow::Borrowed(cells[column].trim()))?;
+    }
+    rows.into_entries()
+}

@@ -1,0 +1,166 @@
+//! What the arrays of a file mean: found from their names, and without names from their shapes.
+
+mod kimodo;
+pub(super) mod opensim;
+mod own;
+mod points;
+mod robot;
+mod smpl;
+
+use super::motion::Motion;
+use super::ndarray::{Entries, NdArray};
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::{Confidence, Format, Scene, Topic};
+
+/// What helps where arrays are no motion.
+const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
+                     GVHMR, GEM-X), posed_joints (Kimodo), those of mocap fk, one array of positions (frames, joints, 3), \
+                     or one of 69, 263 or 322 numbers a frame";
+
+/// The scene of the arrays of a file.
+pub(super) fn scene(
+    entries: &Entries<'_>,
+    format: Format,
+    options: &ReadOptions,
+    warnings: &mut Warnings,
+) -> Result<Scene, Failure> {
+    let reader = Reader { entries, options };
+    let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some();
+    if has_lengths && options.body.is_some() {
+        return Err(needless_body());
+    }
+    if own::is_own(entries) {
+        return own::scene(&reader, format, warnings);
+    }
+    let motion = match () {
+        () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
+        () if robot::is_motion(entries) => return robot::scene(&reader, format),
+        () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
+        () => match smpl::dictionary(entries) {
+            Some(prefix) => smpl::of_dictionary(&reader, &prefix)?,
+            None => {
+                let Some(array) = points::only_array(entries) else {
+                    return Err(Box::new(
+                        refused("no array of the file is a motion that is known", entries).help(KNOWN),
+                    ));
+                };
+                match smpl::of_flat(&reader, array)? {
+                    Some(motion) => motion,
+                    None if options.body.is_some() => return Err(needless_body()),
+                    None => {
+                        return match points::of_humanml3d(&reader, array, format, warnings)? {
+                            Some(scene) => Ok(scene),
+                            None => points::scene(&reader, array, format, warnings),
+                        };
+                    }
+                }
+            }
+        },
+    };
+    Ok(motion.into_scene(format, warnings))
+}
+
+/// The error of a body for arrays that have positions.
+fn needless_body() -> Failure {
+    let message = "--body gives lengths to arrays of rotations, and these have the positions of joints";
+    let help = "leave --body out; mocap retarget puts the motion on another body";
+    Box::new(Diagnostic::new(Code::InvalidValue, message).help(help))
+}
+
+fn refused(message: &str, entries: &Entries<'_>) -> Diagnostic {
+    Diagnostic::new(Code::MissingKeyword, message).expected_found("a motion in a known layout", entries.describe())
+}
+
+/// The arrays of a file, and how they are read.
+struct Reader<'r, 'a> {
+    entries: &'r Entries<'a>,
+    options: &'r ReadOptions,
+}
+
+impl<'a> Reader<'_, 'a> {
+    /// Frames per second as the file states them, or `usual`, which is then an assumption.
+    fn frame_rate(&self, usual: f64, motion: &mut Motion) -> Result<(), Failure> {
+        const NAMES: &[&str] = &[
+            "mocap_framerate",
+            "mocap_frame_rate",
+            "frame_rate",
+            "framerate",
+            "fps",
+            "mocap_fps",
+        ];
+        let stated = self.entries.first(NAMES).and_then(NdArray::scalar);
+        if stated.is_none() && self.options.retime.is_none() {
+            let choice = format!("{usual} frames per second");
+            motion.assume(
+                Topic::FrameRate,
+                choice,
+                "the arrays do not say; it is usual for them",
+                Confidence::Likely,
+            );
+        }
+        motion.frame_rate = self.options.frame_rate_or(stated.unwrap_or(usual))?;
+        Ok(())
+    }
+
+    /// The array of this name, whose shape must be `expected`: frames, then the other axes.
+    fn numbers(&self, name: &str, frames: Option<usize>, widths: &[usize]) -> Result<(usize, Vec<f64>), Failure> {
+        let Some(array) = self.entries.get(name) else {
+            let message = format!("the array {name} is missing");
+            return Err(Box::new(
+                Diagnostic::new(Code::MissingKeyword, message)
+                    .expected_found(format!("an array {name}"), self.entries.describe()),
+            ));
+        };
+        self.numbers_of(name, array, frames, widths)
+    }
+
+    /// The numbers of an array with `widths` numbers a frame, and how many frames it has. Axes of one that stand
+    /// before are left out.
+    fn numbers_of(
+        &self,
+        name: &str,
+        array: &NdArray<'a>,
+        frames: Option<usize>,
+        widths: &[usize],
+    ) -> Result<(usize, Vec<f64>), Failure> {
+        let mut shape = array.shape.as_slice();
+        while shape.len() > widths.len() + 1 && shape[0] == 1 {
+            shape = &shape[1..];
+        }
+        let width: usize = widths.iter().product();
+        let is_flat = shape.len() == 2 && shape[1] == width;
+        let found = shape.first().copied().unwrap_or(0);
+        if !array.is_number()
+            || shape.is_empty()
+            || !(is_flat || shape[1..] == *widths)
+            || frames.is_some_and(|frames| frames != found)
+        {
+            let axes: Vec<String> = widths.iter().map(ToString::to_string).collect();
+            let rows = frames.map_or("frames".to_owned(), |frames| frames.to_string());
+            return Err(Box::new(
+                Diagnostic::new(
+                    Code::RowLength,
+                    format!("the array {name} has another shape than its name says"),
+                )
+                .expected_found(format!("({rows}, {})", axes.join(", ")), array.shape_text()),
+            ));
+        }
+        self.check_values(array)?;
+        Ok((found, array.numbers()))
+    }
+
+    fn check_values(&self, array: &NdArray<'_>) -> Result<(), Failure> {
+        let limits: &Limits = &self.options.limits;
+        let (most, count) = (limits.expanded_values(array.bytes.len() as u64), array.count() as u64);
+        match count <= most {
+            true => Ok(()),
+            false => Err(Box::new(limit_exceeded(
+                format!("at most {most} values"),
+                count.to_string(),
+            ))),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The motion of a robot: where its base is and the positions of its joints, in the layouts that `mocap robot` writes.
+//! The robot itself is the body that is named.
+
+use glam::{DQuat, DVec3, Vec3};
+
+use super::{Reader, refused};
+use crate::Failure;
+use crate::array_files::body::Body;
+use crate::array_files::motion::Motion;
+use crate::array_files::ndarray::{Entries, NdArray};
+use mocap_figure::robot_bones::{robot_bones, robot_scene};
+use mocap_figure::robot_clip;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Format, NodeId, Scene};
+
+/// What is assumed where the arrays state no rate: that of motions for Unitree's robots.
+const USUAL_RATE: f64 = 30.0;
+
+/// A layout: the names of its arrays.
+struct Layout {
+    joints: &'static str,
+    positions: &'static str,
+    rotations: &'static str,
+    /// Whether rotations are w, x, y, z.
+    w_first: bool,
+    /// Whether positions and rotations are of all links, the base first.
+    of_links: bool,
+}
+
+const LAYOUTS: &[Layout] = &[
+    Layout {
+        joints: "dof_pos",
+        positions: "root_pos",
+        rotations: "root_rot",
+        w_first: false,
+        of_links: false,
+    },
+    Layout {
+        joints: "joint_pos",
+        positions: "body_pos_w",
+        rotations: "body_quat_w",
+        w_first: true,
+        of_links: true,
+    },
+    Layout {
+        joints: "dof_positions",
+        positions: "body_positions",
+        rotations: "body_rotations",
+        w_first: true,
+        of_links: true,
+    },
+    Layout {
+        joints: "joint_angles",
+        positions: "base_frame_pos",
+        rotations: "base_frame_wxyz",
+        w_first: true,
+        of_links: false,
+    },
+];
+
+/// MuJoCo's positions: the base in seven numbers, then the joints.
+const QPOS: &str = "qpos";
+const BASE: usize = 7;
+
+/// Whether the arrays are the motion of a robot.
+pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
+    let has = |name: &str| entries.get(name).is_some();
+    has(QPOS) || LAYOUTS.iter().any(|layout| has(layout.joints))
+}
+
+/// The robot of the body in this motion.
+pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
+    let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
+        let message = "the arrays are the motion of a robot, and do not say which";
+        return Err(Box::new(
+            refused(message, reader.entries).help("name the robot that moves: --body robot.urdf, or .xml of MJCF"),
+        ));
+    };
+    let mut motion = Motion::default();
+    reader.frame_rate(USUAL_RATE, &mut motion)?;
+    let (root, positions) = positions(reader, robot)?;
+    let mut scene = robot_scene(robot);
+    scene.metadata.format = Some(format);
+    scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
+    let clip = robot_clip(robot, "", motion.frame_rate, &root, &positions);
+    scene.animations.push(clip);
+    begin_at_bones(&mut scene, robot);
+    Ok(scene)
+}
+
+/// Moves the nodes of links that are bones to where their bones begin: the frame of a link may be anywhere, and that of
+/// a thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
+fn begin_at_bones(scene: &mut Scene, robot: &Robot) {
+    let rest = robot.zero_pose();
+    let mut begins = vec![Vec3::ZERO; robot.links.len()];
+    for bone in robot_bones(robot, None).unwrap_or_default() {
+        // A foot may be a part of its shin, which begins at the knee.
+        if scene.nodes[bone.link].humanoid_bone == Some(bone.bone) {
+            begins[bone.link] = rest[bone.link].to_inner(bone.at).as_vec3();
+        }
+    }
+    let above = |node: usize| robot.links[node].parent.map_or(Vec3::ZERO, |parent| begins[parent]);
+    for (index, node) in scene.nodes.iter_mut().enumerate() {
+        let at = node.transform.transform_point3(begins[index]) - above(index);
+        node.transform.w_axis = at.extend(1.0);
+    }
+    let channels = scene
+        .animations
+        .iter_mut()
+        .flat_map(|animation| &mut animation.channels);
+    for channel in channels {
+        let Some(index) = channel.node.map(NodeId::index) else {
+            continue;
+        };
+        let positions = &mut channel.position_keys.values;
+        let rotations = &channel.rotation_keys.values;
+        if begins[index] != Vec3::ZERO && positions.len() == 1 {
+            positions.resize(rotations.len(), positions[0]);
+        }
+        for (position, rotation) in positions.iter_mut().zip(rotations) {
+            *position += *rotation * begins[index] - above(index);
+        }
+    }
+}
+
+/// The base in each frame, and the positions of the joints in the robot's order.
+fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, Vec<f64>), Failure> {
+    let entries = reader.entries;
+    let own = robot.dof_names();
+    let stated = entries.get("dof_names").map(NdArray::texts);
+    let names = stated.as_deref().unwrap_or(&own);
+    let count = names.len();
+    let layout = LAYOUTS.iter().find(|layout| entries.get(layout.joints).is_some());
+    let (rows, joints, joints_name) = match layout {
+        Some(layout) => {
+            let (frames, joints) = reader.numbers(layout.joints, None, &[count])?;
+            (base(reader, layout, frames)?, joints, layout.joints)
+        }
+        None => {
+            let (_, all) = reader.numbers(QPOS, None, &[BASE + count])?;
+            let rows = all.chunks_exact(BASE + count);
+            let base = rows.clone().map(|row| {
+                let &[x, y, z, w, i, j, k, ..] = row else {
+                    return [0.0; BASE];
+                };
+                [x, y, z, i, j, k, w]
+            });
+            (
+                base.collect(),
+                rows.flat_map(|row| row[BASE..].to_vec()).collect(),
+                QPOS,
+            )
+        }
+    };
+    let columns = own.iter().map(|name| {
+        let found = names.iter().position(|other| other == name);
+        found.ok_or_else(|| no_joint(name, names))
+    });
+    let columns: Vec<usize> = columns.collect::<Result<_, _>>()?;
+    if let Some(other) = names.iter().find(|name| !own.contains(name)) {
+        return Err(no_joint(other, &own));
+    }
+    let root = rows.iter().enumerate().map(|(frame, row)| placement(frame, row));
+    let root = root.collect::<Result<Vec<_>, _>>()?;
+    let ordered = joints
+        .chunks_exact(count.max(1))
+        .flat_map(|row| columns.iter().map(|column| row[*column]));
+    let ordered: Vec<f64> = ordered.collect();
+    if let Some(at) = ordered.iter().position(|position| !position.is_finite()) {
+        let (frame, name) = (at / own.len(), &own[at % own.len()]);
+        let message = format!("the position of a joint is not finite in frame {frame} of {joints_name}");
+        let diagnostic = Diagnostic::new(Code::NonFiniteValue, message).in_joint(name.as_str());
+        return Err(Box::new(diagnostic.expected_found("a number", ordered[at].to_string())));
+    }
+    Ok((root, ordered))
+}
+
+/// The base in each frame: x, y, z, then its rotation as x, y, z, w.
+fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[f64; BASE]>, Failure> {
+    let links = match reader.entries.get(layout.positions).filter(|_| layout.of_links) {
+        Some(array) => array.shape.get(1).copied().unwrap_or(1).max(1),
+        None => 1,
+    };
+    let widths = |last: usize| match layout.of_links {
+        true => vec![links, last],
+        false => vec![last],
+    };
+    let (_, positions) = reader.numbers(layout.positions, Some(frames), &widths(3))?;
+    let (_, rotations) = reader.numbers(layout.rotations, Some(frames), &widths(4))?;
+    let rows = positions.chunks_exact(3 * links).zip(rotations.chunks_exact(4 * links));
+    Ok(rows
+        .map(|(position, rotation)| {
+            let [i, j, k, w] = match layout.w_first {
+                true => [rotation[1], rotation[2], rotation[3], rotation[0]],
+                false => [rotation[0], rotation[1], rotation[2], rotation[3]],
+            };
+            [position[0], position[1], position[2], i, j, k, w]
+        })
+        .collect())
+}
+
+fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
+    /// A quaternion of another length is no rotation, or its columns are in another order.
+    const LENGTH: std::ops::Range<f64> = 0.9..1.1;
+    let [x, y, z, i, j, k, w] = *row;
+    let (translation, rotation) = (DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w));
+    if !translation.is_finite() || !LENGTH.contains(&rotation.length()) {
+        let message = format!("the base is nowhere in frame {frame}");
+        let found = format!("{x} {y} {z} and {i} {j} {k} {w}");
+        return Err(Box::new(
+            Diagnostic::new(Code::NonFiniteValue, message)
+                .expected_found("a finite position and a rotation of length 1", found),
+        ));
+    }
+    Ok(Placement {
+        rotation: rotation.normalize(),
+        translation,
+    })
+}
+
+fn no_joint(name: &str, names: &[String]) -> Failure {
+    const NAMED: usize = 6;
+    let message = "the arrays and the robot have other joints: --body names another robot than that of the motion";
+    let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+    Box::new(
+        Diagnostic::new(Code::InvalidRobot, message)
+            .in_joint(name)
+            .expected_found(format!("{name:?} in both"), format!("{} ...", first.join(", "))),
+    )
+}

@@ -1,0 +1,209 @@
+//! Motion files of OpenSim, `.mot` and `.sto`: a column of numbers for each angle.
+//!
+//! | lines | hold |
+//! |---|---|
+//! | first | the name of the motion |
+//! | others up to `endheader` | `nRows=`, `nColumns=`, `inDegrees=yes` or `no`, and words of the writer |
+//! | the next one | the names of the columns, of which the first is `time`, in seconds |
+//! | others | a frame: a number for each column, separated by tabs or blanks |
+//!
+//! The format is described by OpenSim, *Motion (.mot) Files* and *Storage (.sto) Files*.
+
+use crate::text::table::{Table, cells, words};
+use crate::text::{Word, decode, decode_name, is_binary, quote};
+use crate::warnings::Warnings;
+use crate::{Failure, STATE_THE_RATE};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+
+/// The last line of every header.
+const END_OF_HEADER: &str = "endheader";
+
+/// Lines of a header, at most: files of OpenSim have ten, and some repeat the settings of the tool that wrote them.
+const LONGEST_HEADER: usize = 1000;
+
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    const NEAR: usize = 4096;
+    let start = &bytes[..bytes.len().min(NEAR)];
+    start
+        .split(|byte| *byte == b'\n')
+        .any(|line| line.trim_ascii().eq_ignore_ascii_case(END_OF_HEADER.as_bytes()))
+}
+
+/// The columns of a file.
+pub(super) struct Columns {
+    pub(super) names: Vec<String>,
+    /// In seconds.
+    pub(super) times: Vec<f64>,
+    /// Of each column that has a name, frame by frame.
+    pub(super) values: Vec<Vec<f64>>,
+    /// Whether angles are in degrees; otherwise they are in radians.
+    pub(super) in_degrees: bool,
+}
+
+/// The values of a column that are no finite numbers: the first, its frame, and how many there are.
+#[derive(Clone, Copy)]
+struct NotFinite<'a> {
+    first: Word<'a>,
+    frame: usize,
+    count: u64,
+}
+
+impl Columns {
+    /// # Errors
+    /// Where a line is not that of such a file, there is no row, or the file has more than the limits allow.
+    pub(super) fn read(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<Self, Failure> {
+        let text = decode(bytes)?;
+        if is_binary(&text) {
+            return Err(Box::new(Diagnostic::new(Code::BinaryFile, "the file is not text")));
+        }
+        let mut table = Table::new(&text);
+        let in_degrees = header(&mut table)?;
+        let line = table.header_line("the names of the columns")?;
+        let mut names = words(line).into_iter();
+        if names.next().is_none_or(|word| !word.is("time")) {
+            return Err(table.refused(
+                line,
+                "the line of the names of columns is missing",
+                "time, and the names of columns",
+            ));
+        }
+        let names: Vec<String> = names.map(|word| decode_name(word.bytes)).collect();
+        let mut columns = Self {
+            values: vec![Vec::new(); names.len()],
+            times: Vec::new(),
+            in_degrees,
+            names,
+        };
+        let mut not_finite = vec![None; columns.names.len()];
+        while let Some(line) = table.next_line() {
+            columns.row(&table, line, limits, &mut not_finite)?;
+        }
+        if columns.times.is_empty() {
+            return Err(Box::new(
+                Diagnostic::new(Code::NoMotion, "the file has no rows")
+                    .at(table.cursor.locate_end())
+                    .expected_found("a row of numbers for each frame", "the end of the file")
+                    .help("the file is cut off behind the names of its columns: export it again"),
+            ));
+        }
+        columns.say_not_finite(&table, &not_finite, warnings);
+        Ok(columns)
+    }
+
+    fn say_not_finite(&self, table: &Table<'_>, found: &[Option<NotFinite<'_>>], warnings: &mut Warnings) {
+        for (name, found) in std::iter::zip(&self.names, found) {
+            let Some(found) = found else { continue };
+            warnings.push(Code::NonFiniteValue, || {
+                let message = format!("column {name}, frame {}: the value is not a finite number", found.frame);
+                let mut warning = Diagnostic::new(Code::NonFiniteValue, message)
+                    .at(table.cursor.locate(found.first))
+                    .expected_found("a finite number", quote(found.first.bytes))
+                    .help("the value of the frame before was used, or 0 in the first frame");
+                warning.count = found.count;
+                warning
+            });
+        }
+    }
+
+    fn row<'a>(
+        &mut self,
+        table: &Table<'a>,
+        line: Word<'a>,
+        limits: &Limits,
+        not_finite: &mut [Option<NotFinite<'a>>],
+    ) -> Result<(), Failure> {
+        let mut cells = cells(line);
+        // A tab may end a line.
+        while cells.last().is_some_and(|cell| cell.bytes.is_empty()) {
+            cells.pop();
+        }
+        let (expected, frame) = (self.names.len() + 1, self.times.len());
+        if cells.len() != expected {
+            return Err(Box::new(
+                Diagnostic::new(
+                    Code::RowLength,
+                    format!("frame {frame} has another number of values than there are columns"),
+                )
+                .at(table.cursor.locate(line))
+                .expected_found(format!("{expected} numbers"), format!("{}", cells.len()))
+                .help("the file is cut off there, or was changed by hand: export it again"),
+            ));
+        }
+        let count = (frame as u64 + 1).saturating_mul(expected as u64);
+        if count > limits.max_values {
+            let found = format!("more than {frame} frames of {expected} columns");
+            return Err(Box::new(limit_exceeded(
+                format!("at most {} values", limits.max_values),
+                found,
+            )));
+        }
+        self.times.push(table.number(cells[0], "a time")?);
+        for ((values, cell), not_finite) in self.values.iter_mut().zip(&cells[1..]).zip(not_finite) {
+            let value = table.number(*cell, "a value")?;
+            if value.is_finite() {
+                values.push(value);
+                continue;
+            }
+            values.push(values.last().copied().unwrap_or(0.0));
+            let first = NotFinite {
+                first: *cell,
+                frame,
+                count: 0,
+            };
+            not_finite.get_or_insert(first).count += 1;
+        }
+        Ok(())
+    }
+
+    /// The values of the column of this name.
+    pub(super) fn column(&self, name: &str) -> Option<&[f64]> {
+        let index = self.names.iter().position(|own| own.eq_ignore_ascii_case(name))?;
+        Some(&self.values[index])
+    }
+
+    /// The first row that comes much earlier or later after the one before than others do, at so many frames a second.
+    pub(super) fn uneven_row(&self, rate: f64) -> Option<usize> {
+        // Times of files have as few as three digits behind the point.
+        const UNEVEN: f64 = 0.1;
+        const ROUNDED: f64 = 0.001;
+        let step = 1.0 / rate;
+        let is_uneven = |pair: &[f64]| (pair[1] - pair[0] - step).abs() > f64::max(UNEVEN * step, ROUNDED);
+        self.times.windows(2).position(is_uneven).map(|row| row + 1)
+    }
+
+    /// Frames per second by the first time and the last.
+    ///
+    /// # Errors
+    /// Where they tell none.
+    pub(super) fn rate(&self) -> Result<f64, Failure> {
+        let found = match self.times.as_slice() {
+            [first, .., last] if last > first => return Ok((self.times.len() as f64 - 1.0) / (last - first)),
+            [first, .., last] => format!("{first} in the first and {last} in the last"),
+            _ => "a single row".to_owned(),
+        };
+        Err(Box::new(
+            Diagnostic::new(Code::FrameTime, "the times of the rows tell no frame rate")
+                .expected_found("seconds that grow from row to row", found)
+                .help(STATE_THE_RATE),
+        ))
+    }
+}
+
+/// Passes the header, and says whether angles are in degrees.
+fn header(table: &mut Table<'_>) -> Result<bool, Failure> {
+    let mut in_degrees = true;
+    for _ in 0..LONGEST_HEADER {
+        let line = table.header_line(END_OF_HEADER)?;
+        let text = decode_name(line.bytes).to_ascii_lowercase();
+        match text.trim().split_once('=') {
+            Some((key, value)) if key.trim() == "indegrees" => in_degrees = value.trim() != "no",
+            _ if text.trim() == END_OF_HEADER => return Ok(in_degrees),
+            _ => {}
+        }
+    }
+    Err(Box::new(limit_exceeded(
+        format!("{END_OF_HEADER} within {LONGEST_HEADER} lines"),
+        "a longer header".to_owned(),
+    )))
+}

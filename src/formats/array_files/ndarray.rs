@@ -1,0 +1,341 @@
+//! An array of any program: its shape, the type of its elements, and their bytes, which are read when they are wanted.
+
+use std::ops::Deref;
+use std::rc::Rc;
+
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// The type of an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Bool,
+    /// Integers, with their sign, of so many bytes.
+    Int(usize),
+    Uint(usize),
+    /// IEEE numbers of 2, 4 or 8 bytes.
+    Float(usize),
+    /// The upper half of a 32-bit number.
+    Bfloat16,
+    /// NumPy's texts: so many characters of 4 bytes.
+    Text(usize),
+    /// So many bytes.
+    Bytes(usize),
+}
+
+impl Kind {
+    /// Bytes of an element.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::Bool => 1,
+            Self::Int(size) | Self::Uint(size) | Self::Float(size) | Self::Bytes(size) => size,
+            Self::Bfloat16 => 2,
+            Self::Text(characters) => 4 * characters,
+        }
+    }
+
+    /// The type of NumPy's letter and size, as in `f4`.
+    pub(super) fn of_numpy(letters: &str) -> Option<Self> {
+        let (letter, size) = letters.split_at_checked(1)?;
+        let size: usize = size.parse().ok().filter(|size| *size <= 1 << 16)?;
+        match (letter, size) {
+            ("b", 1) => Some(Self::Bool),
+            ("i", 1 | 2 | 4 | 8) => Some(Self::Int(size)),
+            ("u", 1 | 2 | 4 | 8) => Some(Self::Uint(size)),
+            ("f", 2 | 4 | 8) => Some(Self::Float(size)),
+            ("U", _) => Some(Self::Text(size)),
+            ("S", _) => Some(Self::Bytes(size)),
+            _ => None,
+        }
+    }
+}
+
+/// The bytes of an array: those of the file, or others that several arrays may have together.
+#[derive(Clone, Debug)]
+pub(super) enum Bytes<'a> {
+    File(&'a [u8]),
+    /// From this byte on.
+    Made(Rc<Vec<u8>>, usize),
+}
+
+impl Bytes<'_> {
+    pub(super) fn made(bytes: Vec<u8>) -> Self {
+        Self::Made(Rc::new(bytes), 0)
+    }
+
+    /// What follows the first `begin` bytes.
+    pub(super) fn after(&self, begin: usize) -> Self {
+        match self {
+            Self::File(bytes) => Self::File(bytes.get(begin..).unwrap_or_default()),
+            Self::Made(bytes, first) => Self::Made(Rc::clone(bytes), first.saturating_add(begin).min(bytes.len())),
+        }
+    }
+}
+
+impl Deref for Bytes<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::File(bytes) => bytes,
+            Self::Made(bytes, first) => &bytes[*first..],
+        }
+    }
+}
+
+/// Elements that an array may have whatever its bytes are.
+const MOST_EXPANDED: usize = 1 << 18;
+
+/// An array: its elements stand at `strides` from each other.
+#[derive(Clone, Debug)]
+pub(super) struct NdArray<'a> {
+    pub(super) shape: Vec<usize>,
+    pub(super) kind: Kind,
+    pub(super) big_endian: bool,
+    /// Elements from one index of an axis to the next.
+    pub(super) strides: Vec<usize>,
+    pub(super) bytes: Bytes<'a>,
+}
+
+impl<'a> NdArray<'a> {
+    /// An array whose elements follow each other, the last axis first or, in Fortran's order, the first axis first.
+    ///
+    /// # Errors
+    /// [`Code::UnexpectedEnd`] where there are fewer bytes than the shape needs; `entry` says whose they are.
+    pub(super) fn new(
+        entry: &str,
+        (kind, big_endian): (Kind, bool),
+        shape: Vec<usize>,
+        is_fortran: bool,
+        bytes: Bytes<'a>,
+    ) -> Result<Self, Failure> {
+        let mut strides = vec![1; shape.len()];
+        let mut next = 1_usize;
+        let mut set = |axis: usize| {
+            strides[axis] = next;
+            next = next.saturating_mul(shape[axis].max(1));
+        };
+        if is_fortran {
+            (0..shape.len()).for_each(&mut set);
+        } else {
+            (0..shape.len()).rev().for_each(&mut set);
+        }
+        let array = Self {
+            shape,
+            kind,
+            big_endian,
+            strides,
+            bytes,
+        };
+        array.check(entry)?;
+        Ok(array)
+    }
+
+    /// Refuses an array whose last element is beyond its bytes.
+    pub(super) fn check(&self, entry: &str) -> Result<(), Failure> {
+        if self.shape.contains(&0) {
+            return Ok(());
+        }
+        let axes = std::iter::zip(&self.shape, &self.strides);
+        let last = axes.fold(0_usize, |last, (length, stride)| {
+            last.saturating_add((length - 1).saturating_mul(*stride))
+        });
+        let needed = last.saturating_add(1).saturating_mul(self.kind.size());
+        // A tensor that PyTorch has expanded has few bytes and many elements.
+        let most = MOST_EXPANDED.saturating_add(self.bytes.len().saturating_mul(256));
+        if needed <= self.bytes.len() && self.count() <= most {
+            return Ok(());
+        }
+        Err(Box::new(
+            Diagnostic::new(
+                Code::UnexpectedEnd,
+                format!("the array {entry} has fewer bytes than its shape needs"),
+            )
+            .expected_found(
+                format!("{needed} bytes for the shape {}", self.shape_text()),
+                format!("{}", self.bytes.len()),
+            )
+            .help("the file is cut off: export or download it again"),
+        ))
+    }
+
+    /// The number of elements.
+    pub(super) fn count(&self) -> usize {
+        self.shape
+            .iter()
+            .fold(1, |count: usize, length| count.saturating_mul(*length))
+    }
+
+    pub(super) fn is_number(&self) -> bool {
+        !matches!(self.kind, Kind::Text(_) | Kind::Bytes(_))
+    }
+
+    /// The shape as NumPy prints it.
+    pub(super) fn shape_text(&self) -> String {
+        let axes: Vec<String> = self.shape.iter().map(ToString::to_string).collect();
+        match axes.as_slice() {
+            [one] => format!("({one},)"),
+            axes => format!("({})", axes.join(", ")),
+        }
+    }
+
+    /// The elements as numbers, the last axis first. Texts have none.
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        let mut numbers = Vec::with_capacity(self.count());
+        if self.is_number() {
+            self.each(|bytes| numbers.push(number(self.kind, self.big_endian, bytes)));
+        }
+        numbers
+    }
+
+    /// The elements as texts. Numbers have none.
+    pub(super) fn texts(&self) -> Vec<String> {
+        let mut texts = Vec::new();
+        match self.kind {
+            Kind::Text(_) => self.each(|bytes| {
+                let (characters, _) = bytes.as_chunks::<4>();
+                let codes = characters.iter().map(|code| match self.big_endian {
+                    true => u32::from_be_bytes(*code),
+                    false => u32::from_le_bytes(*code),
+                });
+                let letters = codes.map(|code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
+                let text: String = letters.collect();
+                texts.push(text.trim_end_matches('\0').to_owned());
+            }),
+            Kind::Bytes(_) => self.each(|bytes| {
+                let text = String::from_utf8_lossy(bytes);
+                texts.push(text.trim_end_matches('\0').to_owned());
+            }),
+            _ => {}
+        }
+        texts
+    }
+
+    /// Calls `see` with the bytes of each element, the last axis first.
+    fn each(&self, mut see: impl FnMut(&[u8])) {
+        let size = self.kind.size();
+        let count = self.count();
+        let mut index = vec![0_usize; self.shape.len()];
+        let mut at = 0_usize;
+        for _ in 0..count {
+            let begin = at.wrapping_mul(size);
+            see(self.bytes.get(begin..begin.wrapping_add(size)).unwrap_or_default());
+            for axis in (0..index.len()).rev() {
+                index[axis] += 1;
+                at = at.wrapping_add(self.strides[axis]);
+                if index[axis] < self.shape[axis] {
+                    break;
+                }
+                at = at.wrapping_sub(self.strides[axis].wrapping_mul(self.shape[axis]));
+                index[axis] = 0;
+            }
+        }
+    }
+
+    /// The only number of an array that has one.
+    pub(super) fn scalar(&self) -> Option<f64> {
+        (self.count() == 1).then(|| self.numbers().first().copied()).flatten()
+    }
+}
+
+/// A number of `kind` from its bytes; 0 where they are too few, which [`NdArray::check`] has excluded.
+fn number(kind: Kind, big_endian: bool, bytes: &[u8]) -> f64 {
+    let mut eight = [0_u8; 8];
+    let size = bytes.len().min(8);
+    eight[..size].copy_from_slice(&bytes[..size]);
+    if big_endian {
+        eight[..size].reverse();
+    }
+    let bits = u64::from_le_bytes(eight);
+    match kind {
+        Kind::Bool => f64::from(u8::from(bits != 0)),
+        Kind::Uint(_) => bits as f64,
+        Kind::Int(size) => {
+            let unused = 64 - 8 * size as u32;
+            ((bits << unused).cast_signed() >> unused) as f64
+        }
+        Kind::Float(2) => half(bits as u16),
+        Kind::Float(4) => f64::from(f32::from_bits(bits as u32)),
+        Kind::Float(_) => f64::from_bits(bits),
+        Kind::Bfloat16 => f64::from(f32::from_bits((bits as u32) << 16)),
+        Kind::Text(_) | Kind::Bytes(_) => 0.0,
+    }
+}
+
+/// A 16-bit number of IEEE 754.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let size = match exponent {
+        0 => fraction * 2_f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1024.0 + fraction) * 2_f64.powi(exponent - 25),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+/// The arrays of a file, each with its name. The array of an `.npy` has none.
+#[derive(Debug, Default)]
+pub(super) struct Entries<'a> {
+    pub(super) arrays: Vec<(String, NdArray<'a>)>,
+}
+
+impl<'a> Entries<'a> {
+    pub(super) fn get(&self, name: &str) -> Option<&NdArray<'a>> {
+        self.arrays.iter().find(|(own, _)| own == name).map(|(_, array)| array)
+    }
+
+    /// The first of these that there is.
+    pub(super) fn first(&self, names: &[&str]) -> Option<&NdArray<'a>> {
+        names.iter().find_map(|name| self.get(name))
+    }
+
+    /// The names and the shapes, for errors.
+    pub(super) fn describe(&self) -> String {
+        const NAMED: usize = 12;
+        let named = self.arrays.iter().take(NAMED);
+        let mut words: Vec<String> = named
+            .map(|(name, array)| format!("{name} {}", array.shape_text()))
+            .collect();
+        if self.arrays.len() > NAMED {
+            words.push(format!("and {} more", self.arrays.len() - NAMED));
+        }
+        match words.is_empty() {
+            true => "no array".to_owned(),
+            false => words.join(", ").trim_start().to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_those_of_the_standard() {
+        let of = [
+            (0x3c00, 1.0),
+            (0xc000, -2.0),
+            (0x7bff, 65504.0),
+            (0x0001, 5.960464477539063e-8),
+            (0x3555, 0.333251953125),
+        ];
+        for (bits, value) in of {
+            assert_eq!(half(bits), value);
+        }
+        assert!(half(0x7e00).is_nan() && half(0xfc00) == f64::NEG_INFINITY);
+    }
+
+    /// A view into a larger storage, as PyTorch has them, and Fortran's order.
+    #[test]
+    fn strides_are_followed() {
+        let bytes: Vec<u8> = (0..6).collect();
+        let kind = (Kind::Uint(1), false);
+        let rows = NdArray::new("a", kind, vec![2, 3], false, Bytes::File(&bytes)).unwrap();
+        assert_eq!(rows.numbers(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        let columns = NdArray::new("a", kind, vec![2, 3], true, Bytes::File(&bytes)).unwrap();
+        assert_eq!(columns.numbers(), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
+        let short = NdArray::new("a", kind, vec![7, 1], false, Bytes::File(&bytes)).unwrap_err();
+        assert_eq!(short.code, Code::UnexpectedEnd);
+    }
+}

@@ -1,0 +1,250 @@
+//! Parquet files of this program's arrays: of `mocap fk`, a row for each frame and joint, and of
+//! `mocap pack --table clips`, a row for each clip. Numbers alone are read of the first: a column of texts can be far
+//! longer than its file.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float32Type, Int32Type};
+use arrow_array::{Array, RecordBatch};
+use bytes::Bytes;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use super::csv::{own_entries, rotation_columns};
+use super::layouts;
+use super::parquet_pages;
+use super::point_rows::TABLES;
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::{Format, Scene};
+
+/// Rows that are decoded at once.
+const BATCH: usize = 8192;
+
+type Builder = ParquetRecordBatchReaderBuilder<Bytes>;
+
+fn broken(error: impl std::fmt::Display) -> Failure {
+    let message = format!("the Parquet file cannot be read: {error}");
+    Box::new(Diagnostic::new(Code::UnexpectedEnd, message).help("write or download it again"))
+}
+
+fn no_motion(message: &str, found: String) -> Failure {
+    Box::new(
+        Diagnostic::new(Code::MissingKeyword, message)
+            .expected_found("a table of mocap fk, or of mocap pack --table clips", found)
+            .help(TABLES),
+    )
+}
+
+/// The scene of a file. The library panics on some files whose pages are not what it expects.
+pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let read = catch_unwind(AssertUnwindSafe(|| tables(bytes, options, warnings)));
+    read.unwrap_or_else(|_| Err(broken("its pages are not those that its metadata state")))
+}
+
+fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let builder = open(bytes, &options.limits)?;
+    let names: Vec<String> = builder
+        .schema()
+        .fields()
+        .iter()
+        .map(|field| field.name().clone())
+        .collect();
+    let header = builder.schema().metadata().get("mocap").cloned();
+    let has = |name: &str| names.iter().any(|own| own == name);
+    match header {
+        Some(header) => rows(builder, &header, options, warnings),
+        None if has("header") && has("positions") && has("rotations") => clips(builder, options, warnings),
+        None if has("clip") && has("joint") && has("x") => {
+            let message = "the rows of mocap pack do not say what their numbers are";
+            let found = no_motion(message, format!("the columns {}", names.join(", ")));
+            Err(Box::new(found.help("pack the motions with --table clips")))
+        }
+        None => {
+            let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
+            Err(no_motion(
+                "the Parquet file is no motion",
+                format!("the columns {}", found.join(", ")),
+            ))
+        }
+    }
+}
+
+/// A file whose pages are what they claim.
+fn open(bytes: &[u8], limits: &Limits) -> Result<Builder, Failure> {
+    let builder = Builder::try_new_with_options(Bytes::copy_from_slice(bytes), ArrowReaderOptions::new());
+    let builder = builder.map_err(broken)?;
+    let most = limits.expanded_values(bytes.len() as u64);
+    parquet_pages::check(bytes, builder.metadata(), most)?;
+    Ok(builder)
+}
+
+/// The columns of these names alone.
+fn columns(builder: Builder, names: &[&str], batch: usize) -> Result<ParquetRecordBatchReader, Failure> {
+    let fields = builder.schema().fields();
+    let roots = fields
+        .iter()
+        .enumerate()
+        .filter(|(_, field)| names.contains(&field.name().as_str()));
+    let roots: Vec<usize> = roots.map(|(root, _)| root).collect();
+    if roots.len() != names.len() {
+        let found: Vec<&str> = fields.iter().map(|field| field.name().as_str()).collect();
+        let message = format!("the table does not have the columns {} once each", names.join(", "));
+        return Err(no_motion(&message, found.join(", ")));
+    }
+    let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
+    builder
+        .with_projection(mask)
+        .with_batch_size(batch)
+        .build()
+        .map_err(broken)
+}
+
+/// What of the header rows need.
+#[derive(serde::Deserialize)]
+struct Header {
+    rotation: String,
+    joints: Vec<serde::de::IgnoredAny>,
+}
+
+fn parsed(header: &str) -> Result<Header, Failure> {
+    serde_json::from_str(header).map_err(|error| {
+        no_motion(
+            &format!("the header of the table is not one of this program: {error}"),
+            String::new(),
+        )
+    })
+}
+
+/// A row for each frame and joint.
+fn rows(builder: Builder, json: &str, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let header = parsed(json)?;
+    let rotation = rotation_columns(&header.rotation);
+    let names: Vec<&str> = ["frame", "x", "y", "z"]
+        .into_iter()
+        .chain(rotation.iter().copied())
+        .collect();
+    let count = header.joints.len().max(1);
+    let (mut positions, mut rotations, mut row) = (Vec::new(), Vec::new(), 0_usize);
+    for batch in columns(builder, &names, BATCH)? {
+        let batch = batch.map_err(broken)?;
+        let frames = batch
+            .column_by_name("frame")
+            .and_then(|column| column.as_primitive_opt::<Int32Type>());
+        let frames = frames.ok_or_else(|| no_motion("the column frame is not int32", String::new()))?;
+        let numbers = |names: &[&str]| {
+            names
+                .iter()
+                .map(|name| floats(&batch, name))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        let (translations, turns) = (numbers(&names[1..4])?, numbers(rotation)?);
+        for at in 0..batch.num_rows() {
+            if frames.value(at) as usize != row / count {
+                let message = format!("row {row} of the table is of another frame than the one that follows");
+                return Err(Box::new(
+                    Diagnostic::new(Code::RowLength, message)
+                        .expected_found(format!("frame {}", row / count), frames.value(at).to_string())
+                        .help("the rows were sorted or some are missing: write it again with mocap fk"),
+                ));
+            }
+            positions.extend(translations.iter().map(|column| column[at]));
+            rotations.extend(turns.iter().map(|column| column[at]));
+            row += 1;
+        }
+    }
+    if !row.is_multiple_of(count) {
+        let message = "the last frame of the table does not have all joints";
+        return Err(Box::new(
+            Diagnostic::new(Code::RowLength, message)
+                .expected_found(format!("{count} rows"), (row % count).to_string())
+                .help("write it again with mocap fk"),
+        ));
+    }
+    let entries = own_entries(json, (row / count, count), &positions, &rotations, rotation.len())?;
+    layouts::scene(&entries, Format::Parquet, options, warnings)
+}
+
+/// A column of numbers without gaps.
+fn floats<'b>(batch: &'b RecordBatch, name: &str) -> Result<&'b [f32], Failure> {
+    let column = batch
+        .column_by_name(name)
+        .and_then(|column| column.as_primitive_opt::<Float32Type>());
+    match column {
+        Some(column) if column.null_count() == 0 => Ok(column.values()),
+        _ => Err(no_motion(
+            &format!("the column {name} is not float32, or has gaps"),
+            String::new(),
+        )),
+    }
+}
+
+/// A row for each clip: the clips of one skeleton become the clips of a scene.
+fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let mut left = options
+        .limits
+        .expanded_values(builder.metadata().file_metadata().num_rows().max(0) as u64);
+    let mut scene: Option<Scene> = None;
+    // One row at once: each can be as long as all others together.
+    for batch in columns(builder, &["clip", "header", "positions", "rotations"], 1)? {
+        let batch = batch.map_err(broken)?;
+        let Some((json, [positions, rotations])) = clip(&batch)? else {
+            continue;
+        };
+        // A dictionary has a text once, and any number of rows can have it.
+        left = left
+            .checked_sub(json.len() as u64)
+            .ok_or_else(|| limit_exceeded("headers in proportion to the file".to_owned(), "longer ones".to_owned()))?;
+        let header = parsed(json)?;
+        let (count, width) = (header.joints.len().max(1), rotation_columns(&header.rotation).len());
+        let frames = positions.len() / (3 * count);
+        let entries = own_entries(json, (frames, count), positions, rotations, width)?;
+        let mut read = layouts::scene(&entries, Format::Parquet, options, warnings)?;
+        let name = batch
+            .column_by_name("clip")
+            .and_then(|column| column.as_string_opt::<i32>());
+        if let (Some(animation), Some(name)) = (read.animations.first_mut(), name) {
+            animation.name = name.value(0).chars().take(options.limits.max_name_bytes / 4).collect();
+        }
+        match &mut scene {
+            None => scene = Some(read),
+            Some(scene) if scene.nodes == read.nodes => scene.animations.append(&mut read.animations),
+            Some(_) => {
+                let message = "the table has clips of several skeletons, and a scene has one";
+                return Err(Box::new(Diagnostic::new(Code::UnreadableFormat, message).help(
+                    "select the clips of one skeleton (the column skeleton) and write them to a table",
+                )));
+            }
+        }
+    }
+    scene.ok_or_else(|| no_motion("the table has no clip", String::new()))
+}
+
+/// The header of a clip, its positions and its rotations.
+type Clip<'b> = (&'b str, [&'b [f32]; 2]);
+
+/// The header and the numbers of a row; `None` for a file that could not be read when it was packed.
+fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
+    let header = batch
+        .column_by_name("header")
+        .and_then(|column| column.as_string_opt::<i32>());
+    let header = header.ok_or_else(|| no_motion("the column header is no text", String::new()))?;
+    if batch.num_rows() == 0 || header.is_null(0) {
+        return Ok(None);
+    }
+    let numbers = |name: &str| {
+        let lists = batch
+            .column_by_name(name)
+            .and_then(|column| column.as_list_opt::<i32>());
+        let rows = lists.and_then(|lists| lists.values().as_fixed_size_list_opt());
+        let values = rows.and_then(|rows| rows.values().as_primitive_opt::<Float32Type>());
+        let values = values.filter(|values| values.null_count() == 0);
+        let values =
+            values.ok_or_else(|| no_motion(&format!("the column {name} is no list of numbers"), String::new()))?;
+        Ok::<&[f32], Failure>(values.values())
+    };
+    Ok(Some((header.value(0), [numbers("positions")?, numbers("rotations")?])))
+}

@@ -1,0 +1,94 @@
+//! A small reader of Python's pickles: dictionaries, lists, tuples, numbers, texts, arrays of NumPy and PyTorch.
+//!
+//! A pickle is a program for a stack machine, and may call any function of Python. This reader calls none: it knows
+//! the few names that build arrays, and refuses every other by its name. The operations are those of Python's
+//! `pickletools`, protocols 0 to 5.
+//!
+//! Objects stand in one list and refer to each other by their index, so that a pickle that repeats an object within
+//! itself a thousand times takes no more memory than its bytes.
+
+mod build;
+mod machine;
+mod named;
+
+pub(super) use self::named::entries;
+use super::ndarray::{Bytes, Kind, NdArray};
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// The index of an object.
+type Id = usize;
+
+/// What a pickle builds.
+#[derive(Clone, Debug)]
+enum Object<'a> {
+    None,
+    Number(f64),
+    Text(&'a str),
+    Bytes(Bytes<'a>),
+    Tuple(Vec<Id>),
+    List(Vec<Id>),
+    Dict(Vec<(Id, Id)>),
+    /// A function or a class, by its name.
+    Global(String),
+    /// NumPy's type of an element; the type of objects has none.
+    Dtype(Option<Kind>, bool),
+    Array(NdArray<'a>),
+    /// An array without its state.
+    NewArray,
+    /// A storage of PyTorch: the type of its elements, and its bytes.
+    Storage(Kind, Bytes<'a>),
+    /// An object that is looked into: a sparse matrix with its state, or an array of objects with the list of them.
+    Record(Option<Id>),
+}
+
+/// The objects of a pickle, the last of which is the result.
+#[derive(Debug)]
+pub(super) struct Pickle<'a> {
+    objects: Vec<Object<'a>>,
+    result: Id,
+    /// Bytes of the pickle.
+    size: usize,
+}
+
+/// The bytes of the storage with this key, where the pickle is one of PyTorch's archive.
+pub(super) type Storages<'s, 'a> = &'s mut dyn FnMut(&str) -> Result<Bytes<'a>, Failure>;
+
+/// Whether bytes begin as a pickle of protocol 2 or later. Earlier ones are text without a beginning.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    matches!(bytes, [0x80, 2..=5, first, ..] if matches!(first, b'}' | b']' | b'(' | b'c' | 0x95 | b')' | b'X' | 0x8c))
+}
+
+/// Reads a pickle.
+///
+/// # Errors
+/// [`Code::UnexpectedToken`] for a name that is not known, which running the pickle would call, and for what is no
+/// pickle; [`Code::UnexpectedEnd`] where it is cut off.
+pub(super) fn read<'a>(bytes: &'a [u8], storages: Storages<'_, 'a>) -> Result<Pickle<'a>, Failure> {
+    machine::Machine::new(bytes, storages).run()
+}
+
+fn broken(at: usize, message: &str) -> Failure {
+    Box::new(
+        Diagnostic::new(
+            Code::UnexpectedToken,
+            format!("the pickle is broken at byte {at}: {message}"),
+        )
+        .help("write it again, or save the arrays with numpy.savez"),
+    )
+}
+
+/// The error for a name that is not known.
+fn refused(name: &str) -> Failure {
+    Box::new(
+        Diagnostic::new(
+            Code::UnexpectedToken,
+            format!("the pickle calls \"{name}\", and nothing of a file is run"),
+        )
+        .expected_found(
+            "dictionaries, lists, numbers, texts, arrays of NumPy and tensors of PyTorch",
+            format!("\"{name}\""),
+        )
+        .help("load it in Python if you trust it, and save the arrays with numpy.savez"),
+    )
+}

@@ -1,0 +1,247 @@
+//! What the known names build.
+
+use super::super::ndarray::{Bytes, Kind, NdArray};
+use super::{Id, Object, refused};
+use crate::Failure;
+
+/// Classes whose objects are kept as the dictionary of their state: sparse matrices of SciPy.
+const RECORDS: &[&str] = &["csc_matrix", "csr_matrix", "csc_array", "csr_array"];
+
+/// The function or class of this name.
+pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure> {
+    let is_numpy = |below: &str| {
+        ["numpy.core.", "numpy._core."]
+            .iter()
+            .any(|core| module.strip_prefix(core) == Some(below))
+    };
+    let known = match name {
+        "_reconstruct" | "scalar" => is_numpy("multiarray"),
+        "_frombuffer" => is_numpy("numeric"),
+        "ndarray" | "dtype" | "frombuffer" | "array" | "reshape" => module == "numpy",
+        "encode" => module == "_codecs",
+        "OrderedDict" => module == "collections",
+        "_rebuild_tensor_v2" | "_rebuild_parameter" => module == "torch._utils",
+        "Size" => module == "torch",
+        name if RECORDS.contains(&name) => module.starts_with("scipy.sparse"),
+        name => module == "torch" && storage_kind(name).is_some(),
+    };
+    match known {
+        true => Ok(Object::Global(name.to_owned())),
+        false => Err(refused(&format!("{module}.{name}"))),
+    }
+}
+
+/// The type of the elements of a storage of PyTorch.
+fn storage_kind(name: &str) -> Option<Kind> {
+    Some(match name.strip_suffix("Storage")? {
+        "Double" => Kind::Float(8),
+        "Float" => Kind::Float(4),
+        "Half" => Kind::Float(2),
+        "BFloat16" => Kind::Bfloat16,
+        "Long" => Kind::Int(8),
+        "Int" => Kind::Int(4),
+        "Short" => Kind::Int(2),
+        "Char" => Kind::Int(1),
+        "Byte" => Kind::Uint(1),
+        "Bool" => Kind::Bool,
+        _ => return None,
+    })
+}
+
+pub(super) fn text<'o>(objects: &'o [Object<'_>], id: Id) -> Option<&'o str> {
+    match &objects[id] {
+        Object::Text(text) => Some(text),
+        _ => None,
+    }
+}
+
+fn number(objects: &[Object<'_>], id: Id) -> Option<f64> {
+    match objects[id] {
+        Object::Number(number) => Some(number),
+        _ => None,
+    }
+}
+
+/// The whole numbers of a tuple or a list.
+fn sizes(objects: &[Object<'_>], id: Id) -> Option<Vec<usize>> {
+    const MOST_AXES: usize = 64;
+    let items = items(objects, id).filter(|items| items.len() <= MOST_AXES)?;
+    let size = |id: &Id| {
+        number(objects, *id)
+            .filter(|size| (0.0..9e15).contains(size))
+            .map(|size| size as usize)
+    };
+    items.iter().map(size).collect()
+}
+
+pub(super) fn items<'o>(objects: &'o [Object<'_>], id: Id) -> Option<&'o [Id]> {
+    match &objects[id] {
+        Object::Tuple(items) | Object::List(items) => Some(items),
+        _ => None,
+    }
+}
+
+/// The result of a call.
+pub(super) fn call<'a>(objects: &[Object<'a>], function: Id, arguments: Id) -> Result<Object<'a>, String> {
+    let Object::Global(name) = &objects[function] else {
+        return Err("what is called is no function".to_owned());
+    };
+    let arguments = items(objects, arguments).ok_or("the arguments are no tuple")?;
+    let wrong = || format!("the arguments of {name} are not those that it takes");
+    match name.as_str() {
+        "_reconstruct" => Ok(Object::NewArray),
+        "OrderedDict" => Ok(Object::Dict(Vec::new())),
+        "Size" => Ok(Object::Record(Some(*arguments.first().ok_or_else(wrong)?))),
+        "dtype" => {
+            let letters = arguments.first().and_then(|id| text(objects, *id)).ok_or_else(wrong)?;
+            dtype(letters).ok_or_else(|| format!("arrays of the type \"{letters}\" are not read"))
+        }
+        "scalar" => {
+            let [kind, bytes] = arguments else { return Err(wrong()) };
+            array(objects, *kind, Vec::new(), false, *bytes).ok_or_else(wrong)?
+        }
+        "_frombuffer" => {
+            let [buffer, kind, shape, order] = arguments else {
+                return Err(wrong());
+            };
+            let shape = sizes(objects, *shape).ok_or_else(wrong)?;
+            let is_fortran = text(objects, *order) == Some("F");
+            array(objects, *kind, shape, is_fortran, *buffer).ok_or_else(wrong)?
+        }
+        // As `mocap robot` writes arrays.
+        "frombuffer" => flat(objects, arguments).ok_or_else(wrong)?,
+        "array" | "reshape" => {
+            let Some(Object::Array(array)) = arguments.first().map(|id| &objects[*id]) else {
+                return Err(wrong());
+            };
+            match arguments {
+                [_] if name == "array" => Ok(Object::Array(array.clone())),
+                [_, shape] if name == "reshape" && array.shape.len() == 1 => {
+                    let shape = sizes(objects, *shape).ok_or_else(wrong)?;
+                    of_bytes((array.kind, array.big_endian), shape, false, &array.bytes)
+                }
+                _ => Err(wrong()),
+            }
+        }
+        // Python 3 writes bytes as a text of Latin letters in old protocols.
+        "encode" => {
+            let letters = arguments.first().and_then(|id| text(objects, *id)).ok_or_else(wrong)?;
+            let bytes: Option<Vec<u8>> = letters.chars().map(|letter| u8::try_from(letter).ok()).collect();
+            Ok(Object::Bytes(Bytes::made(bytes.ok_or_else(wrong)?)))
+        }
+        "_rebuild_tensor_v2" => tensor(objects, arguments).ok_or_else(wrong)?,
+        "_rebuild_parameter" => Ok(Object::Record(Some(*arguments.first().ok_or_else(wrong)?))),
+        name if RECORDS.contains(&name) => Ok(Object::Record(None)),
+        _ => Err(wrong()),
+    }
+}
+
+/// NumPy's type of these letters, as in `f8`.
+fn dtype<'a>(letters: &str) -> Option<Object<'a>> {
+    let (big_endian, letters) = match letters.split_at_checked(1) {
+        Some((">", rest)) => (true, rest),
+        Some(("<" | "|" | "=", rest)) => (false, rest),
+        _ => (false, letters),
+    };
+    match letters {
+        "O" | "O8" => Some(Object::Dtype(None, false)),
+        letters => Some(Object::Dtype(Some(Kind::of_numpy(letters)?), big_endian)),
+    }
+}
+
+type Built<'a> = Result<Object<'a>, String>;
+
+/// An array of NumPy of the type `kind` and the bytes of `buffer`.
+fn array<'a>(objects: &[Object<'a>], kind: Id, shape: Vec<usize>, is_fortran: bool, buffer: Id) -> Option<Built<'a>> {
+    let (Object::Dtype(kind, big_endian), Object::Bytes(bytes)) = (&objects[kind], &objects[buffer]) else {
+        return None;
+    };
+    Some(of_bytes(((*kind)?, *big_endian), shape, is_fortran, bytes))
+}
+
+fn of_bytes<'a>(kind: (Kind, bool), shape: Vec<usize>, is_fortran: bool, bytes: &Bytes<'a>) -> Built<'a> {
+    let array = NdArray::new("of the pickle", kind, shape, is_fortran, bytes.clone());
+    array.map(Object::Array).map_err(|failure| failure.message.clone())
+}
+
+/// The array of one axis of all bytes of a buffer.
+fn flat<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
+    let [buffer, kind] = arguments else { return None };
+    let (Object::Bytes(bytes), Some(Object::Dtype(Some(kind), big_endian))) =
+        (&objects[*buffer], dtype(text(objects, *kind)?))
+    else {
+        return None;
+    };
+    let count = bytes.len() / kind.size().max(1);
+    Some(of_bytes((kind, big_endian), vec![count], false, bytes))
+}
+
+/// A tensor: the storage, the offset of its first element, its shape and its strides.
+fn tensor<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
+    let [storage, offset, shape, strides, ..] = arguments else {
+        return None;
+    };
+    let Object::Storage(kind, bytes) = &objects[*storage] else {
+        return None;
+    };
+    let offset = number(objects, *offset).filter(|offset| (0.0..9e15).contains(offset))? as usize;
+    let (shape, strides) = (sizes(objects, *shape)?, sizes(objects, *strides)?);
+    let begin = offset.saturating_mul(kind.size()).min(bytes.len());
+    if shape.len() != strides.len() {
+        return None;
+    }
+    let bytes = bytes.after(begin);
+    let array = NdArray {
+        shape,
+        kind: *kind,
+        big_endian: false,
+        strides,
+        bytes,
+    };
+    let checked = array.check("of the pickle").map_err(|failure| failure.message.clone());
+    Some(checked.map(|()| Object::Array(array)))
+}
+
+/// What an object becomes with its state; `None` where the state says nothing that is wanted.
+pub(super) fn set_state<'a>(objects: &[Object<'a>], object: Id, state: Id) -> Result<Option<Object<'a>>, String> {
+    match &objects[object] {
+        Object::NewArray => {
+            let wrong = || "the state of an array is not one of NumPy".to_owned();
+            let Some([.., shape, kind, order, data]) = items(objects, state) else {
+                return Err(wrong());
+            };
+            let shape = sizes(objects, *shape).ok_or_else(wrong)?;
+            // An array of objects is the list of them.
+            if let Object::Dtype(None, _) = &objects[*kind] {
+                return Ok(Some(Object::Record(Some(*data))));
+            }
+            let is_fortran = number(objects, *order) == Some(1.0);
+            array(objects, *kind, shape, is_fortran, *data)
+                .ok_or_else(wrong)?
+                .map(Some)
+        }
+        // (version, byte order, ...)
+        Object::Dtype(kind, _) => {
+            let order = items(objects, state).and_then(|state| text(objects, *state.get(1)?));
+            Ok(Some(Object::Dtype(*kind, order == Some(">"))))
+        }
+        Object::Record(_) => Ok(Some(Object::Record(Some(state)))),
+        Object::Dict(_) => Ok(None),
+        _ => Err("a state is given to what has none".to_owned()),
+    }
+}
+
+/// The type and the key of a storage, from ("storage", type, key, device, elements).
+pub(super) fn storage(objects: &[Object<'_>], id: Id) -> Result<(Kind, String), String> {
+    let wrong = || "what it refers to is no storage of PyTorch".to_owned();
+    let Some([word, kind, key, ..]) = items(objects, id) else {
+        return Err(wrong());
+    };
+    let Object::Global(kind) = &objects[*kind] else {
+        return Err(wrong());
+    };
+    match (text(objects, *word), storage_kind(kind), text(objects, *key)) {
+        (Some("storage"), Some(kind), Some(key)) => Ok((kind, key.to_owned())),
+        _ => Err(wrong()),
+    }
+}

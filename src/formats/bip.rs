@@ -1,0 +1,36 @@
+//! BIP, the motion of a Biped in 3ds Max. It has no public specification, so it is recognised and refused.
+
+use crate::{FormatInfo, ReadOptions, Source};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Format, Scene};
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    format: Format::Bip,
+    name: "BIP",
+    description: "3ds Max Biped, which is refused with advice",
+    extensions: &["bip"],
+    reading: "no: the format is not documented; the error says what to export instead",
+    writing: "no",
+    // Without a specification, only the extension identifies the format.
+    sniff: |_| false,
+    reads_blocks: false,
+    reads: false,
+    read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
+    has_rest_rotations: true,
+    keeps_shear: true,
+};
+
+fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {
+    Err(Diagnostic::new(
+        Code::UnreadableFormat,
+        "BIP, a format of 3ds Max without a public specification, cannot be read",
+    )
+    .help("open it in 3ds Max, and export the motion as BVH or FBX")
+    .into())
+}

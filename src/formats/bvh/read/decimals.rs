@@ -1,0 +1,73 @@
+//! Decimal points or decimal commas.
+
+use memchr::memchr;
+
+use super::Failure;
+use crate::text::number::Number;
+use crate::text::{Cursor, Word, quote};
+use crate::warnings::Warnings;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// How the numbers of the hierarchy write decimals.
+#[derive(Debug, Default)]
+pub(super) struct Decimals {
+    /// Where the first number with a comma begins and ends, and its joint.
+    comma: Option<(usize, usize, usize)>,
+    has_points: bool,
+}
+
+impl Decimals {
+    /// Records the decimal separator of one number of `joint`.
+    pub(super) fn note(&mut self, word: Word<'_>, number: Number, joint: usize) {
+        if number.comma {
+            let end = word.offset + word.bytes.len();
+            self.comma.get_or_insert((word.offset, end, joint));
+        }
+        self.has_points |= word.bytes.contains(&b'.');
+    }
+}
+
+/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor is behind the hierarchy;
+/// `name` gives the name of a joint.
+pub(super) fn accept_commas_of_hierarchy<'a>(
+    cursor: &Cursor<'_>,
+    decimals: &Decimals,
+    name: impl Fn(usize) -> &'a str,
+    warnings: &mut Warnings,
+) -> Result<(), Failure> {
+    let Some((offset, end, joint)) = decimals.comma else {
+        return Ok(());
+    };
+    let bytes = &cursor.text()[offset..end];
+    accept_comma(cursor, decimals, cursor.offset(), Word { bytes, offset }, warnings)
+        .map_err(|failure| Box::new(failure.in_joint(name(joint))))
+}
+
+/// A comma is read as a decimal point if no number of the file has a point; then no other meaning is possible.
+pub(super) fn accept_comma(
+    cursor: &Cursor<'_>,
+    decimals: &Decimals,
+    motion_start: usize,
+    word: Word<'_>,
+    warnings: &mut Warnings,
+) -> Result<(), Failure> {
+    let mut refused = false;
+    warnings.tally(Code::DecimalComma, || {
+        refused = decimals.has_points || memchr(b'.', &cursor.text()[motion_start..]).is_some();
+        Diagnostic::new(
+            Code::DecimalComma,
+            "numbers have decimal commas, which were read as decimal points",
+        )
+        .at(cursor.locate(word))
+    });
+    if !refused {
+        return Ok(());
+    }
+    warnings.forget(Code::DecimalComma);
+    Err(Box::new(
+        Diagnostic::new(Code::InvalidNumber, format!("{} is not a number", quote(word.bytes)))
+            .at(cursor.locate(word))
+            .expected_found("decimal points, as elsewhere in the file", quote(word.bytes))
+            .help("separate values by spaces, and write decimals with a point"),
+    ))
+}

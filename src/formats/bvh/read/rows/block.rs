@@ -1,0 +1,192 @@
+//! A block of frames in columns, and the fast reader of lines of numbers.
+
+use crate::text::is_line_end;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::math::wide;
+
+/// Some frames of every column.
+#[derive(Debug)]
+pub(in crate::bvh) struct Block {
+    pub(super) values: Vec<f64>,
+    pub(super) frames: usize,
+    capacity: usize,
+    /// Values from one column to the next.
+    pub(super) stride: usize,
+}
+
+impl Block {
+    /// Frames of a block: with a usual skeleton it fits in the second-level cache.
+    const FRAMES: usize = 128;
+    /// Values beyond which a block of an unusual skeleton gets fewer frames.
+    const VALUES: usize = 1 << 16;
+    /// Padding between columns. Columns a power of two apart would share a few sets of the first-level cache and evict
+    /// each other.
+    const GAP: usize = 8;
+
+    pub(super) fn new(channel_count: usize) -> Self {
+        let capacity = (Self::VALUES / channel_count).clamp(1, Self::FRAMES);
+        let stride = capacity + Self::GAP;
+        Self {
+            values: vec![0.0; stride * channel_count],
+            frames: 0,
+            capacity,
+            stride,
+        }
+    }
+
+    /// How many frames it holds.
+    pub(in crate::bvh) fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// The values of one column, one per frame.
+    pub(in crate::bvh) fn column(&self, column: usize) -> &[f64] {
+        &self.values[column * self.stride..][..self.frames]
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.frames == self.capacity
+    }
+
+    /// The values of the last frame, if there is one.
+    pub(super) fn last_row(&self) -> Option<Vec<f64>> {
+        let last = self.frames.checked_sub(1)?;
+        Some(
+            self.values
+                .chunks_exact(self.stride)
+                .map(|column| column[last])
+                .collect(),
+        )
+    }
+
+    /// Reads a line with exactly one finite number for each column into the next frame, and returns its length; any
+    /// other line is not read.
+    pub(super) fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
+        read_plain_row(self, text)
+    }
+
+    /// `read_short` reads short numbers faster, and returns `None` for others.
+    #[inline(always)]
+    fn read_numbers(&mut self, text: &[u8], read_short: impl Fn(&[u8]) -> Option<(f64, usize)>) -> Option<usize> {
+        let frame = self.frames;
+        let mut rest = skip_blanks(text);
+        let mut is_plain = true;
+        // Long numbers tend to follow long numbers.
+        let mut was_long = false;
+        for column in self.values.chunks_exact_mut(self.stride) {
+            let short = if was_long { None } else { read_short(rest) };
+            let (value, length) = match short {
+                Some(short) => short,
+                None => {
+                    // By a reference, so that the compiler inlines the parser here: see `tools/bench/README.md`.
+                    #[allow(clippy::needless_borrows_for_generic_args, reason = "a seventh of the time")]
+                    let (value, length) = fast_float2::parse_partial::<f64, _>(&rest).ok()?;
+                    // NaN is not below anything.
+                    is_plain &= is_plausible(value);
+                    was_long = length >= LONG;
+                    (value, length)
+                }
+            };
+            rest = match &rest[length..] {
+                [b' ', after @ ..] if after.first().is_some_and(|&byte| byte > b' ') => after,
+                gap => skip_gap(gap)?,
+            };
+            column[frame] = value;
+        }
+        let ends = rest.first().is_none_or(|&byte| is_line_end(byte));
+        if !(ends && is_plain) {
+            return None;
+        }
+        self.frames += 1;
+        Some(text.len() - rest.len())
+    }
+}
+
+wide::dispatch! {
+    fn read_plain_row(block: &mut Block, text: &[u8]) -> Option<usize> {
+        block.read_numbers(text, |text| super::short::parse(text))
+    } else {
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        let read_short = super::short::parse;
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+        let read_short = |_: &[u8]| None;
+        block.read_numbers(text, read_short)
+    }
+}
+
+/// Bytes of a number that is not short.
+const LONG: usize = 16;
+
+/// Skips the blanks behind a number; a line may end there too.
+#[inline(never)]
+fn skip_gap(text: &[u8]) -> Option<&[u8]> {
+    match text {
+        [b' ' | b'\t', after @ ..] => Some(skip_blanks(after)),
+        [byte, ..] if !is_line_end(*byte) => None,
+        _ => Some(text),
+    }
+}
+
+fn skip_blanks(mut text: &[u8]) -> &[u8] {
+    while let [b' ' | b'\t', after @ ..] = text {
+        text = after;
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The length of a row, and the bits of its values.
+    fn row(columns: usize, read: impl Fn(&mut Block) -> Option<usize>) -> Option<(usize, Vec<u64>)> {
+        let mut block = Block::new(columns);
+        let length = read(&mut block)?;
+        Some((length, block.last_row()?.into_iter().map(f64::to_bits).collect()))
+    }
+
+    #[test]
+    fn every_processor_reads_the_same_rows() {
+        let numbers = [
+            "0",
+            "-0",
+            "-0.0",
+            "17.25",
+            "-163.0160",
+            ".5",
+            "5.",
+            "+1.5",
+            "1e2",
+            "-3.10327e-015",
+            "0.1234567890123456",
+            "12345678901234567890",
+            "99999999999999",
+            "123456789012345",
+            "4e38",
+            "nan",
+            "inf",
+            "-",
+            ".",
+            "1.2.3",
+            "1,5",
+            "1-2",
+            "é",
+            "",
+        ];
+        let mut plain = 0;
+        for first in numbers {
+            for second in numbers {
+                for gap in [" ", "  ", "\t", "\n", "\u{0}", "\u{a0}"] {
+                    for end in ["", "\n", " \r\n", " 7 8 9 10 11 12 13 14\n", "\n-1.25 1.25 -1.25 1.25"] {
+                        let text = format!("{first}{gap}{second}{end}");
+                        let ours = row(2, |block| block.read_plain_row(text.as_bytes()));
+                        let common = row(2, |block| block.read_numbers(text.as_bytes(), |_| None));
+                        assert_eq!(ours, common, "{text:?}");
+                        plain += usize::from(ours.is_some());
+                    }
+                }
+            }
+        }
+        assert!(plain > 1000, "{plain}");
+    }
+}

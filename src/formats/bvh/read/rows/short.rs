@@ -1,0 +1,193 @@
+//! Short decimal numbers, without a branch that depends on their lengths.
+//!
+//! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
+//! about every second number. This one examines 16 bytes at once, with SSE4.1 or the vectors of WebAssembly. SSE4.1 is
+//! used on processors with AVX2, because that is what [`wide`](mocap_scene::math::wide) asks for.
+
+#[cfg(target_arch = "wasm32")]
+mod wasm;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+#[cfg(target_arch = "wasm32")]
+use self::wasm as vector;
+#[cfg(target_arch = "x86_64")]
+use self::x86 as vector;
+
+/// Bytes examined: a number of at most 15, including sign and point, and the byte after it.
+const WINDOW: usize = 16;
+
+/// Powers of ten. They are exact, as are whole numbers of up to 15 digits, so a quotient of the two is correctly
+/// rounded.
+const POWERS: [f64; WINDOW] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
+
+/// Shuffle indices by the positions of end and point: digits are right-aligned, with zeros before them.
+static DIGITS: [[[u8; WINDOW]; WINDOW]; WINDOW] = digits();
+
+const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
+    /// Asks the shuffle for a zero.
+    const ZERO: u8 = 0x80;
+    let mut digits = [[[ZERO; WINDOW]; WINDOW]; WINDOW];
+    let mut end = 0;
+    while end < WINDOW {
+        let mut point = 0;
+        while point < WINDOW {
+            let (mut from, mut to) = (end, WINDOW);
+            while from > 0 {
+                from -= 1;
+                if from != point {
+                    to -= 1;
+                    digits[end][point][to] = from as u8;
+                }
+            }
+            point += 1;
+        }
+        end += 1;
+    }
+    digits
+}
+
+/// The number at the start of a text, correctly rounded, and its length: `-`, digits, and a point among them, with a
+/// blank or a line end behind it. `None` for every other spelling, and for what may not be exact.
+#[inline]
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
+pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
+    let bytes = vector::load(text.first_chunk::<WINDOW>()?);
+    // Comparisons are of signed bytes: bytes that are not ASCII are below all of it, and end a number as a blank does.
+    let ends = vector::bits_below(bytes, b' ' as i8 + 1);
+    let minus = vector::bits_equal(bytes, b'-' as i8) & 1;
+    let points = vector::bits_equal(bytes, b'.' as i8);
+    let below_digits = vector::bits_below(bytes, b'0' as i8);
+    // Sign and point become zeros.
+    let values = vector::minus_or_zero(bytes, b'0');
+    let above_digits = vector::bits_above(values, 9);
+
+    let end_bit = ends & ends.wrapping_neg();
+    let inside = end_bit.wrapping_sub(1);
+    let others = below_digits & inside & !minus;
+    let is_other = (above_digits & inside) | (others & !points) | (others & others.wrapping_sub(1));
+    let has_point = u32::from(others != 0);
+    let end = ends.trailing_zeros();
+    let digits = end.wrapping_sub(minus + has_point);
+    // Without an end the length is 32.
+    if is_other != 0 || !(1..WINDOW as u32).contains(&digits) {
+        return None;
+    }
+    let point = (others | end_bit).trailing_zeros();
+    let order = &DIGITS[end as usize % WINDOW][point as usize % WINDOW];
+    let [high, low] = vector::eight_digits(values, order);
+    let whole = u64::from(high) * 100_000_000 + u64::from(low);
+    let decimals = end - point - has_point;
+    let value = whole as f64 / POWERS[decimals as usize % WINDOW];
+    // Also of zero.
+    let value = f64::from_bits(value.to_bits() | u64::from(minus) << 63);
+    Some((value, end as usize))
+}
+
+#[cfg(test)]
+mod tests {
+    mocap_scene::math::wide::dispatch! {
+        fn parse_with_avx2(text: &[u8]) -> Option<Option<(f64, usize)>> {
+            Some(super::parse(text))
+        } else {
+            let _ = text;
+            None
+        }
+    }
+
+    /// As [`super::parse`]; `None` on a processor that cannot run it.
+    fn parse(text: &str) -> Option<Option<(f64, usize)>> {
+        parse_with_avx2(text.as_bytes())
+    }
+
+    #[test]
+    fn what_is_read_is_what_the_standard_library_reads() {
+        let mut count = 0;
+        for digits in [
+            "0",
+            "5",
+            "07",
+            "90",
+            "123",
+            "90071992547409",
+            "99999999999999",
+            "00000000100001",
+        ] {
+            for point in 0..=digits.len() + 1 {
+                for sign in ["", "-"] {
+                    let mut number = format!("{sign}{digits}");
+                    if point <= digits.len() {
+                        number.insert(sign.len() + point, '.');
+                    }
+                    for after in [
+                        " 9999999999999999",
+                        "\t-.e888888888888888",
+                        "\n................",
+                        "\r\n              ",
+                    ] {
+                        let Some(found) = parse(&format!("{number}{after}")) else {
+                            return;
+                        };
+                        let expected: f64 = number.parse().unwrap();
+                        match found {
+                            Some((value, length)) => {
+                                assert_eq!(value.to_bits(), expected.to_bits(), "{number:?}");
+                                assert_eq!(length, number.len());
+                            }
+                            None => assert!(number.len() > 15, "{number:?}"),
+                        }
+                        count += 1;
+                    }
+                }
+            }
+        }
+        assert!(count > 500);
+    }
+
+    #[test]
+    fn every_decimal_of_six_digits_is_correctly_rounded() {
+        for value in 0..1_000_000_u32 {
+            let number = format!("{:.4} -17.25      ", f64::from(value) / 1e4);
+            let Some(found) = parse(&number) else { return };
+            let expected: f64 = number.split(' ').next().unwrap().parse().unwrap();
+            assert_eq!(
+                found.map(|(value, _)| value.to_bits()),
+                Some(expected.to_bits()),
+                "{number}"
+            );
+        }
+    }
+
+    #[test]
+    fn other_spellings_are_left_to_the_other_parser() {
+        for text in [
+            "",
+            "-",
+            ".",
+            "-.",
+            "+1",
+            "1e5",
+            "1.5e-3",
+            "nan",
+            "inf",
+            "1.2.3",
+            "1-2",
+            "--1",
+            "1,5",
+            "1:2",
+            "1/2",
+            "0x10",
+            "1.#QNAN",
+            "1234567890123456",
+            "é1",
+        ] {
+            let padded = format!("{text}{}", " ".repeat(20));
+            let Some(found) = parse(&padded) else { return };
+            assert_eq!(found, None, "{text:?}");
+        }
+        // Too near to the end of the text.
+        assert!(parse("1.5 ").is_none_or(|found| found.is_none()));
+    }
+}

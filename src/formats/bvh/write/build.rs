@@ -1,0 +1,432 @@
+//! The text: the hierarchy, then one row per frame.
+
+use std::fmt::Write;
+
+use glam::{DVec3, Mat4, Quat, Vec3};
+
+use super::angles::Angles;
+use super::number::{push, push_single, shortest};
+use super::{BvhOptions, Channels};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::limits::{self, FARTHEST, is_plausible};
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
+
+/// The order for joints that have none; most programs write it.
+const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
+
+/// Frames per second of a file that holds only a rest pose.
+const POSE_FRAME_RATE: f64 = 30.0;
+
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<String> {
+    let motion = Motion::new(scene);
+    let joints = joints(&motion, options)?;
+    let frames = motion.animation.map_or(1, Animation::frame_count);
+    let mut text = String::from("HIERARCHY\n");
+    push_hierarchy(&mut text, &joints, options);
+    let _ = writeln!(text, "MOTION\nFrames: {frames}");
+    text.push_str("Frame Time: ");
+    let frame_rate = motion
+        .animation
+        .map_or(POSE_FRAME_RATE, |animation| animation.ticks_per_second);
+    let frame_rate = limits::frame_rate(Code::FrameTime, frame_rate)?;
+    let frame_time = frame_rate.recip();
+    let shortest = shortest([frame_time], |[seconds]| seconds.recip() == frame_rate);
+    push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
+    text.push('\n');
+    push_rows(&mut text, &motion, &joints, frames, options)?;
+    Ok(text)
+}
+
+/// A warning where scales move joints, for which BVH has no channel, with the largest distance.
+pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
+    /// Of a scale: rest transforms are decomposed matrices.
+    const UNSCALED: f32 = 1e-5;
+    /// Of the farthest position: the rounding of 32-bit products.
+    const ROUNDING: f32 = 1e-5;
+    let motion = Motion::new(scene);
+    let mut transforms = motion.rest();
+    let scales = motion
+        .channels
+        .iter()
+        .flatten()
+        .flat_map(|channel| &channel.scaling_keys.values);
+    let rest = transforms.iter().map(|transform| &transform.scale);
+    if scales.chain(rest).all(|scale| scale.abs_diff_eq(Vec3::ONE, UNSCALED)) {
+        return Ok(None);
+    }
+    let joints = joints(&motion, options)?;
+    let mut scaled = vec![Mat4::IDENTITY; scene.nodes.len()];
+    let mut written = scaled.clone();
+    let (mut largest, mut farthest) = (0.0_f32, 0.0_f32);
+    let mut worst = None;
+    for frame in 0..motion.animation.map_or(1, Animation::frame_count) {
+        motion.sample(frame, &mut transforms);
+        for joint in &joints {
+            let transform = transforms[joint.node];
+            let position = if joint.moves {
+                joint.scale * transform.translation
+            } else {
+                joint.offset
+            };
+            let rotation = if joint.turns {
+                transform.rotation
+            } else {
+                Quat::IDENTITY
+            };
+            let parent = scene.nodes[joint.node].parent.map(NodeId::index);
+            let to_world = |world: &[Mat4]| parent.map_or(Mat4::IDENTITY, |parent| world[parent]);
+            scaled[joint.node] = to_world(&scaled) * transform.matrix();
+            written[joint.node] = to_world(&written) * Mat4::from_rotation_translation(rotation, position);
+            let point = scaled[joint.node].w_axis.truncate();
+            let distance = point.distance(written[joint.node].w_axis.truncate());
+            farthest = farthest.max(point.abs().max_element());
+            if distance > largest {
+                largest = distance;
+                worst = Some((joint.name, frame));
+            }
+        }
+    }
+    let Some((name, frame)) = worst.filter(|_| largest > ROUNDING * farthest) else {
+        return Ok(None);
+    };
+    let (size, unit) = match scene.metadata.metres_per_unit {
+        Some(metres) => (f64::from(largest) * metres, "m"),
+        None => (f64::from(largest), "units"),
+    };
+    let message =
+        format!("BVH has no scale channels: joints are up to {size:.6} {unit} from their position, in frame {frame}");
+    Ok(Some(
+        Diagnostic::new(Code::Unrepresentable, message)
+            .in_joint(name)
+            .help("write glTF to keep the scales"),
+    ))
+}
+
+/// The first animation of a scene, tied to its nodes.
+struct Motion<'a> {
+    scene: &'a Scene,
+    animation: Option<&'a Animation>,
+    binding: Option<Binding>,
+    /// The channel of each node.
+    channels: Vec<Option<&'a Channel>>,
+}
+
+impl<'a> Motion<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let animation = scene.animations.first();
+        let binding = animation.map(|animation| Binding::new(scene, animation));
+        let mut channels = vec![None; scene.nodes.len()];
+        if let (Some(animation), Some(binding)) = (animation, &binding) {
+            for (node, channel) in binding.driven() {
+                channels[node.index()] = animation.channels.get(channel);
+            }
+        }
+        Self {
+            scene,
+            animation,
+            binding,
+            channels,
+        }
+    }
+
+    fn rest(&self) -> Vec<Trs> {
+        self.scene
+            .nodes
+            .iter()
+            .map(|node| Trs::from_matrix(node.transform))
+            .collect()
+    }
+
+    /// Moves the nodes that are driven to where they are in a frame.
+    fn sample(&self, frame: usize, transforms: &mut [Trs]) {
+        if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
+            binding.sample(animation, frame as f64, |node, trs| transforms[node.index()] = trs);
+        }
+    }
+}
+
+/// How one node is written.
+struct Joint<'a> {
+    #[doc(hidden)]
+    pub name: &'a str,
+    /// Index of the node.
+    #[doc(hidden)]
+    pub node: usize,
+    is_end_site: bool,
+    /// Nodes from the first one written to this one.
+    depth: usize,
+    offset: Vec3,
+    /// The product of the scales of the nodes above.
+    scale: Vec3,
+    /// Whether it has position channels.
+    moves: bool,
+    /// Whether it has rotation channels.
+    turns: bool,
+    order: RotationOrder,
+}
+
+/// The nodes in their order, with what each has in the hierarchy.
+fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>>> {
+    let first = first_written(motion);
+    // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
+    // that both read the same; a BVH file keeps its OFFSETs.
+    let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
+    let rest = motion.rest();
+    let mut start = rest.clone();
+    motion.sample(0, &mut start);
+    let mut joints: Vec<Joint<'_>> = Vec::with_capacity(rest.len());
+    let mut holds_nodes = vec![false; rest.len()];
+    for parent in motion.scene.nodes.iter().filter_map(|node| node.parent) {
+        holds_nodes[parent.index()] = true;
+    }
+    for (index, node) in motion.scene.nodes.iter().enumerate().skip(first) {
+        let parent = node.parent.and_then(|parent| parent.index().checked_sub(first));
+        let above = parent.map(|parent| &joints[parent]);
+        let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
+        let offset = scale * rest[index].translation;
+        // In BVH an End Site has no children, and it is the child of a joint.
+        let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index] && parent.is_some();
+        let channel = motion.channels[index];
+        let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
+        let point = if keeps_offsets {
+            offset
+        } else {
+            scale * start[index].translation
+        };
+        let leaves_offset = || {
+            let positions = channel.map(|channel| channel.position_keys.values.as_slice());
+            positions
+                .unwrap_or_default()
+                .iter()
+                .any(|&position| scale * position != point)
+        };
+        let moves = !is_end_site
+            && match options.channels {
+                Channels::Auto => parent.is_none() || leaves_offset(),
+                Channels::Three => parent.is_none(),
+                Channels::Six => parent.is_none() || is_animated,
+            };
+        let joint = Joint {
+            name: &node.name,
+            node: index,
+            is_end_site,
+            depth: above.map_or(0, |above| above.depth + 1),
+            offset: match parent.is_none() && !keeps_offsets {
+                true => Vec3::ZERO,
+                false => {
+                    let stays = channel.is_some_and(|channel| {
+                        let mut keys = channel.position_keys.values.iter();
+                        keys.all(|key| is_near_zero(scale * *key, offset))
+                    });
+                    let start = scale * start[index].translation;
+                    written_offset(offset, start, moves, parent.is_none() || stays)
+                }
+            },
+            scale,
+            moves,
+            turns: !is_end_site && is_animated,
+            order: options.order.or(node.rotation_order).unwrap_or(USUAL_ORDER),
+        };
+        if !joint.offset.abs().as_dvec3().cmple(DVec3::splat(FARTHEST)).all() {
+            let message = format!("the position in the rest pose is not finite, or not below {FARTHEST:e}");
+            return Err(unrepresentable(&joint, message));
+        }
+        joints.push(joint);
+    }
+    if joints.is_empty() {
+        return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+    }
+    Ok(joints)
+}
+
+/// A group with one child is left out, so that the skeleton begins with its root; so is the group that a reader puts
+/// over several roots.
+fn first_written(motion: &Motion<'_>) -> usize {
+    let nodes = &motion.scene.nodes;
+    let children = |index: usize| {
+        let parent = Some(NodeId::new(index));
+        nodes.iter().filter(move |node| node.parent == parent)
+    };
+    let is_plain = |index: usize| {
+        let node = &nodes[index];
+        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && motion.channels[index].is_none()
+    };
+    // Depth first, so that an only child comes right behind its parent.
+    let first = (0..nodes.len())
+        .take_while(|&index| is_plain(index) && children(index).count() == 1)
+        .count();
+    let holds_roots = |index: usize| {
+        nodes[index].name == GROUP_OF_ROOTS
+            && children(index).count() > 1
+            && children(index).all(|node| node.kind != NodeKind::EndSite)
+    };
+    if first < nodes.len() && is_plain(first) && holds_roots(first) {
+        first + 1
+    } else {
+        first
+    }
+}
+
+/// A joint without position channels gets the position of its first frame.
+///
+/// Some programs take the positions of a root that begins near zero, while its OFFSET does not, as moves from the
+/// OFFSET; and those of a joint that is near zero in all frames. With a zero OFFSET all programs agree.
+fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
+    if !moves {
+        start
+    } else if is_near_zero(start, offset) && is_root_or_stays {
+        Vec3::ZERO
+    } else {
+        offset
+    }
+}
+
+/// Whether a position may be read as a move from the OFFSET.
+fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
+    /// Of the OFFSET's length; wider than the limits of this crate's reader.
+    const NEAR_ZERO: f32 = 0.06;
+    position.abs().max_element() <= NEAR_ZERO * offset.length()
+}
+
+fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &BvhOptions) {
+    let mut open = 0;
+    for joint in joints {
+        while open > joint.depth {
+            open -= 1;
+            push_line(text, open, "}");
+        }
+        let keyword = match (joint.is_end_site, joint.depth) {
+            (true, _) => "End Site",
+            (false, 0) => "ROOT",
+            (false, _) => "JOINT",
+        };
+        push_line(text, open, &head(keyword, joint.name));
+        push_line(text, open, "{");
+        open += 1;
+        text.extend(std::iter::repeat_n('\t', open));
+        text.push_str("OFFSET");
+        for component in joint.offset.to_array() {
+            text.push(' ');
+            push_single(text, component, options.digits);
+        }
+        text.push('\n');
+        if !joint.is_end_site {
+            push_line(text, open, &channels_line(joint));
+        }
+    }
+    while open > 0 {
+        open -= 1;
+        push_line(text, open, "}");
+    }
+}
+
+fn push_line(text: &mut String, indentation: usize, line: &str) {
+    text.extend(std::iter::repeat_n('\t', indentation));
+    text.push_str(line);
+    text.push('\n');
+}
+
+/// `JOINT name`. An end site with the name that an unnamed one gets is written without a name.
+fn head(keyword: &str, name: &str) -> String {
+    if keyword == "End Site" && name.starts_with("EndSite_") {
+        return keyword.to_owned();
+    }
+    // A name ends at a brace or at the end of its line.
+    let harmless = |c: char| {
+        if c.is_control() || matches!(c, '{' | '}') {
+            '_'
+        } else {
+            c
+        }
+    };
+    let name: String = name.trim().chars().map(harmless).collect();
+    if name.is_empty() {
+        format!("{keyword} _")
+    } else {
+        format!("{keyword} {name}")
+    }
+}
+
+fn channels_line(joint: &Joint<'_>) -> String {
+    let mut names = Vec::new();
+    if joint.moves {
+        names.extend(["X", "Y", "Z"].map(|axis| format!("{axis}position")));
+    }
+    if joint.turns {
+        names.extend(
+            joint
+                .order
+                .axes()
+                .map(|axis| format!("{}rotation", ["X", "Y", "Z"][axis])),
+        );
+    }
+    let mut line = format!("CHANNELS {}", names.len());
+    for name in names {
+        line.push(' ');
+        line.push_str(&name);
+    }
+    line
+}
+
+fn push_rows(
+    text: &mut String,
+    motion: &Motion<'_>,
+    joints: &[Joint<'_>],
+    frames: usize,
+    options: &BvhOptions,
+) -> Result<()> {
+    let is_shortest = options.digits.is_none();
+    let mut angles: Vec<Angles> = joints
+        .iter()
+        .map(|joint| Angles::new(joint.order, is_shortest))
+        .collect();
+    let mut transforms = motion.rest();
+    for frame in 0..frames {
+        motion.sample(frame, &mut transforms);
+        let start = text.len();
+        for (joint, angles) in std::iter::zip(joints, &mut angles) {
+            let Trs {
+                translation, rotation, ..
+            } = transforms[joint.node];
+            if joint.moves {
+                let position = joint.scale * translation;
+                if !position
+                    .to_array()
+                    .into_iter()
+                    .all(|number| is_plausible(number.into()))
+                {
+                    let message = format!("the position in frame {frame} is not finite, or beyond {FARTHEST:e}");
+                    return Err(unrepresentable(joint, message));
+                }
+                for component in position.to_array() {
+                    push_single(text, component, options.digits);
+                    text.push(' ');
+                }
+            }
+            if joint.turns {
+                let Some(angles) = angles.next(rotation) else {
+                    return Err(unrepresentable(
+                        joint,
+                        format!("the rotation in frame {frame} is not a rotation"),
+                    ));
+                };
+                for angle in angles {
+                    push(text, angle, options.digits);
+                    text.push(' ');
+                }
+            }
+        }
+        if text.len() > start {
+            text.pop();
+        }
+        text.push('\n');
+    }
+    Ok(())
+}
+
+fn unrepresentable(joint: &Joint<'_>, message: String) -> Error {
+    Diagnostic::new(Code::Unrepresentable, message)
+        .in_joint(joint.name)
+        .into()
+}

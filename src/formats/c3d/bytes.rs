@@ -1,0 +1,123 @@
+//! Reads numbers in the formats of three processors.
+
+use super::{CUT_OFF, Failure};
+use mocap_scene::error::{Code, Diagnostic};
+
+/// The number format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Processor {
+    /// Intel: little-endian, IEEE 754.
+    Intel,
+    /// DEC: little-endian integers, VAX F_floating reals.
+    Dec,
+    /// SGI and MIPS: big-endian, IEEE 754.
+    Sgi,
+}
+
+impl Processor {
+    /// The processor of the fourth byte of the parameter section.
+    pub(super) fn from_code(code: u8) -> Option<Self> {
+        match code {
+            84 => Some(Self::Intel),
+            85 => Some(Self::Dec),
+            86 => Some(Self::Sgi),
+            _ => None,
+        }
+    }
+
+    pub(super) fn word(self, bytes: [u8; 2]) -> u16 {
+        match self {
+            Self::Intel | Self::Dec => u16::from_le_bytes(bytes),
+            Self::Sgi => u16::from_be_bytes(bytes),
+        }
+    }
+
+    /// VAX F_floating: the two words are swapped, and the exponent is 2 larger than in IEEE 754.
+    pub(super) fn real(self, bytes: [u8; 4]) -> f64 {
+        let [a, b, c, d] = bytes;
+        match self {
+            Self::Intel => f64::from(f32::from_le_bytes(bytes)),
+            Self::Dec => f64::from(f32::from_le_bytes([c, d, a, b])) / 4.0,
+            Self::Sgi => f64::from(f32::from_be_bytes(bytes)),
+        }
+    }
+}
+
+/// An offset in the bytes of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Bytes<'a> {
+    bytes: &'a [u8],
+    offset: usize,
+    processor: Processor,
+}
+
+impl<'a> Bytes<'a> {
+    pub(super) fn new(bytes: &'a [u8], processor: Processor) -> Self {
+        Self {
+            bytes,
+            offset: 0,
+            processor,
+        }
+    }
+
+    pub(super) fn offset(&self) -> usize {
+        self.offset
+    }
+
+    pub(super) fn set_offset(&mut self, offset: usize) {
+        self.offset = offset;
+    }
+
+    pub(super) fn skip(&mut self, length: usize) {
+        self.offset = self.offset.saturating_add(length);
+    }
+
+    pub(super) fn take(&mut self, length: usize) -> Result<&'a [u8], Failure> {
+        let end = self.offset.saturating_add(length);
+        let Some(taken) = self.bytes.get(self.offset..end) else {
+            return Err(Box::new(
+                Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
+                    .expected_found(format!("{length} more bytes at byte {}", self.offset), self.rest())
+                    .help(CUT_OFF),
+            ));
+        };
+        self.offset = end;
+        Ok(taken)
+    }
+
+    fn rest(&self) -> String {
+        format!("{}", self.bytes.len().saturating_sub(self.offset))
+    }
+
+    pub(super) fn byte(&mut self) -> Result<u8, Failure> {
+        Ok(self.take(1)?[0])
+    }
+
+    pub(super) fn word(&mut self) -> Result<u16, Failure> {
+        let bytes = self.take(2)?;
+        Ok(self.processor.word([bytes[0], bytes[1]]))
+    }
+
+    pub(super) fn real(&mut self) -> Result<f64, Failure> {
+        let bytes = self.take(4)?;
+        Ok(self.processor.real([bytes[0], bytes[1], bytes[2], bytes[3]]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_one_on_every_processor() {
+        // The VAX's 1.0 is 0.1 in binary times 2^1, its exponent in excess of 128: 0x4080 in the first word.
+        assert_eq!(Processor::Dec.real([0x80, 0x40, 0, 0]), 1.0);
+        // -12.5 is -0.11001 in binary times 2^4.
+        assert_eq!(Processor::Dec.real([0x48, 0xC2, 0, 0]), -12.5);
+        assert_eq!(Processor::Intel.real([0, 0, 0x80, 0x3F]), 1.0);
+        assert_eq!(Processor::Sgi.real([0x3F, 0x80, 0, 0]), 1.0);
+        assert_eq!(Processor::Dec.real([0, 0, 0, 0]), 0.0);
+        assert_eq!(Processor::Sgi.word([1, 2]), 0x0102);
+        assert_eq!(Processor::Dec.word([1, 2]), 0x0201);
+    }
+}

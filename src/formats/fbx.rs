@@ -1,0 +1,76 @@
+//! Autodesk FBX: a tree of elements, and connections between them.
+//!
+//! `read` makes a scene of a file, with the C library ufbx. `write` makes a binary file of a scene, without any C
+//! code, so a build that cannot read FBX writes it. Euler angles, FBX's units of time and its connections stay in this
+//! folder.
+
+#[cfg(feature = "fbx")]
+mod read;
+#[cfg(not(feature = "fbx"))]
+#[path = "fbx/without_read.rs"]
+mod read;
+mod write;
+
+use crate::provenance::Provenance;
+use crate::{FormatInfo, WriteOption};
+use mocap_scene::files::{FBX_HEAD, fbx_provenance};
+use mocap_scene::scene::Format;
+
+pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    format: Format::Fbx,
+    name: "FBX",
+    description: read::DESCRIPTION,
+    extensions: &["fbx"],
+    reading: "good: skeleton, animation, skinned meshes with colours and textures",
+    writing: "good: binary 7.5",
+    sniff,
+    reads_blocks: false,
+    reads: cfg!(feature = "fbx"),
+    read: read::read,
+    write: Some(write::files),
+    options: &[
+        WriteOption::Mesh,
+        WriteOption::SkeletonOnly,
+        WriteOption::MaxError,
+        WriteOption::ShellDistance,
+        WriteOption::FbxVersion,
+        WriteOption::FbxRest,
+        WriteOption::Target,
+        WriteOption::Textures,
+        WriteOption::BoneAxis,
+        WriteOption::Names,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: false,
+    has_file_meshes: true,
+    states_bones: false,
+    states_origin: true,
+    has_rest_rotations: true,
+    keeps_shear: false,
+};
+
+/// The user's property of a node with its name in the scene, where the file has another.
+const SOURCE_NAME: &str = "mocap_source_name";
+
+/// The user's property of a node that is an end site.
+const END_SITE: &str = "mocap_end_site";
+
+/// A file in text begins with a comment that names the format.
+fn sniff(bytes: &[u8]) -> bool {
+    bytes.starts_with(FBX_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
+}
+
+/// Whether a file of this crate is there to its last byte. Its footer says so, which readers leave out.
+#[doc(hidden)]
+pub fn is_whole(bytes: &[u8]) -> bool {
+    bytes.ends_with(&write::FOOTER_END)
+}
+
+/// What a file of this crate says of itself; `None` in files of other programs.
+#[doc(hidden)]
+pub fn provenance(bytes: &[u8]) -> Option<Provenance> {
+    serde_json::from_str(fbx_provenance(bytes)?).ok()
+}

@@ -1,0 +1,349 @@
+//! Reads FBX with the C library ufbx: the skeleton, its animation, and the skinned meshes.
+//!
+//! Bones, nodes that deform a mesh, and their ancestors become nodes; without any of them, all nodes do. Pivots,
+//! pre-rotations and rotation orders become one transform per node. Lengths are converted to metres and the axes to +Y
+//! up, unless those of the file are to be kept. An animation stack becomes an animation: its curves, of any kind, are
+//! sampled at the file's frame rate.
+//!
+//! | in the file | in the scene |
+//! |---|---|
+//! | positions and normals of a mesh | in the world, in the bind pose |
+//! | polygons | triangles |
+//! | clusters of a skin | bones with offset matrices, and weights that sum to 1 for each vertex |
+//! | a vertex without a weight | follows the first bone |
+//! | a material: base colour, its texture, opacity | a material; a mesh with several becomes several |
+//! | an image that is embedded or near the file, PNG or JPEG | a texture; another one gives a warning |
+//! | other properties of materials with a texture, vertex colours, blend shapes, a second skin, and meshes without a skin, such as props | left out, with an assumption in the scene |
+//!
+//! Lights and cameras are left out.
+
+mod blend_shapes;
+mod material;
+mod mesh;
+mod refusal;
+
+use glam::{Mat4, Quat, Vec3};
+use ufbx::LoadOpts;
+
+use self::refusal::refusal;
+use crate::fbx::{END_SITE, SOURCE_NAME};
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions, Source};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::scene::{
+    Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
+};
+
+pub(super) const DESCRIPTION: &str = "Autodesk FBX: skeleton, animation, skinned meshes";
+
+/// Memory that ufbx may take, for any file and for each byte of it: compressed numbers expand at most a thousandfold,
+/// and only in broken files do all of them.
+const MEMORY: usize = 64 << 20;
+const MEMORY_PER_BYTE: usize = 256;
+
+pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let read = read_bytes(source, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let bytes = source.bytes;
+    let file = load(bytes, options)?;
+    let nodes = kept_nodes(&file, options)?;
+    let mut scene = Scene {
+        nodes: nodes.iter().map(|node| node.node(warnings)).collect(),
+        ..Scene::default()
+    };
+    scene.metadata.format = Some(Format::Fbx);
+    let (metres_per_unit, up) = match options.file_units {
+        false => (Some(1.0), Some(UpAxis::Y)),
+        true => file_units(&file.settings),
+    };
+    scene.metadata.metres_per_unit = metres_per_unit;
+    scene.metadata.up = up;
+    let mut values_left = options.limits.expanded_values(bytes.len() as u64);
+    for stack in &file.anim_stacks {
+        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
+        scene.animations.extend(animation);
+    }
+    if !options.without_meshes {
+        for (choice, reason) in mesh::read(source, &file, &nodes, options, &mut scene, warnings)? {
+            scene.metadata.assumptions.push(Assumption {
+                topic: Topic::Meshes,
+                choice: choice.to_owned(),
+                reason,
+                confidence: None,
+            });
+        }
+    }
+    if scene.animations.is_empty() {
+        warnings.push(Code::NoMotion, || {
+            Diagnostic::new(
+                Code::NoMotion,
+                "no animation stack has a duration: the scene has a skeleton and no animation",
+            )
+        });
+    }
+    Ok(scene)
+}
+
+fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure> {
+    let memory = bytes.len().saturating_mul(MEMORY_PER_BYTE).saturating_add(MEMORY);
+    let memory = memory.min(usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX));
+    let limited = || ufbx::AllocatorOpts {
+        memory_limit: memory,
+        ..ufbx::AllocatorOpts::default()
+    };
+    let load = LoadOpts {
+        temp_allocator: limited(),
+        result_allocator: limited(),
+        file_format: ufbx::FileFormat::Fbx,
+        ignore_geometry: options.without_meshes,
+        ignore_embedded: options.without_meshes,
+        generate_missing_normals: true,
+        skip_mesh_parts: true,
+        node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
+        // Converts nodes that inherit scale otherwise than usual.
+        inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
+        ..LoadOpts::default()
+    };
+    let load = if options.file_units {
+        load
+    } else {
+        LoadOpts {
+            space_conversion: ufbx::SpaceConversion::ModifyGeometry,
+            target_axes: ufbx::axes_right_handed_y_up(),
+            target_unit_meters: 1.0,
+            ..load
+        }
+    };
+    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
+}
+
+/// The unit and the up axis that a file states, as far as a scene can say them.
+fn file_units(settings: &ufbx::SceneSettings) -> (Option<f64>, Option<UpAxis>) {
+    let metres_per_unit = Some(settings.unit_meters).filter(|metres| metres.is_finite() && *metres > 0.0);
+    let up = match settings.axes.up {
+        ufbx::CoordinateAxis::PositiveY => Some(UpAxis::Y),
+        ufbx::CoordinateAxis::PositiveZ => Some(UpAxis::Z),
+        ufbx::CoordinateAxis::NegativeY => Some(UpAxis::NegY),
+        ufbx::CoordinateAxis::NegativeZ => Some(UpAxis::NegZ),
+        _ => None,
+    };
+    (metres_per_unit, up)
+}
+
+/// A node of the file that the scene keeps.
+struct Kept<'a> {
+    source: &'a ufbx::Node,
+    parent: Option<NodeId>,
+    /// Whether it is a bone, or moves vertices as one.
+    is_bone: bool,
+    /// Whether this crate says so.
+    is_end_site: bool,
+}
+
+impl Kept<'_> {
+    fn node(&self, warnings: &mut Warnings) -> Node {
+        let source = self.source;
+        let (translation, rotation, scale) = components(&source.local_transform);
+        let mut transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        if !are_plausible(translation, rotation, scale) {
+            transform = Mat4::IDENTITY;
+            warnings.tally(Code::NonFiniteValue, || {
+                let message = format!(
+                    "the position in the rest pose is not finite, or beyond {FARTHEST:e}, or its scale is below \
+                     {SMALLEST_SCALE:e}; the node was put at its parent"
+                );
+                Diagnostic::new(Code::NonFiniteValue, message).in_joint(self.name())
+            });
+        }
+        Node {
+            name: self.name(),
+            kind: match self.is_bone {
+                _ if self.is_end_site => NodeKind::EndSite,
+                true => NodeKind::Joint,
+                false => NodeKind::Group,
+            },
+            parent: self.parent,
+            transform,
+            rotation_order: rotation_order(source.rotation_order),
+            ..Node::default()
+        }
+    }
+
+    fn name(&self) -> String {
+        let props = &self.source.element.props;
+        // A name that this crate had to change.
+        let given = props.find_prop(SOURCE_NAME).map(|property| &*property.value_str);
+        let name = given.unwrap_or(&self.source.element.name);
+        if self.source.is_root && name.is_empty() {
+            "RootNode".to_owned()
+        } else {
+            name.to_owned()
+        }
+    }
+}
+
+/// The nodes to keep, depth-first.
+fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Kept<'a>>, Failure> {
+    let mut is_bone: Vec<bool> = file.nodes.iter().map(|node| node.bone.is_some()).collect();
+    for cluster in &file.skin_clusters {
+        if let Some(node) = &cluster.bone_node {
+            is_bone[node.element.typed_id as usize] = true;
+        }
+    }
+    let has_bones = is_bone.contains(&true);
+    let mut holds_bone = vec![false; file.nodes.len()];
+    for (node, _) in std::iter::zip(&file.nodes, &is_bone).filter(|(_, is_bone)| **is_bone) {
+        let mut above: Option<&ufbx::Node> = Some(node);
+        // Stops at an ancestor that is already marked, so that the total time is linear.
+        while let Some(node) = above.filter(|node| !holds_bone[node.element.typed_id as usize]) {
+            holds_bone[node.element.typed_id as usize] = true;
+            above = node.parent.as_deref();
+        }
+    }
+    let mut kept: Vec<Kept<'a>> = Vec::new();
+    let mut open: Vec<(&'a ufbx::Node, Option<NodeId>)> = vec![(&file.root_node, None)];
+    while let Some((source, parent)) = open.pop() {
+        let limit = options.limits.max_nodes;
+        if kept.len() >= limit {
+            let diagnostic = limit_exceeded(format!("at most {limit} nodes"), format!("more than {limit}"));
+            return Err(Box::new(diagnostic));
+        }
+        let id = NodeId::new(kept.len());
+        kept.push(Kept {
+            source,
+            parent,
+            is_bone: is_bone[source.element.typed_id as usize],
+            is_end_site: source.element.props.find_prop(END_SITE).is_some(),
+        });
+        let is_kept = |child: &&ufbx::Node| !has_bones || holds_bone[child.element.typed_id as usize];
+        let children: Vec<&'a ufbx::Node> = source.children.iter().map(|child| &**child).filter(is_kept).collect();
+        open.extend(children.into_iter().rev().map(|child| (child, Some(id))));
+    }
+    Ok(kept)
+}
+
+/// Samples a stack at the frame rate. `None` if its duration is 0.
+fn read_stack(
+    stack: &ufbx::AnimStack,
+    file: &ufbx::Scene,
+    nodes: &[Kept<'_>],
+    options: &ReadOptions,
+    values_left: &mut u64,
+    warnings: &mut Warnings,
+) -> Result<Option<Animation>, Failure> {
+    let rate = options.sampling_rate_or(file.settings.frames_per_second)?;
+    let seconds = stack.time_end - stack.time_begin;
+    // A stack of one moment is a clip of one frame where something is said of it.
+    let has_curves = || stack.layers.iter().any(|layer| !layer.anim_values.is_empty());
+    if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
+        return Ok(None);
+    }
+    let frames = frames_in(seconds, rate);
+    // A rotation, a translation and a scale.
+    let values = frames.saturating_mul(10 * nodes.len() as u64);
+    let Some(left) = values_left.checked_sub(values) else {
+        let expected = format!("at most {values_left} values in a file of this size");
+        let found = format!("{values}: {frames} frames of {} nodes", nodes.len());
+        return Err(Box::new(limit_exceeded(expected, found).help(
+            "convert it to fewer frames a second, as with --fps 30, or write a shorter take",
+        )));
+    };
+    *values_left = left;
+    let moving = nodes.iter().filter(|node| !node.is_end_site);
+    let channels = moving.map(|node| {
+        let transforms = (0..frames).map(|frame| {
+            // The last frame may be after the end, where curves may go on.
+            let time = (stack.time_begin + frame as f64 / rate).min(stack.time_end);
+            ufbx::evaluate_transform(&stack.anim, node.source, time)
+        });
+        read_channel(node, transforms, warnings)
+    });
+    Ok(Some(Animation {
+        name: stack.element.name.to_string(),
+        ticks_per_second: options.retime.unwrap_or(rate),
+        duration: (frames - 1) as f64,
+        channels: channels.collect(),
+    }))
+}
+
+/// One frame at the start and one after each frame time, up to the one nearest to the end.
+fn frames_in(seconds: f64, rate: f64) -> u64 {
+    (seconds * rate).round() as u64 + 1
+}
+
+fn read_channel(
+    node: &Kept<'_>,
+    transforms: impl Iterator<Item = ufbx::Transform>,
+    warnings: &mut Warnings,
+) -> Channel {
+    let (mut positions, mut rotations, mut scales) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before = (Vec3::ZERO, Quat::IDENTITY, Vec3::ONE);
+    for transform in transforms {
+        let (position, mut rotation, scale) = components(&transform);
+        if !are_plausible(position, rotation, scale) {
+            warnings.tally(Code::NonFiniteValue, || {
+                let message = format!(
+                    "the value is not finite, or beyond {FARTHEST:e}, or a scale below {SMALLEST_SCALE:e}; the last \
+                     value before it was used"
+                );
+                Diagnostic::new(Code::NonFiniteValue, message).in_joint(node.name())
+            });
+            positions.push(before.0);
+            rotations.push(before.1);
+            scales.push(before.2);
+            continue;
+        }
+        // Of the two quaternions of a rotation, the nearer one.
+        if rotation.dot(before.1) < 0.0 {
+            rotation = -rotation;
+        }
+        before = (position, rotation, scale);
+        positions.push(position);
+        rotations.push(rotation);
+        scales.push(scale);
+    }
+    Channel {
+        node_name: node.name(),
+        node: None,
+        position_keys: Keys::every_tick(positions),
+        rotation_keys: Keys::every_tick(rotations),
+        scaling_keys: Keys::every_tick(scales),
+    }
+}
+
+/// Translation, unit rotation and scale in single precision. A quaternion of length 0 becomes the identity.
+fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
+    let vector = |v: ufbx::Vec3| glam::DVec3::new(v.x, v.y, v.z).as_vec3();
+    let ufbx::Quat { x, y, z, w } = transform.rotation;
+    let rotation = glam::DQuat::from_xyzw(x, y, z, w);
+    let rotation = match rotation.length_squared() > 0.0 {
+        true => rotation.normalize().as_quat(),
+        false => Quat::IDENTITY,
+    };
+    (vector(transform.translation), rotation, vector(transform.scale))
+}
+
+/// Whether kinematics can compute with a transform.
+fn are_plausible(translation: Vec3, rotation: Quat, scale: Vec3) -> bool {
+    let holds = |test: fn(f64) -> bool, vector: Vec3| vector.to_array().into_iter().all(|value| test(value.into()));
+    let is_sound = |scale| is_plausible(scale) && !is_degenerate_scale(scale);
+    holds(is_plausible, translation) && rotation.is_finite() && holds(is_sound, scale)
+}
+
+/// FBX names the axis that is applied first first, which is the last factor of the product.
+fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
+    match order {
+        ufbx::RotationOrder::Xyz => Some(RotationOrder::Zyx),
+        ufbx::RotationOrder::Xzy => Some(RotationOrder::Yzx),
+        ufbx::RotationOrder::Yzx => Some(RotationOrder::Xzy),
+        ufbx::RotationOrder::Yxz => Some(RotationOrder::Zxy),
+        ufbx::RotationOrder::Zxy => Some(RotationOrder::Yxz),
+        ufbx::RotationOrder::Zyx => Some(RotationOrder::Xyz),
+        ufbx::RotationOrder::Spheric => None,
+    }
+}

@@ -1,0 +1,428 @@
+//! Writes a scene as binary FBX.
+//!
+//! | scene | FBX |
+//! |---|---|
+//! | a joint, an end site | a model `LimbNode` with its attribute |
+//! | a group | a model `Null`; `LimbNode` between bones or where a mesh is bound to it; no model for the root node |
+//! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
+//! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
+//! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |
+//! | [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
+//! | the rest pose, or the bind pose of bones | a `BindPose` |
+//! | an animation | an `AnimationStack` with one `AnimationLayer` |
+//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with linear keys |
+//! | [`FbxOptions::error_bound`] | keys that the bound allows to leave out are left out |
+//! | rotations | angles in degrees that continue past 180, so that no curve jumps |
+//! | ticks per second | `TimeMode`, or `CustomFrameRate` |
+//! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
+//! | meshes with the same name and bones on one node | a mesh with several materials |
+//! | [`Mesh::bones`](mocap_scene::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
+//! | a mesh without bones | stands below its node |
+//! | a material with a surface | a Phong material with its colour, opacity and texture |
+//! | the image of a texture | embedded, or a file beside it, as [`FbxOptions::textures`] says |
+//! | points | nothing |
+//! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
+//!
+//! Equal scenes give equal bytes, so no file has a time of creation.
+
+mod animation;
+mod curves;
+mod document;
+mod encode;
+mod material;
+mod mesh;
+mod names;
+mod properties;
+mod skeleton;
+mod space;
+mod time;
+
+use serde::{Deserialize, Serialize};
+
+use glam::DMat4;
+
+use self::document::{Document, Settings};
+pub(super) use self::encode::FOOTER_END;
+use self::names::Names;
+use self::space::Space;
+use self::time::Rate;
+use crate::provenance::Provenance;
+use crate::written::millimetres;
+use crate::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
+use mocap_compress::ErrorBound;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::limits;
+use mocap_scene::options::setters;
+use mocap_scene::scene::{Scene, UpAxis};
+
+/// What a file says of the program that wrote it.
+const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
+
+/// The version of a file.
+///
+/// [`FbxOptions`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum FbxVersion {
+    /// 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+    #[serde(rename = "7.4")]
+    #[cfg_attr(feature = "clap", value(name = "7.4"))]
+    V7400,
+    /// 7.5, of FBX 2016 and newer.
+    #[default]
+    #[serde(rename = "7.5")]
+    #[cfg_attr(feature = "clap", value(name = "7.5"))]
+    V7500,
+}
+
+impl FbxVersion {
+    fn number(self) -> u32 {
+        match self {
+            Self::V7400 => 7400,
+            Self::V7500 => 7500,
+        }
+    }
+}
+
+/// Where the rotations of the rest pose are.
+///
+/// [`FbxOptions`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum FbxRest {
+    /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
+    #[default]
+    Rotation,
+    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 turns
+    /// animated joints by it twice.
+    PreRotation,
+}
+
+/// What stands above a root joint.
+///
+/// [`FbxOptions`] has an example.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FbxRoot {
+    /// A `Null` of this name, unless the scene has a group there.
+    Null(String),
+    /// Nothing; groups above it that do nothing are left out.
+    None,
+}
+
+impl Default for FbxRoot {
+    /// `Armature`, as Blender calls it.
+    fn default() -> Self {
+        Self::Null("Armature".to_owned())
+    }
+}
+
+/// Where the images of textures are.
+///
+/// [`FbxOptions`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum FbxTextures {
+    /// In the file itself.
+    #[default]
+    Embedded,
+    /// In files of their own beside it: [`FbxReport::beside`] has them.
+    Beside,
+}
+
+/// Options of the writer.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
+/// use mocap::{Exporter, Format};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let maya = FbxOptions::of_target(FbxTarget::Maya);
+/// let options = maya.version(FbxVersion::V7400).rest(FbxRest::PreRotation).textures(FbxTextures::Embedded);
+/// let written = Exporter::new().fbx(options.root(FbxRoot::None)).write(&scene, Format::Fbx)?;
+/// assert!(written.into_bytes()?.starts_with(b"Kaydara FBX Binary"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FbxOptions {
+    /// The version of the file.
+    pub version: FbxVersion,
+    /// Where the rotations of the rest pose are.
+    pub rest: FbxRest,
+    /// What stands above a root joint.
+    pub root: FbxRoot,
+    /// Metres in a unit of length of the file. Default: 0.01, centimetres.
+    pub metres_per_unit: f64,
+    /// The axis that points up in the file. Default: +Y.
+    pub up: UpAxis,
+    /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number.
+    /// Default: `false`.
+    pub whole_rate: bool,
+    /// The largest distance of a joint, and of a shell that stands for its skin, from its position in any frame, in
+    /// metres, within which keys are left out of the curves. Default: none, every key is written.
+    ///
+    /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
+    /// keys. The distance of the shell is the bound's, and at least 3 cm.
+    pub error_bound: Option<ErrorBound>,
+    /// Where the images of textures are.
+    pub textures: FbxTextures,
+}
+
+setters! {
+    FbxOptions {
+        version: FbxVersion,
+        rest: FbxRest,
+        root: FbxRoot,
+        metres_per_unit: f64,
+        up: UpAxis,
+        whole_rate: bool,
+        error_bound: Option<ErrorBound>,
+        textures: FbxTextures,
+    }
+}
+
+/// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
+///
+/// [`FbxOptions`] has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum FbxTarget {
+    /// Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is named.
+    Blender,
+    /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+    Unreal,
+    /// Unity: metres with +Y up.
+    Unity,
+    /// Maya: centimetres with +Y up, the rest pose as joint orient.
+    Maya,
+    /// MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+    #[serde(rename = "motionbuilder")]
+    #[cfg_attr(feature = "clap", value(name = "motionbuilder"))]
+    MotionBuilder,
+}
+
+impl FbxOptions {
+    /// The conventions of a program.
+    ///
+    /// ```
+    /// use mocap::fbx::{FbxOptions, FbxRoot, FbxTarget};
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let options = FbxOptions::of_target(FbxTarget::Unreal);
+    /// assert_eq!((options.root, options.up), (FbxRoot::None, UpAxis::Z));
+    /// ```
+    pub fn of_target(target: FbxTarget) -> Self {
+        let usual = Self::default();
+        match target {
+            FbxTarget::Blender => usual,
+            FbxTarget::Unreal => Self {
+                root: FbxRoot::None,
+                up: UpAxis::Z,
+                whole_rate: true,
+                ..usual
+            },
+            FbxTarget::Unity => Self {
+                metres_per_unit: 1.0,
+                ..usual
+            },
+            FbxTarget::Maya => Self {
+                rest: FbxRest::PreRotation,
+                ..usual
+            },
+            FbxTarget::MotionBuilder => Self {
+                root: FbxRoot::Null("Reference".to_owned()),
+                whole_rate: true,
+                ..usual
+            },
+        }
+    }
+}
+
+impl Default for FbxOptions {
+    fn default() -> Self {
+        Self {
+            version: FbxVersion::default(),
+            rest: FbxRest::default(),
+            root: FbxRoot::default(),
+            metres_per_unit: 0.01,
+            up: UpAxis::Y,
+            whole_rate: false,
+            error_bound: None,
+            textures: FbxTextures::default(),
+        }
+    }
+}
+
+/// What was written.
+///
+/// [`FbxOptions::write`](crate::fbx::FbxOptions::write) has an example.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FbxReport {
+    /// The nodes whose name had to change: the index in the scene, the name there and the name in the file.
+    pub renamed: Vec<(usize, String, String)>,
+    /// Bones, end sites included.
+    pub bones: usize,
+    /// Vertices of all meshes.
+    pub vertices: usize,
+    /// Textures.
+    pub textures: usize,
+    /// The files that have to stand beside the file: the name of each, and the index in
+    /// [`Scene::textures`] of the texture whose bytes it has.
+    pub beside: Vec<(String, usize)>,
+    /// Curves of all clips.
+    pub curves: usize,
+    /// Keys of all curves.
+    pub keys: usize,
+    /// How far the file is from the scene, the largest error of all clips; absent where every key was written. Its
+    /// keys are those of the scene's tracks.
+    pub achieved: Option<Achieved>,
+    /// Bytes of the file.
+    pub bytes: usize,
+    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl FbxOptions {
+    /// The bytes of an FBX file, and what is in them.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Conversion;
+    /// use mocap::fbx::FbxOptions;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().apply(&mut scene)?;
+    /// let (bytes, report) = FbxOptions::default().write(&scene)?;
+    /// assert!(bytes.starts_with(b"Kaydara FBX Binary"));
+    /// assert_eq!(report.bones, scene.nodes.len());
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and
+    /// where the scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::InvalidValue`]
+    /// where a unit or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the
+    /// largest error, and [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can
+    /// be kept; [`Code::LimitExceeded`] where the file is too large for its version.
+    pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport)> {
+        if scene.nodes.is_empty() {
+            return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+        }
+        let unit = limits::positive(Code::InvalidValue, "metres per unit", self.metres_per_unit)?;
+        let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
+        let own_unit = limits::positive(Code::InvalidValue, "metres per unit of the scene", own_unit)?;
+        let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), self.up);
+        if let Some(bound) = &self.error_bound {
+            limits::positive(Code::InvalidValue, "the largest error", bound.max_error)?;
+        }
+        let mut document = Document::new();
+        let mut report = FbxReport::default();
+        let mut names = Names::default();
+        let bones = mesh::bound_nodes(scene);
+        let placed = skeleton::write(scene, &space, self, &bones, &mut names, &mut document, &mut report)?;
+        let binds = mesh::binds(scene, &space, &placed);
+        let clips = animation::write(scene, &space, &placed, self, &mut document, &mut report)?;
+        let beside = skeleton::beside_the_tails(scene, &placed, &clips.moving);
+        // The transform of a node in the bind pose.
+        let bound = |index: usize, mut bind: DMat4| {
+            bind.w_axis += beside[index].extend(0.0);
+            bind
+        };
+        let skinned = mesh::write(
+            scene,
+            &space,
+            (&placed, &bound),
+            self.textures,
+            &mut names,
+            &mut document,
+            &mut report,
+        )?;
+        let nodes = placed
+            .iter()
+            .enumerate()
+            .filter(|(_, at_rest)| at_rest.id != document::SCENE_ROOT);
+        let nodes = nodes.map(|(index, at_rest)| {
+            let bind = *binds.get(&index).unwrap_or(&at_rest.world);
+            (at_rest.id, bound(index, bind))
+        });
+        let pose: Vec<_> = nodes.chain(skinned).collect();
+        skeleton::bind_pose(&mut document, &pose);
+        let clips = clips.ends;
+        let provenance = Provenance {
+            up: Some(self.up).filter(|up| *up != UpAxis::Y),
+            ..Provenance::of(scene)
+        };
+        let settings = Settings {
+            version: self.version,
+            up: self.up,
+            metres_per_unit: unit,
+            rate: Rate::of(scene, self)?,
+            end: clips.iter().map(|clip| clip.1).max().unwrap_or(0),
+            clips,
+            provenance: serde_json::to_string(&provenance).unwrap_or_default(),
+        };
+        let bytes = encode::file(document.sections(&settings), self.version, CREATOR)?;
+        report.bytes = bytes.len();
+        report.warnings.extend(unit_warning(scene));
+        Ok((bytes, report))
+    }
+}
+
+/// The files of the row.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let options_of_fbx = FbxOptions {
+        error_bound: options.bound(),
+        ..options.fbx.clone()
+    };
+    let (bytes, report) = options_of_fbx.write(scene)?;
+    let images = report.beside.iter();
+    let images = images.map(|(name, texture)| WrittenFile::new(name, scene.textures[*texture].bytes.clone()));
+    let main = WrittenFile::new(&options.name, bytes);
+    let renamed = report.renamed.into_iter();
+    Ok(Written {
+        notes: Vec::from_iter(report.achieved.as_ref().map(|achieved| {
+            let most = millimetres(achieved.max_error);
+            format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
+        })),
+        warnings: report.warnings,
+        renamed: renamed
+            .map(|(node, from, to)| Renamed {
+                node,
+                from,
+                to,
+                is_asked_for: false,
+            })
+            .collect(),
+        error: report.achieved,
+        nodes: scene.nodes.len(),
+        ..Written::of(images.chain([main]).collect())
+    })
+}
+
+/// Says so where the unit of `scene` is not known.
+fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
+    scene.metadata.metres_per_unit.is_none().then(|| {
+        let message = "FBX states its unit, and the unit of the scene is not known: its lengths were taken as metres";
+        let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+        Diagnostic::new(Code::UnknownUnit, message).help(help)
+    })
+}
+
+fn unrepresentable(node: &str, message: String) -> Error {
+    Diagnostic::new(Code::Unrepresentable, message).in_joint(node).into()
+}

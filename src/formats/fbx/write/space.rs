@@ -1,0 +1,95 @@
+//! From the unit and the axes of a scene to those of the file.
+
+use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Quat, Vec3};
+
+use mocap_scene::math::up_axis;
+use mocap_scene::scene::{RotationOrder, UpAxis};
+
+/// A rotation of the axes, and a factor of lengths.
+pub(super) struct Space {
+    factor: f64,
+    rotation: DMat3,
+}
+
+impl Space {
+    pub(super) fn new(factor: f64, from: UpAxis, to: UpAxis) -> Self {
+        Self {
+            factor,
+            rotation: Mat3::from_mat4(up_axis::from_to(from, to)).as_dmat3(),
+        }
+    }
+
+    pub(super) fn point(&self, point: Vec3) -> DVec3 {
+        self.rotation * (point.as_dvec3() * self.factor)
+    }
+
+    pub(super) fn direction(&self, direction: Vec3) -> DVec3 {
+        self.rotation * direction.as_dvec3()
+    }
+
+    /// A rotation in the axes of the file, normalized; `None` if the quaternion is no rotation.
+    pub(super) fn rotation(&self, rotation: Quat) -> Option<DQuat> {
+        if !(rotation.is_finite() && rotation.length_squared() > f32::EPSILON) {
+            return None;
+        }
+        let rotation = rotation.as_dquat().normalize();
+        let axis = self.rotation * rotation.xyz();
+        Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
+    }
+
+    /// The length in the file of a unit of the scene.
+    pub(super) fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// The axis of the scene that an axis of the file lies along, and 1, or -1 where they point in opposite directions.
+    pub(super) fn axis_in_scene(&self, axis: usize) -> (usize, f64) {
+        let turned = self.direction_in_scene(DVec3::AXES[axis]);
+        let target_axis = (0..3)
+            .find(|&target_axis| turned[target_axis].abs() > 0.5)
+            .unwrap_or(axis);
+        (target_axis, turned[target_axis].signum())
+    }
+
+    /// A direction of the file, or angles about its axes, in the axes of the scene.
+    pub(super) fn direction_in_scene(&self, direction: DVec3) -> DVec3 {
+        self.rotation.transpose() * direction
+    }
+
+    /// A rotation of the file in the axes of the scene.
+    pub(super) fn rotation_in_scene(&self, rotation: DQuat) -> DQuat {
+        let axis = self.direction_in_scene(rotation.xyz());
+        DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w)
+    }
+
+    /// The order about the axes of the scene that is this order about the axes of the file.
+    pub(super) fn order_in_scene(&self, order: RotationOrder) -> RotationOrder {
+        let axes = order.axes().map(|axis| self.axis_in_scene(axis).0);
+        RotationOrder::from_axes(axes).unwrap_or(order)
+    }
+
+    /// Scales along axes; the rotation only exchanges them.
+    pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
+        let permutation = DMat3::from_cols(
+            self.rotation.x_axis.abs(),
+            self.rotation.y_axis.abs(),
+            self.rotation.z_axis.abs(),
+        );
+        permutation * scale.as_dvec3()
+    }
+
+    /// A map from one space of the scene to another.
+    pub(super) fn map(&self, map: DMat4) -> DMat4 {
+        let to_file = DMat4::from_mat3(self.rotation * self.factor);
+        to_file * map * to_file.inverse()
+    }
+
+    /// The order of these rotations about the axes of the file.
+    pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
+        let target_axis = |axis: usize| {
+            let turned = (self.rotation * DVec3::AXES[axis]).abs();
+            (0..3).find(|&target_axis| turned[target_axis] > 0.5).unwrap_or(axis)
+        };
+        RotationOrder::from_axes(order.axes().map(target_axis)).unwrap_or(order)
+    }
+}

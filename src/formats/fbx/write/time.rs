@@ -1,0 +1,99 @@
+//! Frame rates, and FBX's units of time.
+
+use super::FbxOptions;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits;
+use mocap_scene::scene::Scene;
+
+/// FBX's units of time in a second.
+const SECOND: f64 = 46_186_158_000.0;
+
+/// Frames per second of a file that holds no motion.
+const POSE_FRAME_RATE: f64 = 30.0;
+
+/// A frame rate.
+#[derive(Clone, Copy)]
+pub(super) struct Rate(f64);
+
+impl Rate {
+    /// That of the fastest clip: a file has one rate, and a reader that samples at it misses no key of the others whose
+    /// rate divides it.
+    pub(super) fn of(scene: &Scene, options: &FbxOptions) -> Result<Self> {
+        let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
+        Self::new(rates.max_by(f64::total_cmp).unwrap_or(POSE_FRAME_RATE), options)
+    }
+
+    /// A rate, made whole where that is wanted and next to it.
+    pub(super) fn new(ticks_per_second: f64, options: &FbxOptions) -> Result<Self> {
+        /// As a fraction of the rate: that of a frame time with four digits.
+        const NEAR: f64 = 1e-4;
+        let rate = limits::frame_rate(Code::FrameTime, ticks_per_second)?;
+        let whole = rate.round();
+        let is_near = options.whole_rate && whole > 0.0 && (rate - whole).abs() <= NEAR * whole;
+        Ok(Self(if is_near { whole } else { rate }))
+    }
+
+    pub(super) fn frames_per_second(self) -> f64 {
+        self.0
+    }
+
+    /// FBX's number of a usual rate; 14 for another one, which stands in a property of its own.
+    pub(super) fn mode(self) -> i32 {
+        let usual = [
+            (120.0, 1),
+            (100.0, 2),
+            (60.0, 3),
+            (50.0, 4),
+            (48.0, 5),
+            (30.0, 6),
+            (25.0, 10),
+            (24.0, 11),
+            (1000.0, 12),
+            (96.0, 15),
+            (72.0, 16),
+        ];
+        usual
+            .into_iter()
+            .find(|(rate, _)| *rate == self.0)
+            .map_or(14, |(_, mode)| mode)
+    }
+}
+
+/// The moment of a tick.
+pub(super) fn time(tick: f64, rate: f64) -> i64 {
+    (tick * SECOND / rate).round() as i64
+}
+
+/// The moments of keys, each later than the one before. None is later than its tick, so that a position that jumps at a
+/// tick has jumped there: between the two keys of a jump there may be no more than a few hundred of FBX's units.
+pub(super) fn key_times(ticks: &[f64], rate: f64) -> impl Iterator<Item = i64> {
+    /// In FBX's units: what the product of a tick and the length of one is off.
+    const ROUNDING: f64 = 1e-3;
+    let mut earliest = i64::MIN;
+    ticks.iter().map(move |tick| {
+        let time = ((tick * SECOND / rate + ROUNDING).floor() as i64).max(earliest);
+        earliest = time.saturating_add(1);
+        time
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn key_times_are_never_late_and_never_equal() {
+        // A jump at 0.1 s as 32 bits have it: its two keys are neighbouring numbers.
+        let jump = 0.1_f32;
+        let ticks = [0.0, 1e-40, jump.next_down().into(), jump.into()];
+        let times: Vec<i64> = key_times(&ticks, 1.0).collect();
+        assert_eq!(times[..2], [0, 1]);
+        assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
+        assert!(times[3] as f64 <= f64::from(jump) * SECOND);
+        // 1/30 s is a whole number of FBX's units.
+        assert_eq!(
+            key_times(&[1.0, 7.0], 30.0).collect::<Vec<_>>(),
+            [1_539_538_600, 10_776_770_200]
+        );
+    }
+}

@@ -1,0 +1,27 @@
+//! The animation of a file that is one row of numbers for each frame.
+
+use crate::warnings::Warnings;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Animation, Channel, Scene};
+
+/// Adds the animation of all frames, at `rate` frames a second. Without frames there is none, which is a warning that
+/// names `what` the scene has.
+pub(super) fn add_animation(
+    scene: &mut Scene,
+    (frames, rate): (usize, f64),
+    channels: Vec<Channel>,
+    what: &str,
+    warnings: &mut Warnings,
+) {
+    let Some(last) = frames.checked_sub(1) else {
+        let message = format!("the file has no frames: the scene has {what} and no animation");
+        warnings.push(Code::NoMotion, || Diagnostic::new(Code::NoMotion, message));
+        return;
+    };
+    scene.animations.push(Animation {
+        name: "Motion".to_owned(),
+        ticks_per_second: rate,
+        duration: last as f64,
+        channels,
+    });
+}

@@ -1,0 +1,244 @@
+//! A glTF file that gets further animations, and is otherwise passed through byte by byte.
+
+use std::borrow::Cow;
+use std::cell::OnceCell;
+
+use super::face::CharacterFace;
+use super::read::{Placed, RestPose, read_placed};
+use super::write::dangling;
+use super::write::patch::{self, Clip, Replaced};
+use super::write::{BufferPlace, GltfOptions, GltfReport};
+use super::{Provenance, json, meshes};
+use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
+use mocap_figure::Humanoid;
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::pose::FaceTrack;
+use mocap_scene::scene::{Animation, NodeId, Scene};
+
+/// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
+///
+/// [`Character::with_animations`] is the file with animations added. Meshes, materials, textures, morph targets,
+/// extensions and everything else of it stay as they are, byte by byte; but an index that points at nothing is taken
+/// out, with a warning.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::Importer;
+/// use mocap::retarget::{RetargetOptions, Retargeter};
+///
+/// let motion = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let character = Importer::new().import_character("fixtures/skeletons/human_vrm1.gltf")?;
+/// let options = RetargetOptions::new().target(character.humanoid().cloned());
+/// let mut retargeter = Retargeter::new(&motion, character.scene(), &options)?;
+/// let mut walk = retargeter.animation(&motion, &motion.animations[0]);
+/// walk.name = "walk".to_owned();
+/// let file: Vec<u8> = character.with_animations(&[walk], false)?;
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Character {
+    bytes: Vec<u8>,
+    #[doc(hidden)]
+    pub scene: Scene,
+    /// The index in the file of each node of the scene; none for a group that the reader has put above several roots.
+    nodes: Vec<Option<usize>>,
+    humanoid: Option<Humanoid>,
+}
+
+impl Character {
+    #[doc(hidden)]
+    pub fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Self> {
+        let Placed {
+            mut scene,
+            nodes: placed,
+            bones,
+            ..
+        } = read_placed(source, options, RestPose::Nodes)?;
+        bones?;
+        let broken = meshes::broken_numbers(source, &placed, &scene.nodes, options);
+        scene.warnings.extend(broken.into_iter().map(|fault| {
+            let message = format!("the mesh is copied as it is: {}", fault.message);
+            let help = "other programs may not draw it: repair the number, or export the file again";
+            Diagnostic { message, ..fault }.help(help)
+        }));
+        let (bytes, dangling) = dangling::without(source.bytes)?;
+        scene.warnings.extend(dangling);
+        let mut nodes = vec![None; scene.nodes.len()];
+        for (index, id) in placed {
+            nodes[id.index()] = Some(index);
+        }
+        let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        let humanoid = is_stated.then(|| Humanoid::of(&scene));
+        Ok(Self {
+            bytes: bytes.into_owned(),
+            scene,
+            nodes,
+            humanoid,
+        })
+    }
+
+    /// The skeleton and the animations of the file, in metres with +Y up.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Which joints are which bones, as a VRM file states it; `None` for other files, where
+    /// [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    pub fn humanoid(&self) -> Option<&Humanoid> {
+        self.humanoid.as_ref()
+    }
+
+    /// The files beside this one that it refers to: buffers and images. An output in another folder does not find them.
+    ///
+    /// # Errors
+    /// As [`Character::with_animations`].
+    pub fn external_files(&self) -> Result<Vec<String>> {
+        patch::external_files(&self.bytes)
+    }
+
+    /// The file with further animations, or with these instead of its own. A `.glb` or `.vrm` stays one; the buffer of
+    /// a `.gltf` is added as a data URI.
+    ///
+    /// # Errors
+    /// [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where an animation moves no node of the file or a value
+    /// is not finite, [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and where the
+    /// file would be refused when it is read.
+    pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
+        let clip = |animation| Clip {
+            animation,
+            provenance: None,
+            morphs: &[],
+        };
+        let animations: Vec<_> = animations.iter().map(clip).collect();
+        Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
+    }
+
+    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from, as
+    /// `provenance` has it in their order. Then `mocap verify` knows, and an output may be written again: see
+    /// [`ReplacePolicy`](mocap_scene::files::ReplacePolicy).
+    ///
+    /// `motions` is a scene with the nodes of [`Character::scene`] and, behind them, those of faces:
+    /// `Retargeting::scene` makes one. The tracks of a face become weights of
+    /// morph targets and rotations of the eyes; the notes of the result say which cannot.
+    ///
+    /// The animations alone are compressed, as `options` say: [`GltfOptions::compression`] and
+    /// [`GltfOptions::error_bound`], in metres. Everything else of the file stays as it is, so that constant numbers
+    /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect.
+    ///
+    /// # Errors
+    /// As [`Character::with_animations`]; and [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error
+    /// cannot be kept, [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no meshopt.
+    pub fn with_clips(
+        &self,
+        motions: &Scene,
+        provenance: &[Provenance],
+        replace: bool,
+        options: &GltfOptions,
+    ) -> Result<Written> {
+        let clip = |animation| {
+            let faces = motions.face_tracks(animation);
+            let mut body = animation.clone();
+            let is_body = |id: NodeId| motions.nodes.get(id.index()).is_none_or(|node| node.face.is_none());
+            body.channels.retain(|channel| channel.node.is_none_or(is_body));
+            (body, faces)
+        };
+        let clips: Vec<_> = motions.animations.iter().map(clip).collect();
+        let clips = std::iter::zip(&clips, provenance).map(|((body, faces), from)| (body, from, &**faces));
+        let options = options.clone().buffer(BufferPlace::Embedded);
+        self.clip_files(clips, replace, &options, "")
+    }
+
+    /// The files for an output of this name, the character last: before it the buffer of the clips, where
+    /// a `.gltf` does not embed it. A clip may have the tracks of a face.
+    #[doc(hidden)]
+    pub fn clip_files<'a>(
+        &self,
+        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance, &'a [FaceTrack])>,
+        replace: bool,
+        options: &GltfOptions,
+        name: &str,
+    ) -> Result<Written> {
+        let (mut made, mut notes) = (Vec::new(), Vec::new());
+        let face = OnceCell::new();
+        for (animation, provenance, tracks) in clips {
+            let mut animation = Cow::Borrowed(animation);
+            let mut morphs = Vec::new();
+            if !tracks.is_empty() {
+                let face = face.get_or_init(|| self.face());
+                let (found, unsaid) = face.onto(tracks, &self.scene, animation.to_mut());
+                morphs = found;
+                notes.extend(unsaid.into_iter().map(|note| format!("{}: {note}", animation.name)));
+            }
+            made.push((animation, provenance, morphs));
+        }
+        let clips: Vec<_> = (made.iter())
+            .map(|(animation, provenance, morphs)| Clip {
+                animation,
+                provenance: Some(*provenance),
+                morphs,
+            })
+            .collect();
+        let (files, report) = self.with(&clips, replace, options, name)?;
+        Ok(Written {
+            notes,
+            warnings: report.warnings,
+            renamed: report.renamed,
+            error: report.achieved,
+            nodes: self.scene.nodes.len(),
+            ..Written::of(files)
+        })
+    }
+
+    /// The character with a node `Root` above one that has no node of the file above it.
+    #[doc(hidden)]
+    pub fn with_root_above(&self, below: NodeId) -> Result<Self> {
+        let Some(root) = self.nodes[below.index()] else {
+            return Ok(self.clone());
+        };
+        let mut made = self.clone();
+        made.scene.insert_root_above(below);
+        let name = &made.scene.nodes[below.index()].name;
+        let (bytes, added) = patch::with_root(&self.bytes, root, name)?;
+        made.bytes = bytes;
+        made.nodes.insert(below.index(), Some(added));
+        made.humanoid = self.humanoid.is_some().then(|| Humanoid::of(&made.scene));
+        Ok(made)
+    }
+
+    fn face(&self) -> CharacterFace {
+        json::split(&self.bytes).map_or_else(|_| CharacterFace::default(), |(text, _)| CharacterFace::read(text))
+    }
+
+    /// One file.
+    fn embedded(&self, clips: &[Clip<'_>], replace: bool, options: &GltfOptions) -> Result<(Vec<u8>, GltfReport)> {
+        let options = options.clone().buffer(BufferPlace::Embedded);
+        let (mut files, report) = self.with(clips, replace, &options, "")?;
+        Ok((files.pop().unwrap_or_default().into_bytes(), report))
+    }
+
+    fn with(
+        &self,
+        clips: &[Clip<'_>],
+        replace: bool,
+        options: &GltfOptions,
+        name: &str,
+    ) -> Result<(Vec<WrittenFile>, GltfReport)> {
+        let skeleton = patch::Skeleton {
+            scene: &self.scene,
+            nodes: &self.nodes,
+        };
+        let replaced = if replace { Replaced::All } else { Replaced::None };
+        let (files, report) = patch::with_animations(&self.bytes, &skeleton, clips, replaced, options, name)?;
+        let own = self.scene.animations.iter().filter(|_| !replace);
+        let read =
+            |source: &Source<'_>, options: &ReadOptions| Ok(read_placed(source, options, RestPose::Nodes)?.scene);
+        read_back::check(
+            &read,
+            &files,
+            &self.scene.nodes,
+            own.chain(clips.iter().map(|clip| clip.animation)),
+        )?;
+        Ok((files, report))
+    }
+}

@@ -1,0 +1,81 @@
+//! How keys are stored, within a largest error.
+//!
+//! | | rotations | translations | times | who reads it |
+//! |---|---|---|---|---|
+//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | everyone |
+//! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
+//! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
+//! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
+//!
+//! Times are 32-bit floats, as glTF requires, and not rounded further. The bit rate of a joint depends on the distance
+//! of its descendants; this hierarchical error metric is that of the Animation Compression Library (Nicholas
+//! Frechette). The formulas of the filters are those of EXT_meshopt_compression, appendix B.
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use mocap_scene::error::{Code, Diagnostic, Error};
+
+/// How the keys of animations are stored.
+///
+/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum Compression {
+    /// 32-bit floats, which every client reads.
+    #[default]
+    None,
+    /// Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads wrong values.
+    Int16,
+    /// As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
+    Meshopt,
+    /// As streams of version 1 of `KHR_meshopt_compression`, a little smaller, which the file then requires. Needs the
+    /// feature `meshopt`.
+    MeshoptKhr,
+}
+
+impl Compression {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::None, Self::Int16, Self::Meshopt, Self::MeshoptKhr];
+
+    /// The name that users type.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Int16 => "int16",
+            Self::Meshopt => "meshopt",
+            Self::MeshoptKhr => "meshopt-khr",
+        }
+    }
+
+    /// The extension that a file needs.
+    pub(super) fn extension(self) -> Option<&'static str> {
+        match self {
+            Self::None | Self::Int16 => None,
+            Self::Meshopt => Some(EXT),
+            Self::MeshoptKhr => Some(KHR),
+        }
+    }
+}
+
+/// Parses the name.
+impl FromStr for Compression {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let named = Self::ALL.into_iter().find(|kind| kind.as_str() == name);
+        named.ok_or_else(|| {
+            let found = format!("\"{name}\"");
+            Diagnostic::new(Code::InvalidValue, format!("{found} is not the name of a compression"))
+                .expected_found(Self::ALL.map(Self::as_str).join(", "), found)
+                .into()
+        })
+    }
+}
+
+pub(super) const EXT: &str = "EXT_meshopt_compression";
+pub(super) const KHR: &str = "KHR_meshopt_compression";

@@ -1,0 +1,199 @@
+//! What the expressions of a character move.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use mocap_scene::scene::Face;
+
+/// The expressions of a look, in the order of their weights.
+const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
+
+/// What VRM 0 calls them.
+const LOOKS_OF_VRM0: [(&str, &str); 4] = [
+    ("lookup", LOOKS[0]),
+    ("lookdown", LOOKS[1]),
+    ("lookleft", LOOKS[2]),
+    ("lookright", LOOKS[3]),
+];
+
+/// What one expression can hold back: the names of the property, and of the expressions.
+const OVERRIDES: [(&str, &[&str]); 3] = [
+    ("overrideBlink", &["blink", "blinkLeft", "blinkRight"]),
+    ("overrideLookAt", &LOOKS),
+    ("overrideMouth", &["aa", "ih", "ou", "ee", "oh"]),
+];
+
+/// How much an expression holds back others.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Override {
+    #[default]
+    No,
+    /// By its weight.
+    Blend,
+    /// Wholly, whatever its weight is.
+    Block,
+}
+
+impl Override {
+    fn amount(self, weight: f32) -> f32 {
+        match self {
+            Self::No => 0.0,
+            Self::Blend => weight,
+            Self::Block => f32::from(weight > 0.0),
+        }
+    }
+}
+
+/// A morph target that an expression moves, and by how much at weight 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bind {
+    /// The index of the node in the file.
+    pub(super) node: usize,
+    pub(super) target: usize,
+    pub(super) weight: f32,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Expression {
+    /// Its name in VRM 1.0.
+    name: String,
+    is_preset: bool,
+    /// Which look it is, by its place in their weights.
+    pub(super) look: Option<usize>,
+    is_binary: bool,
+    overrides: [Override; OVERRIDES.len()],
+    pub(super) binds: Vec<Bind>,
+    /// Whether it changes materials too.
+    pub(super) has_more: bool,
+}
+
+impl Expression {
+    /// Whether it is that of a VRM animation. VRM 0 has no preset for some.
+    pub(super) fn is_of(&self, face: &Face) -> bool {
+        match face {
+            Face::Preset(name) if self.is_preset => self.name == *name,
+            Face::Preset(name) => self.name.eq_ignore_ascii_case(name),
+            Face::Custom(name) => !self.is_preset && self.name == *name,
+            Face::LookAt { .. } => false,
+        }
+    }
+
+    /// The weight that is applied.
+    pub(super) fn weight(&self, said: f32) -> f32 {
+        let weight = said.clamp(0.0, 1.0);
+        match self.is_binary {
+            true => f32::from(weight > 0.5),
+            false => weight,
+        }
+    }
+}
+
+/// Holds back the expressions that others override.
+pub(super) fn override_weights(expressions: &[Expression], weights: &mut [f32]) {
+    for (slot, (_, held)) in OVERRIDES.iter().enumerate() {
+        let amount = |(own, weight): (&Expression, &f32)| own.overrides[slot].amount(*weight);
+        let amount: f32 = std::iter::zip(expressions, &*weights).map(amount).sum();
+        let is_held = |own: &Expression| own.is_preset && held.contains(&own.name.as_str());
+        for (own, weight) in std::iter::zip(expressions, &mut *weights).filter(|(own, _)| is_held(own)) {
+            // One does not hold back itself.
+            let others = amount - own.overrides[slot].amount(*weight);
+            *weight *= (1.0 - others).clamp(0.0, 1.0);
+        }
+    }
+}
+
+/// The weights at rest of every node whose mesh has morph targets.
+pub(super) fn morph_targets(root: &Value) -> BTreeMap<usize, Vec<f32>> {
+    let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
+    let weights = |(index, node): (usize, &Value)| {
+        let mesh = &root["meshes"][index_of(&node["mesh"])?];
+        let count = mesh["primitives"][0]["targets"].as_array()?.len();
+        let own = |value: &Value| -> Option<Vec<f32>> { serde_json::from_value(value.clone()).ok() };
+        let stated = own(&node["weights"]).or_else(|| own(&mesh["weights"]));
+        let stated = stated.filter(|weights| weights.len() == count);
+        (count > 0).then(|| (index, stated.unwrap_or_else(|| vec![0.0; count])))
+    };
+    nodes.filter_map(weights).collect()
+}
+
+/// The expressions of a VRM file.
+pub(super) fn expressions(root: &Value, targets: &BTreeMap<usize, Vec<f32>>) -> Vec<Expression> {
+    let of_vrm1 = &root["extensions"]["VRMC_vrm"]["expressions"];
+    let of_kind = |kind: &'static str| {
+        let all = of_vrm1[kind].as_object().into_iter().flatten();
+        all.map(move |(name, value)| of_vrm1_expression(name, kind == "preset", value))
+    };
+    let of_vrm0 = root["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"].as_array();
+    let of_vrm0 = of_vrm0.into_iter().flatten().map(|group| of_vrm0_group(root, group));
+    let mut all: Vec<Expression> = of_kind("preset").chain(of_kind("custom")).chain(of_vrm0).collect();
+    let exists = |bind: &Bind| targets.get(&bind.node).is_some_and(|all| bind.target < all.len());
+    all.iter_mut().for_each(|own| own.binds.retain(exists));
+    all
+}
+
+fn of_vrm1_expression(name: &str, is_preset: bool, value: &Value) -> Expression {
+    let binds = value["morphTargetBinds"].as_array().into_iter().flatten();
+    let bind = |bind: &Value| {
+        Some(Bind {
+            node: index_of(&bind["node"])?,
+            target: index_of(&bind["index"])?,
+            weight: number(&bind["weight"]),
+        })
+    };
+    let has = |list: &str| value[list].as_array().is_some_and(|list| !list.is_empty());
+    Expression {
+        look: is_preset.then(|| LOOKS.iter().position(|look| *look == name)).flatten(),
+        name: name.to_owned(),
+        is_preset,
+        is_binary: value["isBinary"] == true,
+        overrides: OVERRIDES.map(|(property, _)| match value[property].as_str() {
+            Some("block") => Override::Block,
+            Some("blend") => Override::Blend,
+            _ => Override::No,
+        }),
+        binds: binds.filter_map(bind).collect(),
+        has_more: has("materialColorBinds") || has("textureTransformBinds"),
+    }
+}
+
+/// In VRM 0 a mesh has the morph targets, and weights are in percent.
+fn of_vrm0_group(root: &Value, group: &Value) -> Expression {
+    let preset = group["presetName"].as_str().unwrap_or_default();
+    let mut names = Face::OF_VRM0.iter().chain(&LOOKS_OF_VRM0);
+    let preset = names.find(|(old, _)| *old == preset).map(|(_, name)| *name);
+    let nodes_of = |mesh: usize| {
+        let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
+        nodes
+            .filter(move |(_, node)| index_of(&node["mesh"]) == Some(mesh))
+            .map(|(node, _)| node)
+    };
+    let mut binds = Vec::new();
+    for bind in group["binds"].as_array().into_iter().flatten() {
+        if let (Some(mesh), Some(target)) = (index_of(&bind["mesh"]), index_of(&bind["index"])) {
+            let weight = number(&bind["weight"]) / 100.0;
+            binds.extend(nodes_of(mesh).map(|node| Bind { node, target, weight }));
+        }
+    }
+    Expression {
+        name: preset.or_else(|| group["name"].as_str()).unwrap_or_default().to_owned(),
+        is_preset: preset.is_some(),
+        look: preset.and_then(|preset| LOOKS.iter().position(|look| *look == preset)),
+        is_binary: group["isBinary"] == true,
+        overrides: Default::default(),
+        binds,
+        has_more: group["materialValues"]
+            .as_array()
+            .is_some_and(|values| !values.is_empty()),
+    }
+}
+
+pub(super) fn index_of(value: &Value) -> Option<usize> {
+    value.as_u64().and_then(|index| usize::try_from(index).ok())
+}
+
+/// A finite number, or 0.
+pub(super) fn number(value: &Value) -> f32 {
+    let number = value.as_f64().unwrap_or_default() as f32;
+    if number.is_finite() { number } else { 0.0 }
+}

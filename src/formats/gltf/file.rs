@@ -1,0 +1,464 @@
+//! A glTF file in memory: its nodes, and the bytes that its animations need.
+
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::path::{Component, Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::{Mat4, Quat, Vec3, Vec4};
+
+use super::accessors::{self, Budget, Bytes};
+use super::invalid::{invalid, missing};
+use super::json::{self, Root};
+use super::{Provenance, humanoid, required, streams};
+use crate::Failure;
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::files::percent_decoded;
+use mocap_scene::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::scene::{Face, NodeId};
+
+/// A glTF file with those of its buffers that animations need.
+#[doc(hidden)]
+pub struct File<'a> {
+    pub(super) root: Root,
+    pub(super) bytes: Bytes<'a>,
+    /// What the reader can do without.
+    pub(super) warnings: Vec<Diagnostic>,
+    limits: Limits,
+}
+
+/// A node of the default scene.
+#[derive(Clone, Copy)]
+#[doc(hidden)]
+pub struct Listed {
+    /// Its index in the file.
+    #[doc(hidden)]
+    pub index: usize,
+    /// Its parent's index in the list.
+    #[doc(hidden)]
+    pub parent: Option<usize>,
+}
+
+/// Where a node stands in its parent.
+#[derive(Clone, Copy)]
+#[doc(hidden)]
+pub struct Transform {
+    #[doc(hidden)]
+    pub translation: Vec3,
+    #[doc(hidden)]
+    pub rotation: Quat,
+    #[doc(hidden)]
+    pub scale: Vec3,
+    /// All three, or the matrix of the file, which may shear.
+    #[doc(hidden)]
+    pub matrix: Mat4,
+}
+
+/// A node of the scene, and where the file puts it.
+pub(super) struct PlacedNode {
+    pub(super) id: NodeId,
+    pub(super) transform: Transform,
+}
+
+impl<'a> File<'a> {
+    /// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
+    #[doc(hidden)]
+    pub fn sniff(bytes: &[u8]) -> bool {
+        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let is_json = text.trim_ascii_start().starts_with(b"{");
+        bytes.starts_with(json::MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
+    }
+
+    /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.
+    #[doc(hidden)]
+    pub fn read(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>, limits: &Limits) -> Result<Self> {
+        let (root, bin) = json::parse(bytes)?;
+        let warnings = required::check(&root.extensions_required)?;
+        let views = views_of_animations(&root);
+        let mut wanted = BTreeSet::new();
+        for view in views.iter().filter_map(|&view| root.buffer_views.get(view)) {
+            // What stands in for a stream is not read where the stream is.
+            let source = streams::source(view).filter(|_| cfg!(feature = "meshopt"));
+            wanted.insert(source.unwrap_or(view.buffer));
+        }
+        let mut buffers: Vec<Option<Cow<'a, [u8]>>> = Vec::new();
+        buffers.resize_with(root.buffers.len(), || None);
+        let mut size = bytes.len() as u64;
+        for index in wanted.into_iter().filter(|&index| index < root.buffers.len()) {
+            buffers[index] = buffer(&root, bin, index, open)?;
+            if let Some(Cow::Owned(contents)) = &buffers[index] {
+                size += contents.len() as u64;
+            }
+        }
+        let budget = Budget::new(limits, size, streams::length(&root, &views).min(size));
+        let mut views = streams::decode(&root, &views, &buffers, &budget)?;
+        // Bind poses are read where they can be.
+        let of_skins = views_of_skins(&root);
+        for view in of_skins.iter().filter_map(|&view| root.buffer_views.get(view)) {
+            let index = streams::source(view)
+                .filter(|_| cfg!(feature = "meshopt"))
+                .unwrap_or(view.buffer);
+            if buffers.get(index).is_some_and(Option::is_none) {
+                buffers[index] = buffer(&root, bin, index, open).ok().flatten();
+            }
+        }
+        views.extend(streams::decode(&root, &of_skins, &buffers, &budget).unwrap_or_default());
+        Ok(Self {
+            root,
+            bytes: Bytes { buffers, views, budget },
+            warnings,
+            limits: *limits,
+        })
+    }
+
+    /// The provenance that this crate wrote; absent in files of other programs.
+    #[doc(hidden)]
+    pub fn provenance(&self) -> Option<Provenance> {
+        provenance_in(self.root.asset.extras.as_ref())
+    }
+
+    /// The provenances of the animations that this crate added to the file of a character.
+    #[doc(hidden)]
+    pub fn provenances_of_animations(&self) -> impl Iterator<Item = Provenance> {
+        let animations = self.root.animations.iter();
+        animations.filter_map(|animation| provenance_in(animation.extras.as_ref()))
+    }
+
+    /// The provenance of the first animation that this crate changed in a file whose meshes were kept. Those that it
+    /// put on a character from elsewhere are not meant.
+    #[doc(hidden)]
+    pub fn provenance_of_kept(&self) -> Option<Provenance> {
+        self.provenances_of_animations()
+            .find(|provenance| provenance.onto().is_none())
+    }
+
+    /// The provenance of an animation that this crate added to the file; absent in those of other programs.
+    pub(crate) fn provenance_of(&self, animation: usize) -> Option<Provenance> {
+        provenance_in(self.root.animations.get(animation)?.extras.as_ref())
+    }
+
+    /// The name of a node in the scene from which the file was written; in files of other programs, its name.
+    #[doc(hidden)]
+    pub fn source_name(&self, node: usize) -> String {
+        let node = &self.root.nodes[node];
+        let source_name = node.extra("source_name").and_then(serde_json::Value::as_str);
+        source_name.or(node.name.as_deref()).unwrap_or_default().to_owned()
+    }
+
+    /// The bones that VRM requires and that the file does not state.
+    #[doc(hidden)]
+    pub fn missing_bones(&self) -> Vec<&'static str> {
+        humanoid::missing(&self.root.extensions)
+    }
+
+    /// What nodes are on the face of a VRM animation, by their indices.
+    #[doc(hidden)]
+    pub fn faces(&self) -> HashMap<usize, Face> {
+        let stated = humanoid::stated_faces(&self.root.extensions).into_iter().rev();
+        stated.filter_map(|(face, node, _)| Some((node?, face))).collect()
+    }
+
+    /// Whether a node is marked as an end site.
+    #[doc(hidden)]
+    pub fn is_end_site(&self, node: usize) -> bool {
+        self.root.nodes[node].extra("end_site") == Some(&serde_json::Value::Bool(true))
+    }
+
+    /// Whether a node holds something to see.
+    #[doc(hidden)]
+    pub fn shows(&self, node: usize) -> bool {
+        let node = &self.root.nodes[node];
+        node.mesh.is_some() || node.camera.is_some()
+    }
+
+    /// The nodes that show something and do nothing else, in a file with skins: they have no child and no motion, and
+    /// are no joint. A scene has none of them, so their transforms are not computed with.
+    ///
+    /// # Errors
+    /// Where a skin or an animation names a node that does not exist.
+    #[doc(hidden)]
+    pub fn only_show(&self) -> Result<HashSet<usize>, Failure> {
+        let mut used: HashSet<usize> = self.joints()?.into_iter().collect();
+        if used.is_empty() {
+            return Ok(used);
+        }
+        used.extend(self.moved()?);
+        let only_shows = |node: &usize| !used.contains(node) && self.shows(*node) && !self.has_children(*node);
+        Ok((0..self.root.nodes.len()).filter(only_shows).collect())
+    }
+
+    /// Whether the file has a skin, which a mesh is tied to its joints with.
+    #[doc(hidden)]
+    pub fn has_skin(&self) -> bool {
+        !self.root.skins.is_empty()
+    }
+
+    /// Whether a node has children.
+    pub(super) fn has_children(&self, node: usize) -> bool {
+        !self.root.nodes[node].children.is_empty()
+    }
+
+    /// The joints of all skins.
+    ///
+    /// # Errors
+    /// Where one is not a node.
+    pub(super) fn joints(&self) -> Result<Vec<usize>, Failure> {
+        let count = self.root.nodes.len();
+        let mut joints = Vec::new();
+        for (skin, json) in self.root.skins.iter().enumerate() {
+            for (slot, &joint) in json.joints.iter().enumerate() {
+                if joint >= count {
+                    return Err(missing(format!("/skins/{skin}/joints/{slot}"), "node", joint, count).into());
+                }
+                joints.push(joint);
+            }
+        }
+        Ok(joints)
+    }
+
+    /// The numbers of an accessor of matrices, 16 each; `None` where they cannot be read.
+    pub(super) fn matrices(&self, accessor: usize) -> Option<Vec<f32>> {
+        accessors::numbers(&self.root, &self.bytes, accessor, 16, "").ok()
+    }
+
+    /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
+    ///
+    /// # Errors
+    /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the
+    /// limits allow.
+    #[doc(hidden)]
+    pub fn nodes(&self) -> Result<Vec<Listed>, Failure> {
+        let Root { nodes, scenes, .. } = &self.root;
+        let limits = &self.limits;
+        if nodes.len() > limits.max_nodes {
+            let expected = format!("at most {} nodes", limits.max_nodes);
+            return Err(limit_exceeded(expected, format!("{}", nodes.len()))
+                .at_pointer("/nodes")
+                .into());
+        }
+        let (roots, at): (Cow<'_, [usize]>, String) = match self.root.scene.or((!scenes.is_empty()).then_some(0)) {
+            Some(scene) => match scenes.get(scene) {
+                Some(found) => (found.nodes.as_slice().into(), format!("/scenes/{scene}/nodes")),
+                None => return Err(missing("/scene", "scene", scene, scenes.len()).into()),
+            },
+            None => {
+                let mut is_child = vec![false; nodes.len()];
+                for &child in nodes.iter().flat_map(|node| &node.children) {
+                    if let Some(is_child) = is_child.get_mut(child) {
+                        *is_child = true;
+                    }
+                }
+                let roots: Vec<_> = (0..nodes.len()).filter(|&node| !is_child[node]).collect();
+                (roots.into(), "/nodes".to_owned())
+            }
+        };
+        let mut is_listed = vec![false; nodes.len()];
+        let mut listed: Vec<Listed> = Vec::with_capacity(nodes.len());
+        // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
+        // are pushed in reverse.
+        let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
+        while let Some((index, parent, depth)) = open.pop() {
+            let Some(node) = nodes.get(index) else {
+                let at = parent.map_or(at, |parent| format!("/nodes/{}/children", listed[parent].index));
+                return Err(missing(at, "node", index, nodes.len()).into());
+            };
+            let pointer = || format!("/nodes/{index}");
+            if std::mem::replace(&mut is_listed[index], true) {
+                return Err(invalid(pointer(), "the node has more than one parent, or is its own").into());
+            }
+            if depth > limits.max_depth {
+                let expected = format!("at most {} nodes below one another", limits.max_depth);
+                return Err(limit_exceeded(expected, "more".to_owned()).at_pointer(pointer()).into());
+            }
+            if let Some(name) = node.name.as_ref().filter(|name| name.len() > limits.max_name_bytes) {
+                let expected = format!("at most {} bytes in a name", limits.max_name_bytes);
+                return Err(limit_exceeded(expected, format!("{} bytes", name.len()))
+                    .at_pointer(format!("/nodes/{index}/name"))
+                    .into());
+            }
+            let position = listed.len();
+            listed.push(Listed { index, parent });
+            open.extend(
+                node.children
+                    .iter()
+                    .rev()
+                    .map(|&child| (child, Some(position), depth + 1)),
+            );
+        }
+        Ok(listed)
+    }
+
+    /// Where a node stands without animation.
+    ///
+    /// # Errors
+    /// Where a number is not finite, or larger than any position.
+    #[doc(hidden)]
+    pub fn transform(&self, index: usize) -> Result<Transform, Failure> {
+        let node = &self.root.nodes[index];
+        let check = |field: &str, numbers: &[f32]| -> Result<(), Failure> {
+            match numbers.iter().find(|number| !is_plausible(**number)) {
+                None => Ok(()),
+                Some(number) => Err(implausible(format!("/nodes/{index}/{field}"), *number).into()),
+            }
+        };
+        if let Some(columns) = &node.matrix {
+            check("matrix", columns)?;
+            let matrix = Mat4::from_cols_array(columns);
+            if matrix.row(3) != Vec4::W {
+                return Err(invalid(format!("/nodes/{index}/matrix"), "the matrix is not affine")
+                    .expected_found("a last row of 0 0 0 1", format!("{}", matrix.row(3)))
+                    .into());
+            }
+            // In double precision: of axes that shear, rounding would choose between two rotations.
+            let (scale, rotation, translation) = matrix.as_dmat4().to_scale_rotation_translation();
+            let (scale, translation) = (scale.as_vec3(), translation.as_vec3());
+            return Ok(Transform {
+                translation,
+                rotation: unit(rotation.as_quat()).unwrap_or_default(),
+                scale: if scale.is_finite() { scale } else { Vec3::ONE },
+                matrix,
+            });
+        }
+        let translation = node.translation.unwrap_or_default();
+        let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let scale = node.scale.unwrap_or([1.0; 3]);
+        check("translation", &translation)?;
+        check("rotation", &rotation)?;
+        check("scale", &scale)?;
+        if let Some(number) = scale.iter().find(|number| is_degenerate(**number)) {
+            return Err(degenerate(format!("/nodes/{index}/scale"), *number).into());
+        }
+        let (translation, scale) = (Vec3::from(translation), Vec3::from(scale));
+        let rotation = unit(Quat::from_array(rotation)).unwrap_or_default();
+        Ok(Transform {
+            translation,
+            rotation,
+            scale,
+            matrix: Mat4::from_scale_rotation_translation(scale, rotation, translation),
+        })
+    }
+}
+
+/// What this crate wrote into the extras of an object.
+fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
+    serde_json::from_value(extras?.get("mocap")?.clone()).ok()
+}
+
+/// Whether kinematics can square and add a number.
+pub(super) fn is_plausible(number: f32) -> bool {
+    limits::is_plausible(number.into())
+}
+
+/// Whether a scale is neither 0 nor of a size that still has an inverse.
+pub(super) fn is_degenerate(scale: f32) -> bool {
+    is_degenerate_scale(scale.into())
+}
+
+pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
+    invalid(pointer, "a number is not finite, or too large to compute with")
+        .expected_found(format!("at most {FARTHEST:e}"), format!("{number}"))
+        .help("repair the number, or export the file again")
+}
+
+pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
+    invalid(pointer, "a scale is too small to compute with")
+        .expected_found(format!("0, or at least {SMALLEST_SCALE:e}"), format!("{scale:e}"))
+        .help("write 0 where something is to vanish")
+}
+
+/// The views that animations read, in ascending order. Indices that lead nowhere are met again where they are used.
+fn views_of_animations(root: &Root) -> Vec<usize> {
+    let mut views = BTreeSet::new();
+    let samplers = root.animations.iter().flat_map(|animation| &animation.samplers);
+    for accessor in samplers.flat_map(|sampler| [sampler.input, sampler.output]) {
+        let Some(accessor) = root.accessors.get(accessor) else {
+            continue;
+        };
+        views.extend(accessor.buffer_view);
+        if let Some(sparse) = &accessor.sparse {
+            views.extend([sparse.indices.buffer_view, sparse.values.buffer_view]);
+        }
+    }
+    views.into_iter().collect()
+}
+
+/// The views of the inverse bind matrices of a file with motion.
+fn views_of_skins(root: &Root) -> Vec<usize> {
+    let skins = root.skins.iter().filter(|_| !root.animations.is_empty());
+    let accessors = skins.filter_map(|skin| root.accessors.get(skin.inverse_bind_matrices?));
+    let views: BTreeSet<usize> = accessors.filter_map(|accessor| accessor.buffer_view).collect();
+    views.into_iter().collect()
+}
+
+/// The contents of a buffer; `None` for a fallback without bytes.
+pub(super) fn buffer<'a>(
+    root: &Root,
+    bin: Option<&'a [u8]>,
+    index: usize,
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Option<Cow<'a, [u8]>>> {
+    let buffer = &root.buffers[index];
+    let pointer = format!("/buffers/{index}");
+    let contents = match &buffer.uri {
+        Some(uri) => contents_of(uri, &pointer, open)?,
+        None if index == 0 && bin.is_some() => Cow::Borrowed(bin.unwrap_or_default()),
+        None if streams::is_placeholder(index, buffer) => return Ok(None),
+        None => return Err(invalid(pointer, "the buffer has neither a uri nor a binary chunk").into()),
+    };
+    if contents.len() < buffer.byte_length {
+        let (claimed, found) = (
+            format!("{} bytes", buffer.byte_length),
+            format!("{} bytes", contents.len()),
+        );
+        return Err(invalid(
+            format!("{pointer}/byteLength"),
+            "the buffer is shorter than the file says",
+        )
+        .expected_found(claimed, found)
+        .into());
+    }
+    Ok(Some(contents))
+}
+
+/// What a uri refers to: data of its own, or a file beside this one.
+pub(super) fn contents_of<'a>(
+    uri: &str,
+    pointer: &str,
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Cow<'a, [u8]>> {
+    let pointer = || format!("{pointer}/uri");
+    let Some(data) = uri.strip_prefix("data:") else {
+        return Ok(open(&beside(uri, &pointer())?)?.into());
+    };
+    let (kind, data) = data
+        .split_once(',')
+        .ok_or_else(|| invalid(pointer(), "the data URI has no comma before its data"))?;
+    if !kind.ends_with(";base64") {
+        return Err(invalid(pointer(), "a data URI must be base64")
+            .expected_found("a type that ends in ;base64", format!("\"{kind}\""))
+            .into());
+    }
+    let decoded = STANDARD.decode(data.trim_ascii());
+    Ok(decoded
+        .map_err(|error| invalid(pointer(), format!("the data URI is not base64: {error}")))?
+        .into())
+}
+
+/// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
+/// files.
+fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
+    let path = PathBuf::from(percent_decoded(uri));
+    let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
+    if path.components().all(|part| matches!(part, Component::Normal(_))) && path.file_name().is_some() {
+        return Ok(path);
+    }
+    Err(invalid(
+        pointer,
+        "a buffer is read from the folder of the file, or below, and from nowhere else",
+    )
+    .expected_found("a relative path without \"..\"", format!("\"{uri}\""))
+    .help("put the buffer beside the file, or write a .glb")
+    .into())
+}

@@ -1,0 +1,172 @@
+//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations,
+//! which also say what nodes are on a face.
+
+use glam::Vec3;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::invalid::{self, invalid};
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Face, HumanoidBone as Bone, NodeId, NodeKind, Scene};
+
+/// The extension of a VRM animation.
+pub(super) const VRM_ANIMATION: &str = "VRMC_vrm_animation";
+
+/// The expressions of VRM that a VRM animation must not have, for its gaze says them.
+const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
+
+/// Those of a file's extensions that state a humanoid.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Extensions {
+    #[serde(rename = "VRMC_vrm")]
+    vrm1: Option<Value>,
+    #[serde(rename = "VRM")]
+    vrm0: Option<Value>,
+    #[serde(rename = "VRMC_vrm_animation")]
+    pub(super) vrm_animation: Option<Value>,
+}
+
+/// A bone that a file states, its node, and where the file says so.
+type StatedBone = (Bone, usize, String);
+
+/// Tells the nodes of `scene` which bones they are, as far as the file states it. `placed` has the node of the file and
+/// that of the scene.
+///
+/// # Errors
+/// Where the node of a bone is not in the scene, or two bones have the same node.
+pub(super) fn state(
+    extensions: &Extensions,
+    placed: &[(usize, NodeId)],
+    nodes: usize,
+    scene: &mut Scene,
+) -> Result<(), Failure> {
+    for (bone, index, pointer) in stated_bones(extensions) {
+        let found = placed.iter().find(|(node, _)| *node == index);
+        let (_, id) = found.ok_or_else(|| invalid::missing(&pointer, "node in the scene", index, nodes))?;
+        if let Some(other) = scene.nodes[id.index()].humanoid_bone.replace(bone) {
+            let message = format!("node {index} is the bone {}, and cannot be another one", other.as_str());
+            return Err(invalid(pointer, message).into());
+        }
+    }
+    Ok(())
+}
+
+/// The bones that VRM requires and that are not stated.
+pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
+    let stated = stated_bones(extensions);
+    let is_missing = |bone: &Bone| stated.iter().all(|(stated, ..)| stated != bone);
+    Bone::REQUIRED
+        .into_iter()
+        .filter(is_missing)
+        .map(Bone::as_str)
+        .collect()
+}
+
+/// Tells the nodes of `scene` what they are on the face of a VRM animation. Returns what is left out, and why.
+pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], scene: &mut Scene) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for (face, index, pointer) in stated_faces(extensions) {
+        let found = placed.iter().find(|(node, _)| Some(*node) == index);
+        let node = found.map(|(_, id)| &mut scene.nodes[id.index()]);
+        let is_looked = matches!(&face, Face::Preset(name) if LOOKS.contains(&name.as_str()));
+        let wrong = match &node {
+            _ if is_looked => "VRM animations have looks in lookAt alone".to_owned(),
+            None => "its node is not in the scene".to_owned(),
+            Some(node) => match (node.humanoid_bone, &node.face) {
+                (Some(bone), _) => format!("its node is the bone {}", bone.as_str()),
+                (_, Some(other)) => format!("its node is that of {}", other.name()),
+                _ => String::new(),
+            },
+        };
+        match node.filter(|_| wrong.is_empty()) {
+            Some(node) => {
+                node.face = Some(face);
+                node.kind = NodeKind::Group;
+            }
+            None => {
+                let what = match &face {
+                    Face::LookAt { .. } => "the gaze".to_owned(),
+                    expression => format!("the expression {}", expression.name()),
+                };
+                let message = format!("{what} is left out: {wrong}");
+                warnings.push(Diagnostic::new(Code::IgnoredChannel, message).at_pointer(pointer));
+            }
+        }
+    }
+    warnings
+}
+
+/// The expressions and the gaze of a VRM animation, each with its node and where the file says so.
+pub(super) fn stated_faces(extensions: &Extensions) -> Vec<(Face, Option<usize>, String)> {
+    let Some(animation) = &extensions.vrm_animation else {
+        return Vec::new();
+    };
+    let at = format!("/extensions/{VRM_ANIMATION}");
+    let mut found = Vec::new();
+    for kind in ["preset", "custom"] {
+        let expressions = animation["expressions"][kind].as_object();
+        for (name, value) in expressions.into_iter().flatten() {
+            let is_preset = kind == "preset" || Face::PRESETS.contains(&name.as_str());
+            let face = match is_preset {
+                true => Face::Preset(name.clone()),
+                false => Face::Custom(name.clone()),
+            };
+            found.push((face, node_of(value), format!("{at}/expressions/{kind}/{name}/node")));
+        }
+    }
+    let look = &animation["lookAt"];
+    if look.is_object() {
+        let numbers: Option<[f32; 3]> = serde_json::from_value(look["offsetFromHeadBone"].clone()).ok();
+        let offset_from_head = numbers.map(Vec3::from_array).filter(|offset| offset.is_finite());
+        found.push((
+            Face::LookAt { offset_from_head },
+            node_of(look),
+            format!("{at}/lookAt/node"),
+        ));
+    }
+    found
+}
+
+fn node_of(value: &Value) -> Option<usize> {
+    value["node"].as_u64().and_then(|node| usize::try_from(node).ok())
+}
+
+fn stated_bones(extensions: &Extensions) -> Vec<StatedBone> {
+    let named = |extension: &'static str, value: &Value| -> Vec<StatedBone> {
+        let bones = value["humanoid"]["humanBones"].as_object();
+        let bones = bones.into_iter().flatten().filter_map(|(name, value)| {
+            let pointer = format!("/extensions/{extension}/humanoid/humanBones/{name}/node");
+            Some((Bone::from_name(name)?, node_of(value)?, pointer))
+        });
+        bones.collect()
+    };
+    match extensions {
+        Extensions {
+            vrm_animation: Some(value),
+            ..
+        } => named(VRM_ANIMATION, value),
+        Extensions { vrm1: Some(value), .. } => named("VRMC_vrm", value),
+        Extensions { vrm0: Some(value), .. } => {
+            let bones = value["humanoid"]["humanBones"].as_array();
+            let bones = bones.into_iter().flatten().enumerate().filter_map(|(index, value)| {
+                let pointer = format!("/extensions/VRM/humanoid/humanBones/{index}/node");
+                Some((bone_of_vrm0(value["bone"].as_str()?)?, node_of(value)?, pointer))
+            });
+            bones.collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A bone by its name in VRM 0, which calls the joints of the thumb as those of other fingers.
+fn bone_of_vrm0(name: &str) -> Option<Bone> {
+    Bone::from_name(match name {
+        "leftThumbProximal" => "leftThumbMetacarpal",
+        "leftThumbIntermediate" => "leftThumbProximal",
+        "rightThumbProximal" => "rightThumbMetacarpal",
+        "rightThumbIntermediate" => "rightThumbProximal",
+        other => other,
+    })
+}

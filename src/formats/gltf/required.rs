@@ -1,0 +1,77 @@
+//! The extensions that a file requires of its readers: which of them concern motion.
+
+use super::compression::{EXT, KHR};
+use super::invalid::invalid;
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// Extensions whose names begin so say nothing of nodes and animations, but of what is read without them: surfaces,
+/// lights, pictures, geometry, the rules of an avatar.
+const NOT_OF_MOTION: &[&str] = &[
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_",
+    "KHR_mesh_quantization",
+    "KHR_gaussian_splatting",
+    "KHR_xmp",
+    "KHR_technique",
+    "KHR_node_",
+    "KHR_audio",
+    "KHR_physics",
+    "KHR_interactivity",
+    "EXT_texture_",
+    "EXT_lights_",
+    "EXT_mesh_",
+    "EXT_primitive_",
+    "EXT_structural_metadata",
+    "EXT_instance_features",
+    "MSFT_texture_dds",
+    "MSFT_packing_",
+    "MSFT_audio",
+    "ADOBE_materials_",
+    "AGI_articulations",
+    "CESIUM_",
+    "FB_geometry_metadata",
+    "MPEG_",
+    "NV_materials_mdl",
+    "GRIFFEL_",
+    "VRM",
+];
+
+/// Those that are read, and those that only meshes use.
+const READ: &[&str] = &[EXT, KHR, "KHR_animation_pointer"];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// Warnings about what a file requires and motion can do without.
+///
+/// # Errors
+/// Where it requires what may change its motion, and is not known here.
+pub(super) fn check(required: &[String]) -> Result<Vec<Diagnostic>, Failure> {
+    let mut warnings = Vec::new();
+    for (index, name) in required.iter().enumerate() {
+        let pointer = format!("/extensionsRequired/{index}");
+        if name == DRACO {
+            let message =
+                "the meshes are compressed with Draco, which is not read here; skeleton and motion are complete";
+            let help = "to read the meshes too, write the file without Draco: gltf-transform copy IN OUT";
+            warnings.push(
+                Diagnostic::new(Code::UnreadExtension, message)
+                    .at_pointer(pointer)
+                    .help(help),
+            );
+            continue;
+        }
+        let is_harmless = NOT_OF_MOTION.iter().any(|start| name.starts_with(start));
+        if !is_harmless && !READ.contains(&name.as_str()) {
+            return Err(invalid(pointer, "the file requires an extension that is not read here")
+                .expected_found(
+                    "extensions that do not change nodes or animations",
+                    format!("\"{name}\""),
+                )
+                .help("write the file without it; if it does not concern motion, move it to extensionsUsed")
+                .into());
+        }
+    }
+    Ok(warnings)
+}

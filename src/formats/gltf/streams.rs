@@ -1,0 +1,129 @@
+//! Reads compressed buffer views.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use super::accessors::Budget;
+use super::compression::{EXT, KHR};
+use super::invalid::{invalid, missing};
+use super::json::{Buffer, BufferView, Root};
+use super::meshopt::{self, Filter};
+use crate::Failure;
+
+/// The description of a view's stream, equal in both extensions.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Settings {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: usize,
+    count: usize,
+    mode: String,
+    #[serde(default)]
+    filter: Option<String>,
+}
+
+/// The object of one of the two extensions, of a buffer or of a view.
+fn settings(extensions: &Map<String, Value>) -> Option<(&'static str, &Value)> {
+    [EXT, KHR]
+        .into_iter()
+        .find_map(|name| Some((name, extensions.get(name)?)))
+}
+
+/// The buffer that a view has its stream in, if it is compressed.
+pub(super) fn source(view: &BufferView) -> Option<usize> {
+    let (_, settings) = settings(&view.extensions)?;
+    settings.get("buffer")?.as_u64()?.try_into().ok()
+}
+
+/// Whether a buffer is a fallback without bytes.
+pub(super) fn is_placeholder(index: usize, buffer: &Buffer) -> bool {
+    let is_marked =
+        settings(&buffer.extensions).is_some_and(|(_, settings)| settings.get("fallback") == Some(&true.into()));
+    buffer.uri.is_none() && (is_marked || index > 0)
+}
+
+/// Bytes of the streams of `views`, as they claim.
+pub(super) fn length(root: &Root, views: &[usize]) -> u64 {
+    let length = |view: &usize| {
+        let (_, settings) = settings(&root.buffer_views.get(*view)?.extensions)?;
+        settings.get("byteLength")?.as_u64()
+    };
+    views.iter().filter_map(length).fold(0, u64::saturating_add)
+}
+
+/// The bytes of those of `views` that are compressed, by their index.
+pub(super) fn decode(
+    root: &Root,
+    views: &[usize],
+    buffers: &[Option<Cow<'_, [u8]>>],
+    budget: &Budget,
+) -> Result<HashMap<usize, Vec<u8>>, Failure> {
+    let mut decoded = HashMap::new();
+    for &index in views {
+        let Some(view) = root.buffer_views.get(index) else {
+            continue;
+        };
+        let Some((extension, settings)) = settings(&view.extensions) else {
+            continue;
+        };
+        // Without a decoder, use the fallback of the file, if it has one.
+        if cfg!(not(feature = "meshopt")) {
+            let fallback = buffers.get(view.buffer).and_then(|buffer| buffer.as_deref());
+            if fallback.is_some_and(|bytes| !bytes.is_empty()) {
+                continue;
+            }
+            return Err(meshopt::missing().into());
+        }
+        let pointer = format!("/bufferViews/{index}/extensions/{extension}");
+        let at = |field: &str| format!("{pointer}/{field}");
+        let settings: Settings =
+            serde_json::from_value(settings.clone()).map_err(|error| invalid(&*pointer, error.to_string()))?;
+        let filter = match settings.filter.as_deref() {
+            None | Some("NONE") => Filter::None,
+            Some("QUATERNION") => Filter::Quaternion,
+            Some("EXPONENTIAL") => Filter::Exponential,
+            Some(other) => {
+                return Err(invalid(at("filter"), "animations do not use this filter")
+                    .expected_found("NONE, QUATERNION or EXPONENTIAL", format!("\"{other}\""))
+                    .into());
+            }
+        };
+        if settings.mode != "ATTRIBUTES" {
+            return Err(invalid(at("mode"), "animations do not use this mode")
+                .expected_found("ATTRIBUTES", format!("\"{}\"", settings.mode))
+                .into());
+        }
+        let buffer = buffers.get(settings.buffer).and_then(|buffer| buffer.as_deref());
+        let buffer = buffer.ok_or_else(|| missing(at("buffer"), "buffer", settings.buffer, buffers.len()))?;
+        let stream = settings
+            .byte_offset
+            .checked_add(settings.byte_length)
+            .and_then(|end| buffer.get(settings.byte_offset..end))
+            .ok_or_else(|| {
+                invalid(at("byteLength"), "the stream reaches beyond its buffer").expected_found(
+                    format!("at most {} bytes", buffer.len()),
+                    format!("{} bytes from byte {}", settings.byte_length, settings.byte_offset),
+                )
+            })?;
+        let claimed = (settings.count as u64).saturating_mul(settings.byte_stride as u64);
+        if claimed != view.byte_length as u64 {
+            return Err(invalid(at("count"), "the elements are not as long as the view")
+                .expected_found(
+                    format!("{} bytes", view.byte_length),
+                    format!("{} elements of {} bytes", settings.count, settings.byte_stride),
+                )
+                .into());
+        }
+        budget.take(claimed / 4, &at("count"))?;
+        let bytes = meshopt::decode(stream, settings.count, settings.byte_stride, filter)
+            .map_err(|error| error.at_pointer(&*pointer))?;
+        decoded.insert(index, bytes);
+    }
+    Ok(decoded)
+}

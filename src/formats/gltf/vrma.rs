@@ -1,0 +1,221 @@
+//! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which
+//! says which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
+//!
+//! `Exporter` writes the motion of any humanoid. The format is that of the VRM Consortium's
+//! vrm-specification, `VRMC_vrm_animation-1.0`. `import` reads it as it reads glTF, with the bones
+//! that it states. Expressions and the gaze are nodes, which [`Node::face`](mocap_scene::scene::Node::face) tells from those
+//! of the body.
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::{Conversion, Exporter};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! Conversion::new().apply(&mut scene)?;
+//! let folder = tempfile::tempdir().unwrap();
+//! let written = Exporter::new().export(&scene, folder.path().join("walk.vrma"))?;
+//! assert!(written.notes[0].starts_with("joints: LHipJoint")); // it is no bone
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+use glam::{Quat, Vec3};
+
+use super::json;
+use super::write::{Document, GltfOptions, GltfReport};
+use crate::{WriteOptions, Written};
+use mocap_figure::Humanoid;
+use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::options::setters;
+use mocap_scene::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
+
+use super::humanoid::VRM_ANIMATION;
+
+/// How much of a file is searched for the name of the extension.
+const SEARCHED: usize = 1 << 20;
+
+/// Options of the writer.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::gltf::{Compression, GltfOptions};
+/// use mocap::vrma::{self, VrmaOptions};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// mocap::Conversion::new().apply(&mut scene)?;
+/// let options = VrmaOptions::new().gltf(GltfOptions::new().compression(Compression::Int16));
+/// let (bytes, report) = options.write(&scene)?;
+/// assert!(bytes.starts_with(b"glTF") && report.animated_tracks > 20);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct VrmaOptions {
+    /// Which joints are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    pub humanoid: Option<Humanoid>,
+    /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
+    pub gltf: GltfOptions,
+}
+
+setters! {
+    VrmaOptions {
+        humanoid: Option<Humanoid>,
+        gltf: GltfOptions,
+    }
+}
+
+impl VrmaOptions {
+    /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
+    ///
+    /// # Errors
+    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) and [`GltfOptions::write_glb`]; [`Code::NoMotion`]
+    /// where there is no motion.
+    pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, GltfReport)> {
+        let (document, report, _) = document(scene, None, self)?;
+        let bytes = document.to_glb()?;
+        let report = GltfReport {
+            bytes: bytes.len(),
+            ..report
+        };
+        Ok((bytes, report))
+    }
+}
+
+/// The files of the row.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let vrma = VrmaOptions {
+        humanoid: options.humanoid.clone(),
+        gltf: GltfOptions::of(options),
+    };
+    let (document, report, notes) = document(scene, options.whole.as_deref(), &vrma)?;
+    let mut written = Written {
+        files: vec![document.into_glb_file(&options.name)?],
+        ..report.written()
+    };
+    written.notes.extend(notes);
+    Ok(written)
+}
+
+/// Bones that VRM does not require of a character, and what hangs on them.
+const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
+    (
+        &[HumanoidBone::Chest, HumanoidBone::UpperChest],
+        "chest and upperChest",
+        "shoulders",
+    ),
+    (&[HumanoidBone::Neck], "neck", "head"),
+    (&[HumanoidBone::LeftShoulder], "leftShoulder", "left arm"),
+    (&[HumanoidBone::RightShoulder], "rightShoulder", "right arm"),
+];
+
+/// The smallest angle in degrees by which a part of the body is off that is worth a word.
+const WORTH_A_WORD: f32 = 1.0;
+
+/// A joint whose position in its parent changes by more than this, in metres, is said to move.
+const MOVES: f32 = 0.001;
+
+/// How far parts of the body are off on a character without bones that VRM does not require, where a player leaves out
+/// their rotations, as a sentence.
+fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
+    let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
+        let (most, mean) = angles_of(humanoid, bones)?;
+        (most >= WORTH_A_WORD)
+            .then(|| format!("without {names} the {part} is up to {most:.1} degrees off, {mean:.1} in the mean"))
+    });
+    let off: Vec<String> = off.map(|part| part.replace("shoulders is", "shoulders are")).collect();
+    (!off.is_empty()).then(|| {
+        format!(
+            "bones: on characters that lack some which VRM does not require, {}; retarget onto such a character to avoid it",
+            off.join("; ")
+        )
+    })
+}
+
+/// The largest and the mean angle, in degrees, by which bones that follow each other turn what hangs on them.
+fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
+    let clip = humanoid.animations.first()?;
+    let rotations = |bone: &HumanoidBone| {
+        let mut nodes = humanoid.nodes.iter();
+        let node = nodes.position(|node| node.humanoid_bone == Some(*bone))?;
+        let mut channels = clip.channels.iter();
+        let channel = channels.find(|channel| channel.node == Some(NodeId::new(node)))?;
+        Some(&channel.rotation_keys)
+    };
+    let tracks: Vec<_> = bones.iter().filter_map(rotations).collect();
+    let frames = tracks.iter().map(|keys| keys.len()).max()?;
+    let angle = |frame: usize| {
+        // A track that never changes has one key.
+        let at = tracks
+            .iter()
+            .filter_map(|keys| keys.values.get(frame).or_else(|| keys.values.last()));
+        let all = at.fold(Quat::IDENTITY, |above, rotation| above * *rotation);
+        (2.0 * Vec3::new(all.x, all.y, all.z).length().atan2(all.w.abs())).to_degrees()
+    };
+    let angles: Vec<f32> = (0..frames).map(angle).collect();
+    let mean = angles.iter().sum::<f32>() / frames as f32;
+    Some((angles.iter().copied().fold(0.0, f32::max), mean))
+}
+
+/// Joints whose positions move, which those of a VRM animation do not: the hips and what is above them aside.
+fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
+    let hips = humanoid.nodes.first().map(|hips| hips.name.as_str());
+    let hips = scene.nodes.iter().position(|node| Some(node.name.as_str()) == hips)?;
+    let is_below_hips = |node: NodeId| {
+        let above = |node: &NodeId| scene.nodes[node.index()].parent;
+        std::iter::successors(above(&node), above).any(|node| node.index() == hips)
+    };
+    let moves = |channel: &&Channel| {
+        let positions = &channel.position_keys.values;
+        let is_far = |position: &Vec3| position.distance(positions[0]) > MOVES;
+        channel.node.is_some_and(is_below_hips) && positions.iter().any(is_far)
+    };
+    let count = scene.animations.first()?.channels.iter().filter(moves).count();
+    (count > 0).then(|| {
+        format!(
+            "positions: {count} joints move in their parents by more than 1 mm, and bones of VRM do not; limbs point where \
+             they do, and keep their lengths"
+        )
+    })
+}
+
+/// The document, what there is to say about it, and what a player of it loses. `whole` has other frames of the motion,
+/// which show the T-pose.
+fn document(
+    scene: &Scene,
+    whole: Option<&Scene>,
+    options: &VrmaOptions,
+) -> Result<(Document, GltfReport, Vec<String>)> {
+    if scene.animations.is_empty() {
+        let message = "there is no motion in it, and a VRM animation is nothing else";
+        return Err(Diagnostic::new(Code::NoMotion, message)
+            .help("name a file with a motion")
+            .into());
+    }
+    let humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
+    let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
+    let is_left = |name: &&String| humanoid.nodes.iter().all(|node| node.name != **name);
+    let joints = scene
+        .nodes
+        .iter()
+        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
+    let left_out = joints.map(|node| &node.name).filter(is_left).cloned().collect();
+    let report = GltfReport {
+        left_out,
+        joints: humanoid.nodes.iter().filter(|node| node.face.is_none()).count(),
+        ..document.report().clone()
+    };
+    let notes = [
+        off_without_optional_bones(&humanoid),
+        joints_that_move(scene, &humanoid),
+    ];
+    Ok((document, report, notes.into_iter().flatten().collect()))
+}
+
+/// Whether a file is glTF that names the extension.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    let names_it = |text: &[u8]| {
+        let text = &text[..text.len().min(SEARCHED)];
+        memchr::memmem::find(text, VRM_ANIMATION.as_bytes()).is_some()
+    };
+    super::File::sniff(bytes) && names_it(json::beginning(bytes))
+}

@@ -1,0 +1,300 @@
+//! A scene as animated glTF 2.0 that every client loads.
+//!
+//! | scene | glTF |
+//! |---|---|
+//! | [`Scene::nodes`] | the same nodes in the same order, as translation, rotation and scale; never a matrix |
+//! | [`Node::name`](mocap_scene::scene::Node::name) | `name`, [made unique](Renamed); the original in `extras.source_name` where it differs |
+//! | an end site | a node and a joint like any other, with `extras.end_site` |
+//! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
+//! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
+//! | meshes without bones | the mesh of their node; then no skin is written |
+//! | meshes without any area, the joints all being at one point | an octahedron of 1 cm on the first joint, with the skin |
+//! | normals equal to those of flat faces | left out: a glTF mesh without normals has flat shading |
+//! | [`Scene::materials`] | `materials`; one without a surface in [`BASE_COLOR`] |
+//! | [`Scene::textures`] | `images` in the buffer, those that a material uses |
+//! | an animated track | a `LINEAR` sampler of 32-bit floats |
+//! | a constant track | the node's own translation, rotation or scale |
+//! | tracks with a [`Compression`] or a largest error | fewer keys, and normalised integers |
+//! | ticks | seconds, in one accessor that all tracks with the same ticks share |
+//! | metadata | `asset.extras.mocap`: a [`Provenance`] |
+//!
+//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion) brings a
+//! scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
+//!
+//! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
+//! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
+//! repeated time is refused or misread by some client.
+
+mod animation;
+mod buffer;
+mod build;
+mod container;
+pub(super) mod dangling;
+mod edits;
+mod freed;
+mod glb;
+mod indices;
+mod kept;
+mod mesh;
+mod morphs;
+mod names;
+pub(super) mod patch;
+mod rest;
+mod text;
+mod values;
+
+use serde::Serialize;
+
+use super::{Achieved, Compression};
+use crate::written::unit_warning;
+use crate::{Renamed, WriteOptions, Written, WrittenFile};
+use mocap_compress::ErrorBound;
+#[cfg(doc)]
+use mocap_scene::error::Code;
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::options::setters;
+use mocap_scene::scene::Scene;
+
+/// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
+/// alpha.
+const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
+
+/// Where a `.gltf` file has its buffer.
+///
+/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BufferPlace {
+    /// In a `.bin` file beside it.
+    #[default]
+    Beside,
+    /// In the file itself, as a data URI, which takes a third more bytes.
+    Embedded,
+}
+
+/// Options of the writer.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::gltf::{Compression, GltfOptions};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let options = GltfOptions::new().compression(Compression::Int16).keep_constant(true);
+/// assert!(options.write_glb(&scene)?.starts_with(b"glTF"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct GltfOptions {
+    /// Write constant tracks as channels too, for engines that blend clips channel by channel. Default: `false`,
+    /// constant values are only in the node.
+    pub keep_constant: bool,
+    /// Where a `.gltf` file has its buffer. A `.glb` file always contains it.
+    pub buffer: BufferPlace,
+    /// How the keys are stored.
+    pub compression: Compression,
+    /// How far a joint or end site may be from its position in the scene, in metres, at any whole tick and at any key
+    /// of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
+    /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
+    /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
+    pub error_bound: Option<ErrorBound>,
+}
+
+setters! {
+    GltfOptions {
+        keep_constant: bool,
+        buffer: BufferPlace,
+        compression: Compression,
+        error_bound: Option<ErrorBound>,
+    }
+}
+
+impl GltfOptions {
+    /// The bound that compression keeps; `None` where every key stays as it is.
+    fn bound(&self) -> Option<ErrorBound> {
+        let is_compressed = self.compression != Compression::None;
+        self.error_bound
+            .clone()
+            .or_else(|| is_compressed.then(ErrorBound::default))
+    }
+}
+
+/// What was written.
+///
+/// [`VrmaOptions`](crate::vrma::VrmaOptions) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct GltfReport {
+    /// The nodes whose name had to change.
+    pub renamed: Vec<Renamed>,
+    /// Joints of the skin, end sites included, or bones of a VRM animation; 0 where there is no skin.
+    pub joints: usize,
+    /// Vertices of all meshes, after equal ones were joined.
+    pub vertices: usize,
+    /// Animated tracks, each an animation channel.
+    pub animated_tracks: usize,
+    /// Constant tracks, now part of a node.
+    pub constant_tracks: usize,
+    /// Keys that were dropped because their time rounds to the same 32-bit number as the key before. Above 0 only in
+    /// takes of more than 16 million frames.
+    pub dropped_keys: usize,
+    /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
+    pub achieved: Option<Achieved>,
+    /// The joints of the source that are no bones of the humanoid, and so no part of a VRM animation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
+    /// Bytes of all files together.
+    pub bytes: usize,
+    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be
+    /// metres.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// The fraction of the largest error that the positions of bones may have: no joint shows how the bone at the end of a
+/// chain is rotated, and the skin around it is to keep the largest error too.
+const BOUND_OF_BONES: f64 = 0.45;
+
+/// What a document holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// The scene with its meshes, on the rest pose of its motion.
+    Scene,
+    /// The motion of a humanoid on its T-pose, and the extension that states its bones.
+    VrmAnimation,
+}
+
+/// A scene as a glTF document, before it is written to files.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::gltf::{Document, GltfOptions};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let document = Document::new(&scene, &GltfOptions::new())?;
+/// assert!(document.report().animated_tracks > 0);
+/// assert!(document.to_glb()?.starts_with(b"glTF"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// All but the animations.
+    root: ::gltf::json::Root,
+    animations: Vec<text::Animation>,
+    bin: Vec<u8>,
+    report: GltfReport,
+}
+
+impl Document {
+    /// Makes the glTF document of `scene`.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, where a value is not finite or a
+    /// quaternion is not a rotation; [`Code::FrameTime`](mocap_scene::Code::FrameTime) where ticks per second are not above
+    /// 0; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error cannot be kept;
+    /// [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no meshopt.
+    pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
+        let mut document = build::document(scene, options, Content::Scene)?;
+        document.report.warnings.extend(unit_warning(scene, "glTF"));
+        Ok(document)
+    }
+
+    /// Makes the document of a VRM animation: `scene` as [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) makes
+    /// it.
+    pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
+        let options = GltfOptions {
+            keep_constant: false,
+            error_bound: options.bound().map(|bound| bound.tighter(BOUND_OF_BONES)),
+            ..options.clone()
+        };
+        build::document(scene, &options, Content::VrmAnimation)
+    }
+
+    /// The report. [`GltfReport::bytes`] is 0, for there is no file yet.
+    pub fn report(&self) -> &GltfReport {
+        &self.report
+    }
+}
+
+impl GltfOptions {
+    /// The part of the options of all writers that is glTF's.
+    pub(super) fn of(options: &WriteOptions) -> Self {
+        let usual = match options.error_bound {
+            Some(_) => Compression::Int16,
+            None => Compression::None,
+        };
+        let compression = options.compression.unwrap_or(usual);
+        Self {
+            keep_constant: options.keep_constant,
+            buffer: options.buffer,
+            compression,
+            error_bound: match compression {
+                Compression::None => options.bound(),
+                _ => Some(options.bound_or_usual()),
+            },
+        }
+    }
+}
+
+impl GltfReport {
+    /// What every format says of its files.
+    pub(super) fn written(&self) -> Written {
+        let dropped = (self.dropped_keys > 0).then(|| {
+            format!(
+                "{} keys were dropped: 32-bit times cannot tell them apart",
+                self.dropped_keys
+            )
+        });
+        Written {
+            notes: Vec::from_iter(left_out(&self.left_out).into_iter().chain(dropped)),
+            warnings: self.warnings.clone(),
+            renamed: self.renamed.clone(),
+            error: self.achieved.clone(),
+            nodes: self.joints,
+            ..Written::default()
+        }
+    }
+}
+
+/// What a VRM animation does not have of its source, in words.
+fn left_out(joints: &[String]) -> Option<String> {
+    const MOST: usize = 8;
+    let (shown, more) = joints.split_at(joints.len().min(MOST));
+    let more = match more.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let names = shown.join(", ");
+    (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
+}
+
+/// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`. A scene that was read from a file
+/// with meshes goes into that file.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let gltf = GltfOptions::of(options);
+    if let Some(original) = &scene.original {
+        return kept::files(scene, original, options, &gltf);
+    }
+    let document = Document::new(scene, &gltf)?;
+    let written = Written {
+        nodes: scene.nodes.len(),
+        ..document.report.written()
+    };
+    let name = &options.name;
+    let files = match (options.has_extension("gltf"), gltf.buffer) {
+        (false, _) => vec![document.into_glb_file(name)?],
+        (true, BufferPlace::Embedded) => vec![WrittenFile::new(name, document.to_embedded()?)],
+        (true, BufferPlace::Beside) => document.into_text_and_bin_files(name)?,
+    };
+    Ok(Written { files, ..written })
+}
+
+impl GltfOptions {
+    /// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.
+    ///
+    /// # Errors
+    /// As [`Document::new`]; and [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB that the
+    /// container can hold.
+    pub fn write_glb(&self, scene: &Scene) -> Result<Vec<u8>> {
+        Document::new(scene, self)?.to_glb()
+    }
+}

@@ -1,0 +1,471 @@
+//! A scene as the tree of objects that glTF writes as JSON.
+
+use glam::{Affine3A, Mat4, Vec3};
+use gltf::json::accessor::Accessor;
+use gltf::json::image::MimeType;
+use gltf::json::material::{
+    self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
+};
+use gltf::json::mesh::Primitive;
+use gltf::json::texture::{Info, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use gltf::json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
+use serde_json::json;
+use serde_json::value::{RawValue, to_raw_value};
+
+use super::super::humanoid::VRM_ANIMATION;
+use super::super::{Compression, Provenance};
+use super::animation::{self, Nodes};
+use super::buffer::Buffer;
+use super::names::Names;
+use super::rest::{self, Rest};
+use super::text::Animation;
+use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
+
+/// The state of the writer.
+struct Builder<'a> {
+    scene: &'a Scene,
+    options: &'a GltfOptions,
+    content: Content,
+    root: Root,
+    animations: Vec<Animation>,
+    buffer: Buffer,
+    names: Names,
+    report: GltfReport,
+    /// The skin that was written last, with its inverse bind matrices: that of many meshes is one.
+    last_skin: Option<(Vec<[f32; 16]>, Index<Skin>)>,
+}
+
+pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -> Result<Document> {
+    let (root, animations, buffer, names, report) = Default::default();
+    let mut builder = Builder {
+        scene,
+        options,
+        content,
+        root,
+        animations,
+        buffer,
+        names,
+        report,
+        last_skin: None,
+    };
+    builder.asset();
+    builder.nodes()?;
+    match content {
+        Content::Scene => {
+            let skinned = builder.rigid_meshes()?;
+            builder.skins(&skinned)?;
+            builder.materials();
+        }
+        Content::VrmAnimation => builder.humanoid(),
+    }
+    let Builder {
+        mut root,
+        animations,
+        buffer,
+        report,
+        ..
+    } = builder;
+    let bin = buffer.finish(options.compression)?.into_root(&mut root);
+    Ok(Document {
+        root,
+        animations,
+        bin,
+        report,
+    })
+}
+
+impl Builder<'_> {
+    fn asset(&mut self) {
+        let provenance = match self.options.compression {
+            Compression::None => Provenance::of(self.scene),
+            _ => Provenance::of(self.scene).without_reasons(),
+        };
+        self.root.asset = Asset {
+            generator: Some(concat!("mocap ", env!("CARGO_PKG_VERSION")).to_owned()),
+            extras: extras(&json!({ "mocap": provenance })),
+            ..Asset::default()
+        };
+    }
+
+    /// The materials, if a face uses them, and their textures.
+    fn materials(&mut self) {
+        if self.root.meshes.is_empty() {
+            return;
+        }
+        let (mut images, mut written) = (vec![None; self.scene.textures.len()], Vec::new());
+        for material in &self.scene.materials {
+            let surface = material.surface;
+            let texture = surface.and_then(|surface| surface.texture);
+            let texture = texture.filter(|texture| *texture < images.len());
+            let wrap = surface.map(|surface| surface.wrap).unwrap_or_default();
+            let texture = texture.map(|texture| {
+                let known = written.iter().find(|(key, _)| *key == (texture, wrap));
+                known.map(|(_, index)| *index).unwrap_or_else(|| {
+                    let image = *images[texture].get_or_insert_with(|| self.image(texture));
+                    let index = self.texture(image, wrap);
+                    written.push(((texture, wrap), index));
+                    index
+                })
+            });
+            let color = surface.map_or(BASE_COLOR, |surface| surface.base_color.to_array());
+            let (alpha_mode, alpha_cutoff) = match surface.map(|surface| surface.alpha).unwrap_or_default() {
+                AlphaMode::Opaque => (material::AlphaMode::Opaque, None),
+                AlphaMode::Mask(cutoff) => (material::AlphaMode::Mask, Some(AlphaCutoff(cutoff))),
+                AlphaMode::Blend => (material::AlphaMode::Blend, None),
+            };
+            self.root.materials.push(Material {
+                name: Some(material.name.clone()).filter(|name| !name.is_empty()),
+                double_sided: material.two_sided,
+                alpha_mode: Checked::Valid(alpha_mode),
+                alpha_cutoff,
+                pbr_metallic_roughness: PbrMetallicRoughness {
+                    base_color_factor: PbrBaseColorFactor(color),
+                    base_color_texture: texture.map(|index| Info {
+                        index,
+                        tex_coord: 0,
+                        extensions: None,
+                        extras: None,
+                    }),
+                    metallic_factor: StrengthFactor(0.0),
+                    roughness_factor: StrengthFactor(0.8),
+                    ..PbrMetallicRoughness::default()
+                },
+                emissive_factor: EmissiveFactor::default(),
+                ..Material::default()
+            });
+        }
+    }
+
+    fn image(&mut self, index: usize) -> Index<Image> {
+        let texture = &self.scene.textures[index];
+        let image = Image {
+            buffer_view: Some(self.buffer.push_image(&texture.bytes)),
+            mime_type: Some(MimeType(texture.media_type.clone())),
+            name: Some(texture.name.clone()).filter(|name| !name.is_empty()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        };
+        self.root.push(image)
+    }
+
+    fn texture(&mut self, source: Index<Image>, wrap: [Wrap; 2]) -> Index<Texture> {
+        let mode = |wrap: Wrap| {
+            Checked::Valid(match wrap {
+                Wrap::Repeat => WrappingMode::Repeat,
+                Wrap::Mirror => WrappingMode::MirroredRepeat,
+                Wrap::Clamp => WrappingMode::ClampToEdge,
+            })
+        };
+        let [wrap_s, wrap_t] = wrap.map(mode);
+        let sampler = Sampler {
+            wrap_s,
+            wrap_t,
+            ..Sampler::default()
+        };
+        // A texture without a sampler repeats.
+        let sampler = (wrap != [Wrap::Repeat; 2]).then(|| self.root.push(sampler));
+        self.root.push(Texture {
+            name: None,
+            sampler,
+            source,
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    /// Whether a skin keeps the rest pose. One that was asked for stands in the nodes too.
+    fn has_bind_pose(&self) -> bool {
+        let is_skinned = self.scene.meshes.iter().any(|mesh| !mesh.bones.is_empty());
+        is_skinned && !self.scene.metadata.steps.iter().any(AppliedStep::takes_new_axes)
+    }
+
+    /// The node graph with its motion, and the scene that holds its roots.
+    fn nodes(&mut self) -> Result<()> {
+        let scene = self.scene;
+        let mut rest = Vec::with_capacity(scene.nodes.len());
+        for node in &scene.nodes {
+            rest.push(rest_of(node)?);
+        }
+        let nodes = match (self.content, scene.animations.len()) {
+            // The rest pose of a VRM animation is the T-pose, whatever does not move.
+            (Content::VrmAnimation, _) => Nodes::TPose,
+            (Content::Scene, 1) if self.has_bind_pose() => Nodes::OfOneSkinnedAnimation,
+            (Content::Scene, 1) => Nodes::OfOneAnimation,
+            (Content::Scene, _) => {
+                rest::of_all(scene, &mut rest, self.has_bind_pose());
+                Nodes::OfAllAnimations
+            }
+        };
+        // glTF takes several animations; the names of clips and their order stay.
+        for take in &scene.animations {
+            let written = animation::write(
+                scene,
+                take,
+                &mut rest,
+                nodes,
+                self.options,
+                &mut self.buffer,
+                &mut self.report,
+            )?;
+            if let Some(written) = written {
+                self.animations.push(Animation {
+                    name: Some(scene.metadata.clip_name(take).to_owned()),
+                    ..written
+                });
+            }
+        }
+
+        let (names, renamed) = self.names.of_nodes(scene);
+        self.report.renamed = renamed;
+        let mut children = vec![Vec::new(); scene.nodes.len()];
+        let mut roots = Vec::new();
+        for (index, node) in scene.nodes.iter().enumerate() {
+            // A weight in a VRM animation is no part of the body.
+            let is_apart = self.content == Content::VrmAnimation && node.face.is_some();
+            match node.parent.filter(|_| !is_apart) {
+                Some(parent) => children[parent.index()].push(Index::new(index as u32)),
+                None => roots.push(Index::new(index as u32)),
+            }
+        }
+        for (((node, name), rest), children) in scene.nodes.iter().zip(names).zip(rest).zip(children) {
+            if !rest.is_finite() {
+                let message = "a number of its rest pose is not finite";
+                return Err(Diagnostic::new(Code::Unrepresentable, message)
+                    .in_joint(&node.name)
+                    .into());
+            }
+            let mut written = Node {
+                children: Some(children).filter(|children| !children.is_empty()),
+                extras: node_extras(node, &name),
+                name: Some(name),
+                ..Node::default()
+            };
+            rest.apply(&mut written);
+            self.root.nodes.push(written);
+        }
+        if !roots.is_empty() {
+            self.root.scenes.push(gltf::json::Scene {
+                nodes: roots,
+                name: None,
+                extensions: None,
+                extras: None,
+            });
+            self.root.scene = Some(Index::new(0));
+        }
+        Ok(())
+    }
+
+    /// States which node is which bone, and what nodes are on the face.
+    fn humanoid(&mut self) {
+        let nodes = self.scene.nodes.iter().enumerate();
+        let bone = |(index, node): (usize, &scene::Node)| {
+            let bone = node.humanoid_bone?;
+            Some((bone.as_str().to_owned(), json!({ "node": index })))
+        };
+        let bones: serde_json::Map<_, _> = nodes.filter_map(bone).collect();
+        let mut extension = json!({ "specVersion": "1.0", "humanoid": { "humanBones": bones } });
+        for (index, node) in self.scene.nodes.iter().enumerate() {
+            match &node.face {
+                Some(Face::Preset(name)) => extension["expressions"]["preset"][name] = json!({ "node": index }),
+                Some(Face::Custom(name)) => extension["expressions"]["custom"][name] = json!({ "node": index }),
+                Some(Face::LookAt { offset_from_head }) => {
+                    extension["lookAt"] = json!({ "node": index });
+                    if let Some(offset) = offset_from_head {
+                        extension["lookAt"]["offsetFromHeadBone"] = json!(offset.to_array());
+                    }
+                }
+                None => {}
+            }
+        }
+        let others = [(VRM_ANIMATION.to_owned(), extension)].into_iter().collect();
+        #[allow(
+            clippy::needless_update,
+            reason = "it has more fields where another crate of a program turns features of `gltf` on, as Bevy does"
+        )]
+        let extensions = gltf::json::extensions::Root {
+            others,
+            ..Default::default()
+        };
+        self.root.extensions = Some(extensions);
+        self.root.extensions_used.push(VRM_ANIMATION.to_owned());
+    }
+
+    /// Writes the meshes without bones, on their nodes. Returns those with bones.
+    fn rigid_meshes(&mut self) -> Result<Vec<usize>> {
+        let mut skinned = Vec::new();
+        for (index, node) in self.scene.nodes.iter().enumerate() {
+            let mut primitives = Vec::new();
+            for &index_of_mesh in &node.meshes {
+                let mesh = &self.scene.meshes[index_of_mesh];
+                if !mesh.bones.is_empty() {
+                    skinned.push(index_of_mesh);
+                } else if let Some((primitive, vertices)) = mesh::write(mesh, None, 0, &mut self.buffer)? {
+                    self.report.vertices += vertices;
+                    primitives.push(primitive);
+                }
+            }
+            self.root.nodes[index].mesh = self.mesh(primitives, None);
+        }
+        Ok(skinned)
+    }
+
+    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes has no
+    /// skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as those of
+    /// a single joint, a marker replaces them.
+    fn skins(&mut self, skinned: &[usize]) -> Result<()> {
+        let scene = self.scene;
+        let mut joints = Vec::new();
+        let mut slots = vec![None; scene.nodes.len()];
+        for (index, node) in scene.nodes.iter().enumerate() {
+            if node.kind != NodeKind::Group {
+                let slot = u16::try_from(joints.len()).map_err(|_| {
+                    Diagnostic::new(Code::LimitExceeded, "a skin has at most 65,536 joints")
+                        .help("write a segmented mesh, which has no skin")
+                });
+                slots[index] = Some(slot?);
+                joints.push(index);
+            }
+        }
+        if joints.is_empty() || (skinned.is_empty() && !self.root.meshes.is_empty()) {
+            return Ok(());
+        }
+        for &index in skinned {
+            let mesh = &scene.meshes[index];
+            if let Some(written) = mesh::write(mesh, Some(&slots), joints.len(), &mut self.buffer)? {
+                let skin = self.skin(&joints, &mesh.bones);
+                self.skinned_mesh(&mesh.name, written, skin);
+            }
+        }
+        if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
+            // Nothing is bound to the joints, so that 64 bytes for each would say nothing.
+            self.skin_with(&joints, None);
+        } else if self.root.skins.is_empty() {
+            let skin = self.skin(&joints, &[]);
+            if let Some(mesh) = scene.meshes.first() {
+                let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
+                let marker = mesh::marker(first_joint, mesh.material_index);
+                if let Some(written) = mesh::write(&marker, Some(&slots), joints.len(), &mut self.buffer)? {
+                    self.skinned_mesh("", written, skin);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a node at the scene's root with a primitive and a skin.
+    fn skinned_mesh(&mut self, name: &str, (primitive, vertices): (Primitive, usize), skin: Index<Skin>) {
+        self.report.vertices += vertices;
+        let name = self.names.unique(if name.is_empty() { "SkeletonMesh" } else { name });
+        let mesh = self.mesh(vec![primitive], Some(&name));
+        let node = Node {
+            mesh,
+            skin: Some(skin),
+            name: Some(name),
+            ..Node::default()
+        };
+        let node = self.root.push(node);
+        self.root.scenes[0].nodes.push(node);
+    }
+
+    /// A skin of all joints, which is that of the mesh before where the two are equal. A joint with a bone has the
+    /// bone's bind pose, the others have the rest pose.
+    fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
+        let node_to_world = Pose::rest(self.scene).node_to_world;
+        // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
+        // Where a scale of 0 makes all positions one, any matrix will do.
+        let inverse = |matrix: &Mat4| match Mat4::from(Affine3A::from_mat4(*matrix).inverse()) {
+            inverse if inverse.is_finite() => inverse,
+            _ => Mat4::from_translation(-matrix.w_axis.truncate()),
+        };
+        let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
+        for bone in bones {
+            inverse_bind[bone.node.index()] = bone.offset_matrix;
+        }
+        // Adding zero makes -0 a plain 0.
+        let matrices: Vec<_> = joints
+            .iter()
+            .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
+            .collect();
+        if let Some((_, skin)) = self.last_skin.as_ref().filter(|(last, _)| *last == matrices) {
+            return *skin;
+        }
+        let accessor = self.buffer.push_matrices(self.options.compression, &matrices);
+        let skin = self.skin_with(joints, Some(accessor));
+        self.last_skin = Some((matrices, skin));
+        skin
+    }
+
+    fn skin_with(&mut self, joints: &[usize], inverse_bind_matrices: Option<Index<Accessor>>) -> Index<Skin> {
+        self.report.joints = joints.len();
+        self.root.push(Skin {
+            inverse_bind_matrices,
+            joints: joints.iter().map(|&joint| Index::new(joint as u32)).collect(),
+            skeleton: Some(Index::new(0)),
+            name: None,
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>) -> Option<Index<Mesh>> {
+        (!primitives.is_empty()).then(|| {
+            let name = name.map(str::to_owned);
+            self.root.push(Mesh {
+                primitives,
+                name,
+                weights: None,
+                extensions: None,
+                extras: None,
+            })
+        })
+    }
+}
+
+/// The rest transform of a node, as translation, rotation and scale.
+fn rest_of(node: &scene::Node) -> Result<Rest> {
+    // In double precision: of axes that shear, rounding would choose between two rotations.
+    let (scale, rotation, _) = node.transform.as_dmat4().to_scale_rotation_translation();
+    let (scale, translation) = (
+        scale.as_vec3() + Vec3::ZERO,
+        node.transform.w_axis.truncate() + Vec3::ZERO,
+    );
+    match unit(rotation.as_quat()) {
+        Some(rotation) if scale.is_finite() && translation.is_finite() => Ok(Rest {
+            translation,
+            rotation,
+            scale,
+        }),
+        _ => {
+            let message = "its transform is not a product of translation, rotation and scale";
+            Err(Diagnostic::new(Code::Unrepresentable, message)
+                .in_joint(&node.name)
+                .into())
+        }
+    }
+}
+
+/// The extras of a node.
+fn node_extras(node: &scene::Node, name: &str) -> Option<Box<RawValue>> {
+    let mut extras_of_node = serde_json::Map::new();
+    if node.name != name {
+        extras_of_node.insert("source_name".to_owned(), json!(node.name));
+    }
+    if node.kind == NodeKind::EndSite {
+        extras_of_node.insert("end_site".to_owned(), json!(true));
+    }
+    if extras_of_node.is_empty() {
+        None
+    } else {
+        extras(&extras_of_node.into())
+    }
+}
+
+fn extras(value: &serde_json::Value) -> Option<Box<RawValue>> {
+    to_raw_value(value).ok()
+}

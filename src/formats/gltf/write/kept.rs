@@ -1,0 +1,176 @@
+//! A scene in the file with meshes that it was read from: everything of that file stays, but for its animations.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::super::Provenance;
+use super::super::json::{self, MAGIC};
+use super::container::{bin_name, data_uri, uri_of_buffer};
+use super::edits::{Edits, parse, utf8};
+use super::glb::Glb;
+use super::patch::{self, Clip, Replaced, Skeleton};
+use super::{BufferPlace, GltfOptions};
+use crate::{WriteOptions, Written, WrittenFile};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Original, Scene};
+
+/// The lists of what may stand in files of its own.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lists<'a> {
+    #[serde(borrow)]
+    buffers: Vec<&'a RawValue>,
+    #[serde(borrow)]
+    images: Vec<&'a RawValue>,
+}
+
+/// A buffer or an image.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Item<'a> {
+    #[serde(borrow)]
+    uri: Option<&'a RawValue>,
+    mime_type: Option<String>,
+}
+
+/// The channels of animations, as far as they say what they move.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Animations {
+    animations: Vec<Channels>,
+}
+
+#[derive(Deserialize)]
+struct Channels {
+    channels: Vec<Channel>,
+}
+
+#[derive(Deserialize)]
+struct Channel {
+    target: Target,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    path: String,
+}
+
+/// The files of a scene in its original: `.gltf` where the name has that extension, otherwise `.glb`.
+pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, gltf: &GltfOptions) -> Result<Written> {
+    original.check(scene)?;
+    let file = &*original.file;
+    // The clips go where the nodes are, which a scene whose joints stand in the bind pose does not know.
+    let in_file = Scene {
+        nodes: file.in_file.clone(),
+        ..Scene::default()
+    };
+    let provenances: Vec<Provenance> = (0..scene.animations.len())
+        .map(|index| Provenance::of_kept(scene, index))
+        .collect();
+    let clip = |(animation, provenance)| Clip {
+        animation,
+        provenance: Some(provenance),
+        morphs: &[],
+    };
+    let clips: Vec<_> = std::iter::zip(&scene.animations, &provenances).map(clip).collect();
+    let skeleton = Skeleton {
+        scene: &in_file,
+        nodes: &file.indices,
+    };
+    let replaced = original.replaced.map_or(Replaced::All, Replaced::One);
+    let bytes = with_files_beside(&file.bytes, &file.beside)?;
+    let (name, is_text, was_text) = (&options.name, options.has_extension("gltf"), !bytes.starts_with(MAGIC));
+    let mut embedded = gltf.clone();
+    if !is_text {
+        embedded.buffer = BufferPlace::Embedded;
+    }
+    let (mut files, report) = patch::with_animations(&bytes, &skeleton, &clips, replaced, &embedded, name)?;
+    if is_text != was_text {
+        let bytes = files.pop().map(WrittenFile::into_bytes).unwrap_or_default();
+        files = match is_text {
+            true => text_and_bin(name, &bytes, gltf.buffer)?,
+            false => vec![WrittenFile::new(name, glb_of_text(&bytes)?)],
+        };
+    }
+    let mut written = Written {
+        files,
+        nodes: scene.nodes.len(),
+        ..report.written()
+    };
+    written.warnings.extend(left_out(&file.bytes, original.replaced)?);
+    Ok(written)
+}
+
+/// Says how many channels go with the animation that is replaced, or with all: a scene has none for morph targets.
+fn left_out(bytes: &[u8], replaced: Option<usize>) -> Result<Option<Diagnostic>> {
+    let Animations { animations } = parse(utf8(json::split(bytes)?.0)?)?;
+    let gone = animations.iter().enumerate();
+    let gone = gone.filter(|(index, _)| replaced.is_none_or(|replaced| replaced == *index));
+    let is_of_joint = |channel: &&Channel| matches!(&*channel.target.path, "translation" | "rotation" | "scale");
+    let channels = gone.flat_map(|(_, animation)| &animation.channels);
+    let count = channels.filter(|channel| !is_of_joint(channel)).count();
+    let message = format!(
+        "channels of morph targets and pointers in the animation that is replaced, which are left out: {count}"
+    );
+    let diagnostic =
+        || Diagnostic::new(Code::IgnoredChannel, message).help("mocap retarget adds a clip and keeps those");
+    Ok((count > 0).then(diagnostic))
+}
+
+/// The file with what it refers to in it, as data URIs: an output in another folder does not find the files.
+fn with_files_beside(bytes: &[u8], beside: &[(String, Vec<u8>)]) -> Result<Vec<u8>> {
+    if beside.is_empty() || bytes.starts_with(MAGIC) {
+        return Ok(bytes.to_vec());
+    }
+    let text = utf8(json::split(bytes)?.0)?;
+    let mut edits = Edits::new(text);
+    let Lists { buffers, images } = parse(text)?;
+    for item in buffers.into_iter().chain(images) {
+        let item: Item<'_> = parse(item.get())?;
+        let Some(uri) = item.uri else { continue };
+        let named: String = parse(uri.get())?;
+        let Some((_, contents)) = beside.iter().find(|(name, _)| *name == named) else {
+            continue;
+        };
+        let kind = item.mime_type.unwrap_or_else(|| kind_of(&named).to_owned());
+        edits.replace(uri, format!("\"{}\"", data_uri(&kind, contents)));
+    }
+    Ok(edits.finish().into_bytes())
+}
+
+/// The media type of a file by its name.
+fn kind_of(name: &str) -> &'static str {
+    let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str() {
+        Some("png") => "image/png",
+        Some("jpg" | "jpeg") => "image/jpeg",
+        Some("webp") => "image/webp",
+        Some("ktx2") => "image/ktx2",
+        _ => "application/octet-stream",
+    }
+}
+
+/// A `.glb` as a text and its buffer.
+fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<WrittenFile>> {
+    let (text, bin) = json::split(glb)?;
+    let text = utf8(text)?.trim_end();
+    let mut edits = Edits::new(text);
+    let Lists { buffers, .. } = parse(text)?;
+    let (Some(bin), Some(buffer)) = (bin, buffers.first()) else {
+        return Ok(vec![WrittenFile::new(name, text.as_bytes().to_vec())]);
+    };
+    let beside = (embedded == BufferPlace::Beside).then(|| bin_name(name));
+    let uri = uri_of_buffer(beside.as_deref(), bin);
+    edits.insert_in(buffer, format!("\"uri\":\"{uri}\","));
+    let text = WrittenFile::new(name, edits.finish().into_bytes());
+    let beside = beside.map(|beside| WrittenFile::new(beside, bin.to_vec()));
+    Ok(beside.into_iter().chain([text]).collect())
+}
+
+/// A `.glb` of a text whose buffers are data URIs.
+fn glb_of_text(text: &[u8]) -> Result<Vec<u8>> {
+    let (text, _) = json::split(text)?;
+    Ok(Glb::new(text.to_vec(), None, &[])?.around(&[]))
+}

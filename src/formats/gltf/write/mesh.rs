@@ -1,0 +1,209 @@
+//! Writes meshes as glTF primitives: equal vertices are joined, and normals are written only where they differ from
+//! those of the faces.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::{Vec2, Vec3};
+use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Material};
+
+use super::buffer::{Buffer, Usage};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Mesh, Primitive};
+
+/// The largest number of joints with 8-bit joint indices.
+const JOINTS_IN_8_BITS: usize = 256;
+
+/// The cosine between a vertex normal and its face's normal above which the two count as equal.
+const SAME_DIRECTION: f32 = 0.999;
+
+/// From the middle of a [`marker`] to its tips, in metres.
+const MARKER_RADIUS: f32 = 0.01;
+
+/// The joints of a vertex, as indices into the skin, and their weights in 255ths.
+type Influences = ([u16; 4], [u8; 4]);
+
+/// Writes `mesh`; with `joints`, the index of every node in the skin, as a skinned mesh.
+///
+/// Returns the primitive and the number of its vertices, or `None` if no face has an area.
+pub(super) fn write(
+    mesh: &Mesh,
+    joints: Option<&[Option<u16>]>,
+    joint_count: usize,
+    buffer: &mut Buffer,
+) -> Result<Option<(JsonPrimitive, usize)>> {
+    if !mesh.vertices.iter().all(|vertex| vertex.is_finite()) {
+        return Err(Diagnostic::new(Code::Unrepresentable, "a vertex is not finite").into());
+    }
+    let influences = joints.map(|joints| influences(mesh, joints));
+    let normals = Some(&mesh.normals).filter(|normals| normals.len() == mesh.vertices.len() && !is_flat(mesh));
+    let coords = Some(&mesh.texture_coords).filter(|coords| coords.len() == mesh.vertices.len());
+
+    let mut known = HashMap::new();
+    let mut sources = Vec::new();
+    let mut indices = Vec::with_capacity(mesh.indices.len());
+    for face in mesh.faces() {
+        let corners = face.iter().map(|&vertex| {
+            let vertex = vertex as usize;
+            let bits = |v: Vec3| (v + Vec3::ZERO).to_array().map(f32::to_bits);
+            let bits_of_two = |v: Vec2| (v + Vec2::ZERO).to_array().map(f32::to_bits);
+            let key = (
+                bits(mesh.vertices[vertex]),
+                normals.map(|normals| bits(normals[vertex])),
+                coords.map(|coords| bits_of_two(coords[vertex])),
+                influences.as_ref().map(|influences| influences[vertex]),
+            );
+            *known.entry(key).or_insert_with(|| {
+                sources.push(vertex);
+                sources.len() as u32 - 1
+            })
+        });
+        let corners: Vec<_> = corners.collect();
+        if let [a, b, c] = corners[..] {
+            if a == b || b == c || c == a {
+                continue;
+            }
+            indices.extend(if faces_inward(mesh, face) { [a, c, b] } else { [a, b, c] });
+        } else {
+            indices.extend(corners);
+        }
+    }
+    if indices.is_empty() {
+        return Ok(None);
+    }
+
+    let mut attributes = BTreeMap::new();
+    let positions: Vec<_> = sources
+        .iter()
+        .map(|&vertex| (mesh.vertices[vertex] + Vec3::ZERO).to_array())
+        .collect();
+    attributes.insert(
+        Checked::Valid(Semantic::Positions),
+        buffer.push_bounded(Usage::Vertices, &positions),
+    );
+    if let Some(normals) = normals {
+        let normals: Vec<_> = sources.iter().map(|&vertex| normals[vertex].to_array()).collect();
+        attributes.insert(
+            Checked::Valid(Semantic::Normals),
+            buffer.push(Usage::Vertices, &normals),
+        );
+    }
+    if let Some(coords) = coords {
+        let coords: Vec<_> = sources
+            .iter()
+            .map(|&vertex| (coords[vertex] + Vec2::ZERO).to_array())
+            .collect();
+        attributes.insert(
+            Checked::Valid(Semantic::TexCoords(0)),
+            buffer.push(Usage::Vertices, &coords),
+        );
+    }
+    if let Some(influences) = influences {
+        let joints: Vec<_> = sources.iter().map(|&vertex| influences[vertex].0).collect();
+        let weights: Vec<_> = sources.iter().map(|&vertex| influences[vertex].1).collect();
+        let joints = if joint_count <= JOINTS_IN_8_BITS {
+            let small: Vec<_> = joints.iter().map(|four| four.map(|joint| joint as u8)).collect();
+            buffer.push(Usage::Vertices, &small)
+        } else {
+            buffer.push(Usage::Vertices, &joints)
+        };
+        attributes.insert(Checked::Valid(Semantic::Joints(0)), joints);
+        attributes.insert(
+            Checked::Valid(Semantic::Weights(0)),
+            buffer.push_normalized(Usage::Vertices, &weights),
+        );
+    }
+    // The largest 16-bit index is reserved.
+    let indices = if sources.len() <= usize::from(u16::MAX) {
+        let small: Vec<_> = indices.iter().map(|&index| [index as u16]).collect();
+        buffer.push(Usage::Indices, &small)
+    } else {
+        let large: Vec<_> = indices.iter().map(|&index| [index]).collect();
+        buffer.push(Usage::Indices, &large)
+    };
+    let primitive = JsonPrimitive {
+        attributes,
+        indices: Some(indices),
+        material: Some(Index::<Material>::new(mesh.material_index as u32)),
+        mode: Checked::Valid(match mesh.primitive {
+            Primitive::Triangles => Mode::Triangles,
+            Primitive::Points => Mode::Points,
+        }),
+        targets: None,
+        extensions: None,
+        extras: None,
+    };
+    Ok(Some((primitive, sources.len())))
+}
+
+/// An octahedron around `centre`, for a skeleton without extent: several clients refuse a skin that no mesh uses.
+pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
+    let tips = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+    #[rustfmt::skip]
+    let indices = vec![
+        0, 1, 2,  1, 3, 2,  3, 4, 2,  4, 0, 2,
+        1, 0, 5,  3, 1, 5,  4, 3, 5,  0, 4, 5,
+    ];
+    Mesh {
+        vertices: tips.map(|tip| centre + MARKER_RADIUS * tip).to_vec(),
+        indices,
+        material_index,
+        ..Mesh::default()
+    }
+}
+
+/// For each vertex its four strongest joints, with weights that sum to 255; a vertex without weights follows the first
+/// joint.
+fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
+    let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
+    for bone in &mesh.bones {
+        let Some(joint) = joints[bone.node.index()] else {
+            continue;
+        };
+        for tie in bone.weights.iter().filter(|tie| tie.weight > 0.0) {
+            all[tie.vertex_id as usize].push((tie.weight, joint));
+        }
+    }
+    let strongest = |mut ties: Vec<(f32, u16)>| {
+        ties.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ties.truncate(4);
+        let sum: f32 = ties.iter().map(|tie| tie.0).sum();
+        let (mut four_joints, mut weights) = ([0; 4], [0; 4]);
+        // The strongest weight takes the rounding error, so that the sum is exact.
+        let mut left: u8 = 255;
+        for (slot, (weight, joint)) in ties.iter().enumerate().skip(1) {
+            let byte = (weight / sum * 255.0).round() as u8;
+            if byte > 0 {
+                (four_joints[slot], weights[slot]) = (*joint, byte);
+                left = left.saturating_sub(byte);
+            }
+        }
+        (four_joints[0], weights[0]) = (ties.first().map_or(0, |tie| tie.1), left);
+        (four_joints, weights)
+    };
+    all.into_iter().map(strongest).collect()
+}
+
+/// The normal of a triangle that is counter-clockwise seen from outside, as long as twice its area.
+fn face_normal(mesh: &Mesh, face: &[u32]) -> Vec3 {
+    let [a, b, c] = [0, 1, 2].map(|corner| mesh.vertices[face[corner] as usize]);
+    (b - a).cross(c - a)
+}
+
+/// Whether the normals show that a face is clockwise, as in Assimp's skeleton mesh; glTF needs counter-clockwise faces.
+fn faces_inward(mesh: &Mesh, face: &[u32]) -> bool {
+    mesh.normals.len() == mesh.vertices.len() && face_normal(mesh, face).dot(mesh.normals[face[0] as usize]) < 0.0
+}
+
+/// Whether every vertex has the normal of its face.
+fn is_flat(mesh: &Mesh) -> bool {
+    mesh.primitive == Primitive::Triangles
+        && mesh.faces().all(|face| {
+            let normal = face_normal(mesh, face).normalize_or_zero();
+            normal == Vec3::ZERO
+                || face
+                    .iter()
+                    .all(|&v| mesh.normals[v as usize].dot(normal).abs() > SAME_DIRECTION)
+        })
+}

@@ -1,0 +1,149 @@
+//! The values of tracks: equal ones, constant ones, and rotations as unit quaternions.
+
+use glam::{Quat, Vec3};
+
+use mocap_compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::scene::Keys;
+
+/// The difference between scales that programs make where they take a matrix apart: a few roundings of 32-bit floats. A
+/// compressed clip has one scale at all frames anyway, up to 200 times this.
+const SCALE_NOISE: f32 = 5e-7;
+
+/// A value of a track: `N` floats in the file.
+pub(super) trait Value<const N: usize>: Copy {
+    /// Whether two values give the same transform.
+    fn is_same(self, other: Self) -> bool;
+
+    /// Whether a value that stays constant is that of the rest pose.
+    fn is_of_rest(self, rest: Self) -> bool;
+
+    /// The values for the file; `None` if one is not finite.
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
+
+    /// A value in the units of the file.
+    fn from(array: [f32; N]) -> Self;
+}
+
+impl Value<3> for Vec3 {
+    fn is_same(self, other: Self) -> bool {
+        self == other
+    }
+
+    fn is_of_rest(self, rest: Self) -> bool {
+        is_translation_of_rest(self, rest)
+    }
+
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
+        // Adding zero makes -0 a plain 0.
+        values
+            .map(|value| value.is_finite().then(|| (value + Vec3::ZERO).to_array()))
+            .collect()
+    }
+
+    fn from(array: [f32; 3]) -> Self {
+        Self::from_array(array)
+    }
+}
+
+impl Value<4> for Quat {
+    fn is_same(self, other: Self) -> bool {
+        self == other || self == -other
+    }
+
+    fn is_of_rest(self, rest: Self) -> bool {
+        is_rotation_of_rest(self, rest)
+    }
+
+    /// Unit quaternions, each in the hemisphere of the one before: some clients blend component by component.
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 4]>> {
+        let mut previous = None;
+        let continuous = values.map(|value| {
+            let rotation = unit(value)?;
+            let turned = previous.is_some_and(|previous| rotation.dot(previous) < 0.0);
+            let rotation = if turned { -rotation } else { rotation };
+            previous = Some(rotation);
+            Some(rotation.to_array())
+        });
+        continuous.collect()
+    }
+
+    fn from(array: [f32; 4]) -> Self {
+        Self::from_array(array)
+    }
+}
+
+pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
+    keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
+}
+
+/// The keys, with a new one in the middle of every two that are half a turn apart and have a frame between them. Such a
+/// turn can go either way: rounding and the signs of the two quaternions decide. `None` if no key is added.
+pub(super) fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
+    /// The cosine of half the angle between the two: within 0.01 degrees of half a turn.
+    const HALF_A_TURN: f32 = 1e-4;
+    let ticks = keys.ticks.as_ref()?;
+    let is_open = |pair: usize| {
+        let has_frames = ticks[pair].floor() + 1.0 < ticks[pair + 1];
+        has_frames && keys.values[pair].dot(keys.values[pair + 1]).abs() < HALF_A_TURN
+    };
+    let middles: Vec<f64> = (0..keys.len().saturating_sub(1))
+        .filter(|pair| is_open(*pair))
+        .map(|pair| f64::midpoint(ticks[pair], ticks[pair + 1]))
+        .collect();
+    if middles.is_empty() {
+        return None;
+    }
+    let mut all: Vec<(f64, Quat)> = std::iter::zip(ticks.iter().copied(), keys.values.iter().copied()).collect();
+    all.extend(middles.into_iter().filter_map(|tick| Some((tick, keys.sample(tick)?))));
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (ticks, values) = all.into_iter().unzip();
+    Some(Keys::at_ticks(values, ticks))
+}
+
+/// A rotation of a compressed clip with its few decimals, where its length is 1 but for their rounding.
+pub(super) fn rounded_unit(rotation: Quat) -> Quat {
+    if (rotation.length_squared() - 1.0).abs() < 1e-5 {
+        Quat::from_array(rotation.to_array().map(|c| c + 0.0))
+    } else {
+        unit(rotation).unwrap_or(rotation)
+    }
+}
+
+/// The one scale of a track whose values are all equal but for the rounding of 32-bit floats.
+pub(super) fn nearly_constant_scale(keys: &Keys<Vec3>) -> Option<Vec3> {
+    let first = *keys.values.first()?;
+    let is_near = |value: &Vec3| value.abs_diff_eq(first, SCALE_NOISE * first.abs().max_element().max(1.0));
+    (first.is_finite() && keys.values.iter().all(is_near)).then(|| without_noise(first))
+}
+
+/// A scale with 1 instead of what is 1 but for rounding.
+pub(super) fn without_noise(scale: Vec3) -> Vec3 {
+    Vec3::from_array(
+        scale
+            .to_array()
+            .map(|c| if (c - 1.0).abs() <= SCALE_NOISE { 1.0 } else { c + 0.0 }),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_a_turn_has_a_key_in_its_middle() {
+        let start = Quat::from_xyzw(0.0, 0.705_533_7, -0.047_140_453, -0.707_106_77);
+        let end = Quat::from_xyzw(-0.707_106_77, 0.047_140_453, 0.705_533_7, 0.0);
+        let keys = |last| Keys::at_ticks(vec![start, end], vec![41.0, last]);
+        let with_middle = with_middles(&keys(43.0)).expect("which way the turn goes is open");
+        assert_eq!(with_middle.ticks.as_deref(), Some([41.0, 42.0, 43.0].as_slice()));
+        let middle = keys(43.0).sample(42.0).expect("there are keys");
+        assert_eq!(with_middle.values, [start, middle, end]);
+        // A quarter of a turn on either side: the way is no longer open.
+        for end in [start, end] {
+            assert!(middle.dot(end).abs() > 0.7);
+        }
+        assert!(with_middles(&keys(42.0)).is_none(), "no frame is between the two");
+        assert!(with_middles(&Keys::at_ticks(vec![start, middle], vec![41.0, 43.0])).is_none());
+    }
+}

@@ -1,0 +1,71 @@
+//! What a file states of the mass of a link, without what no body can have.
+
+use super::text::quote;
+use super::warnings::Warnings;
+use super::xml::Element;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::robot::Inertial;
+
+/// How far moments may miss what a body can have, as a fraction of their sum: files round them to a few digits.
+const ROUNDING: f64 = 1e-3;
+
+/// A finding about the mass of a link.
+fn warning(element: &Element<'_, '_>, link: &str, message: &str, expected: &str, found: String) -> Diagnostic {
+    let message = format!("the link {} {message}", quote(link.as_bytes()));
+    element
+        .diagnostic(Code::InvalidRobot, message)
+        .expected_found(expected, found)
+}
+
+/// Checks the mass of a link, which `element` states, and returns what is used of it. A negative mass is left out; with
+/// a negative moment all moments are 0; moments that no body can have are kept. Each is warned of.
+pub(super) fn possible(
+    mut stated: Inertial,
+    link: &str,
+    element: &Element<'_, '_>,
+    warnings: &mut Warnings,
+) -> Option<Inertial> {
+    if is_negative("mass", stated.mass, link, element, warnings) {
+        return None;
+    }
+    let mut moments = stated.moments().to_array();
+    moments.sort_by(f64::total_cmp);
+    let [least, middle, most] = moments;
+    let printed = || format!("moments of {least:.3e}, {middle:.3e} and {most:.3e}");
+    let slack = ROUNDING * moments.iter().map(|moment| moment.abs()).sum::<f64>();
+    if least < -slack {
+        warnings.push(Code::InvalidRobot, || {
+            let message = "has a negative moment of inertia, which is left out";
+            let help = "correct its inertia; until then its mass is that of a point";
+            warning(element, link, message, "moments of at least 0", printed()).help(help)
+        });
+        stated.inertia = [0.0; 6];
+    } else if most > least + middle + slack {
+        warnings.push(Code::InvalidRobot, || {
+            let message = "has an inertia that no body has";
+            let expected = "no moment above the sum of the other two";
+            let help = "correct its inertia; until then torques are those of what the file states";
+            warning(element, link, message, expected, printed()).help(help)
+        });
+    }
+    Some(stated)
+}
+
+/// Whether a mass or a density of a link is negative, which is warned of.
+pub(super) fn is_negative(
+    quantity: &str,
+    value: f64,
+    link: &str,
+    element: &Element<'_, '_>,
+    warnings: &mut Warnings,
+) -> bool {
+    if value < 0.0 {
+        warnings.push(Code::InvalidRobot, || {
+            let message = format!("has a negative {quantity}, which is left out");
+            let expected = format!("a {quantity} of at least 0");
+            let help = "correct it; until then this part weighs nothing";
+            warning(element, link, &message, &expected, value.to_string()).help(help)
+        });
+    }
+    value < 0.0
+}

@@ -1,0 +1,415 @@
+//! The table of formats that can be read and written.
+//!
+//! To add a format: a folder in `format/` with its row, which [`FormatInfo::ALL`] lists, and fixtures with their
+//! origin. A row with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and
+//! options from here.
+
+mod array_files;
+mod asf_amc;
+mod bip;
+pub mod bvh;
+mod c3d;
+mod depth_first;
+pub mod dump;
+pub mod fbx;
+mod frames;
+pub mod gltf;
+mod inertial;
+mod mclip;
+mod mesh_bounds;
+#[doc(hidden)]
+pub mod mesh_surface;
+mod mimic;
+mod mjcf;
+mod mmd;
+#[doc(hidden)]
+pub mod numbers;
+mod option;
+pub(crate) mod points;
+mod proportions;
+mod provenance;
+#[doc(hidden)]
+pub mod read_back;
+mod sidecar;
+pub(crate) mod text;
+mod texture;
+mod trc;
+mod unique_names;
+mod urdf;
+#[doc(hidden)]
+pub mod usd;
+pub(crate) mod warnings;
+mod written;
+mod xml;
+
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+#[cfg(feature = "npz")]
+#[doc(hidden)]
+pub use self::array_files::SMPL_ROOT;
+#[doc(hidden)]
+pub use self::array_files::{Body, body_model, humanml3d};
+pub use self::gltf::vrma;
+pub use self::option::WriteOption;
+#[doc(hidden)]
+pub use self::option::words;
+#[doc(hidden)]
+pub use self::sidecar::Sidecar;
+pub use self::written::{Achieved, Renamed, Written, WrittenFile};
+use mocap_compress::ErrorBound;
+use mocap_figure::Humanoid;
+use mocap_figure::robot_bones::robot_scene;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{self, Limits};
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, RootOffset, Scene};
+
+/// The error of a step of a reader. Boxed, so that the results of all steps are small.
+#[doc(hidden)]
+pub type Failure = Box<Diagnostic>;
+
+/// The row of a format: its names, how it is recognised, how it is read and written, and what can be chosen of that.
+///
+/// ```
+/// use mocap::{Format, FormatInfo};
+///
+/// let written = FormatInfo::ALL.iter().filter(|row| row.writes()).flat_map(|row| row.extensions);
+/// assert!(written.copied().any(|extension| extension == "glb"));
+/// assert_eq!(FormatInfo::of_output("walk.VRMA".as_ref()).unwrap().format, Format::Vrma);
+/// ```
+#[non_exhaustive]
+pub struct FormatInfo {
+    /// Which format it is.
+    pub format: Format,
+    /// Its name in a sentence, such as `glTF`.
+    pub name: &'static str,
+    /// What the letters stand for.
+    pub description: &'static str,
+    /// Extensions in lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// How well it is read, with the grades of the README: excellent, good, fair or no.
+    pub reading: &'static str,
+    /// How well it is written, with the same grades.
+    pub writing: &'static str,
+    /// Whether the first bytes of a file look like this format.
+    pub(crate) sniff: fn(&[u8]) -> bool,
+    /// Whether it can be read from [`Blocks`].
+    #[doc(hidden)]
+    pub reads_blocks: bool,
+    /// Whether this build reads it. Where it does not, importing a file gives an error that says what to do instead.
+    pub reads: bool,
+    /// Reads a whole file, or says why it cannot be read.
+    #[doc(hidden)]
+    pub read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    /// Makes the files of a scene; absent where the format is not written.
+    #[doc(hidden)]
+    pub write: Option<fn(&Scene, &WriteOptions) -> Result<Written>>,
+    /// The options that change its files; none where it is not written.
+    pub options: &'static [WriteOption],
+    /// Whether a file has one animation at most, and so only the first of a scene.
+    pub has_one_clip: bool,
+    /// Whether a file has the meshes of the file that the motion was read from, with skins and textures. Where `false`
+    /// the meshes are those that show the skeleton, or none.
+    pub has_file_meshes: bool,
+    /// Whether a written file states which joint is which bone of a humanoid.
+    pub states_bones: bool,
+    /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::Provenance).
+    pub states_origin: bool,
+    /// Whether a written file can have rotations in its rest pose. BVH has OFFSETs alone.
+    #[doc(hidden)]
+    pub has_rest_rotations: bool,
+    /// Whether a file is written from rest transforms whose axes shear without losing that: where it has matrices, or
+    /// positions alone, or a rest pose of its own.
+    #[doc(hidden)]
+    pub keeps_shear: bool,
+}
+
+impl fmt::Debug for FormatInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("FormatInfo").field(&self.format).finish()
+    }
+}
+
+impl FormatInfo {
+    /// The row of a format.
+    pub fn of(format: Format) -> &'static Self {
+        // A test sees to it that every format has its row.
+        FormatInfo::ALL
+            .iter()
+            .find(|row| row.format == format)
+            .unwrap_or(&FormatInfo::ALL[0])
+    }
+
+    /// The written format that the extension of `path` names, in any case.
+    pub fn of_output(path: &Path) -> Option<&'static Self> {
+        let extension = path.extension()?;
+        let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
+        let mut written = FormatInfo::ALL.iter().filter(|row| row.writes());
+        written.find(|row| row.extensions.iter().any(is_its))
+    }
+
+    /// The format that the contents of a file tell, from its first bytes, 64 KiB or all of them.
+    ///
+    /// ```
+    /// use mocap::{Format, FormatInfo};
+    ///
+    /// let table = FormatInfo::of_contents(b"frame,joint,x,y,z\n0,hips,0,1,0\n");
+    /// assert_eq!(table.map(|row| row.format), Some(Format::Csv));
+    /// assert!(FormatInfo::of_contents(b"file,size\n").is_none());
+    /// ```
+    pub fn of_contents(bytes: &[u8]) -> Option<&'static Self> {
+        FormatInfo::ALL.iter().find(|row| (row.sniff)(bytes))
+    }
+
+    /// The extensions of all written formats, in a sentence.
+    ///
+    /// ```
+    /// let known = mocap::FormatInfo::written_extensions();
+    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx, .usda, .usdz, .mclip or .vmd");
+    /// ```
+    pub fn written_extensions() -> String {
+        let written = FormatInfo::ALL.iter().filter(|row| row.writes());
+        let extensions = written.flat_map(|row| row.extensions.iter());
+        words(extensions.map(|extension| format!(".{extension}")), "or")
+    }
+
+    /// Whether scenes are written in it.
+    pub fn writes(&self) -> bool {
+        self.write.is_some()
+    }
+
+    /// Whether numbers go out in the unit and the axes of the scene, because a file states neither; the others are in
+    /// metres with +Y up, or state what they are in.
+    pub fn keeps_units(&self) -> bool {
+        self.takes(WriteOption::OutUnit)
+    }
+}
+
+/// A large file that is read from its beginning to its end, so that a reader that needs most of it only once does not
+/// hold it in memory.
+#[doc(hidden)]
+pub trait Blocks: Sync {
+    /// Appends the next bytes of the file, and returns how many; 0 at the end.
+    fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure>;
+
+    /// All bytes of the file, read again: for a reader that has met something that it cannot read block by block.
+    fn whole(&self) -> Result<&[u8], Failure>;
+
+    /// How many bytes the file has.
+    fn size(&self) -> usize;
+}
+
+/// The input of a reader: the bytes of a file, and access to other files for formats that use several.
+///
+/// A reader opens no file by itself. It uses these functions, so that the same code reads bytes from memory, and so
+/// that every file is checked against [`Limits::max_bytes`].
+#[derive(Clone, Copy)]
+#[doc(hidden)]
+pub struct Source<'a> {
+    /// The whole file, or its beginning where there are `blocks`.
+    pub bytes: &'a [u8],
+    /// What follows `bytes`. Only formats that can use it get it.
+    pub blocks: Option<&'a dyn Blocks>,
+    /// The path of the file; [`Source::open`] and [`Source::list`] look in its folder.
+    pub name: &'a Path,
+    /// Is told of bytes that have been read, so that they are hashed while they are in the processor's caches.
+    pub release: &'a (dyn Fn(Range<usize>) + Sync),
+    /// Reads a file that this one refers to. Fails where the bytes come from memory, unless the caller has named that
+    /// file, for example with `Importer::skeleton`.
+    pub open: &'a dyn Fn(&Path) -> Result<Vec<u8>>,
+    /// The files with this extension that may belong to this one, sorted: the one that the caller has named, or else
+    /// all files in its folder.
+    pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
+}
+
+impl<'a> Source<'a> {
+    /// Bytes in memory, with no other file beside them.
+    #[doc(hidden)]
+    pub fn of_bytes(bytes: &'a [u8], name: &'a Path) -> Self {
+        Self {
+            bytes,
+            blocks: None,
+            name,
+            release: &|_| {},
+            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
+            list: &|_| Vec::new(),
+        }
+    }
+}
+
+impl FormatInfo {
+    /// The formats, in the order in which detection by contents tries them.
+    pub const ALL: &[FormatInfo] = &[
+        bvh::FORMAT,
+        // Before glTF, for it is glTF too.
+        gltf::VRM_ANIMATION,
+        gltf::FORMAT,
+        asf_amc::FORMAT,
+        c3d::FORMAT,
+        trc::FORMAT,
+        fbx::FORMAT,
+        usd::FORMAT,
+        mclip::FORMAT,
+        mmd::VMD,
+        mmd::PMX,
+        bip::FORMAT,
+        urdf::FORMAT,
+        mjcf::FORMAT,
+        array_files::NPZ,
+        array_files::NPY,
+        array_files::TORCH,
+        array_files::PICKLE,
+        array_files::PARQUET,
+        array_files::CSV,
+        array_files::MOT,
+    ];
+}
+
+/// Options of a format's reader.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[doc(hidden)]
+pub struct ReadOptions {
+    /// How the root's OFFSET and its position channels combine.
+    pub root_offset: RootOffset,
+    /// Frames per second, instead of the file's own: the motion keeps its frames.
+    pub retime: Option<f64>,
+    /// Frames per second at which curves are sampled, instead of the file's own.
+    pub sampling_rate: Option<f64>,
+    /// Read every row of the motion, also those beyond the declared count.
+    pub all_rows: bool,
+    /// Leave out the meshes of the file.
+    pub without_meshes: bool,
+    /// Read the meshes of a glTF file.
+    pub gltf_meshes: bool,
+    /// Read the morph targets of meshes.
+    pub morph_targets: bool,
+    /// Whether the file itself is not kept with the scene: [`Scene::original`].
+    pub without_original: bool,
+    /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
+    pub gltf_rest_of_nodes: bool,
+    /// The body on which arrays of rotations are put.
+    pub body: Option<Arc<Body>>,
+    /// Keep the unit and the axes of a file that states them.
+    pub file_units: bool,
+    /// Upper bounds.
+    pub limits: Limits,
+    /// Threads that may read one file; `None` means the number of cores.
+    pub threads: Option<NonZeroUsize>,
+}
+
+/// Options of all writers; each takes those that its row names.
+#[derive(Clone, Debug, Default)]
+#[doc(hidden)]
+pub struct WriteOptions {
+    /// The name of the file, without a folder. Its extension tells `.gltf` from `.glb`, and the files beside it are
+    /// named after it.
+    pub name: String,
+    /// How far joints may be from their positions. Default: that of the format.
+    pub error_bound: Option<ErrorBound>,
+    /// The distance of a shell, in metres, instead of the bound's.
+    pub shell_distance: Option<f64>,
+    /// How glTF stores keys. Default: 16-bit integers within a bound, 32-bit floats without one.
+    pub compression: Option<gltf::Compression>,
+    /// Write constant tracks of glTF as channels too.
+    pub keep_constant: bool,
+    /// Where a `.gltf` has its buffer.
+    pub buffer: gltf::BufferPlace,
+    /// How BVH is written.
+    pub bvh: bvh::BvhOptions,
+    /// How FBX is written, but for its largest error.
+    pub fbx: fbx::FbxOptions,
+    /// Which joints are which bones. Default: they are found.
+    pub humanoid: Option<Humanoid>,
+    /// The motion with other frames, which shows the T-pose. Default: that of the scene does.
+    pub whole: Option<Box<Scene>>,
+}
+
+impl WriteOptions {
+    /// The bound with its shell; `None` where none was asked for.
+    pub(crate) fn bound(&self) -> Option<ErrorBound> {
+        Some(self.with_shell(self.error_bound.clone()?))
+    }
+
+    /// The bound, or the usual one where none was asked for.
+    pub(crate) fn bound_or_usual(&self) -> ErrorBound {
+        self.with_shell(self.error_bound.clone().unwrap_or_default())
+    }
+
+    fn with_shell(&self, bound: ErrorBound) -> ErrorBound {
+        let shell_distance = self.shell_distance.unwrap_or(bound.shell_distance);
+        bound.shell_distance(shell_distance)
+    }
+
+    /// Whether the name has this extension, in any case.
+    pub(crate) fn has_extension(&self, extension: &str) -> bool {
+        let found = Path::new(&self.name).extension();
+        found.is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    }
+}
+
+/// What helps where a file states no valid frame rate.
+pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: --retime 30, or Importer::retime";
+
+impl ReadOptions {
+    /// Frames per second: the caller's, or else the file's, if it is a possible rate.
+    pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
+        let rate = self.retime.unwrap_or(stated);
+        limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| Box::new(diagnostic.help(STATE_THE_RATE)))
+    }
+
+    /// Frames per second at which curves are sampled: the file's, where that is a possible rate.
+    #[cfg(feature = "fbx")]
+    pub(crate) fn sampling_rate_or(&self, stated: f64) -> Result<f64, Failure> {
+        let own = || limits::frame_rate(Code::FrameTime, stated).ok();
+        match self.sampling_rate.or_else(own) {
+            Some(rate) => Ok(rate),
+            None => self.frame_rate_or(stated),
+        }
+    }
+}
+
+/// Reads a robot as a scene, with the warning that it has no motion.
+fn read_robot_scene(
+    source: &Source<'_>,
+    options: &ReadOptions,
+    read: impl FnOnce(&Source<'_>, &Limits, &mut warnings::Warnings) -> Result<Robot, Failure>,
+) -> Result<Scene> {
+    let mut warnings = warnings::Warnings::default();
+    let scene = read(source, &options.limits, &mut warnings).map(|robot| robot_scene(&robot));
+    warnings.push(Code::NoMotion, || {
+        let message = "a robot has no motion: the scene has a skeleton and no animation";
+        Diagnostic::new(Code::NoMotion, message).help("mocap robot MOTION --robot FILE -o OUT puts a motion on it")
+    });
+    warnings.attach_to(scene)
+}
+
+/// The robot of a file; it has the warnings of its reader.
+#[doc(hidden)]
+pub fn read_robot(source: &Source<'_>, limits: &Limits) -> Result<Robot> {
+    let mut warnings = warnings::Warnings::default();
+    let read = if (mjcf::FORMAT.sniff)(source.bytes) {
+        mjcf::read_robot(source, limits, &mut warnings)
+    } else {
+        urdf::read_robot(source, limits, &mut warnings)
+    };
+    let (robot, warnings) = warnings.with(read)?;
+    Ok(Robot { warnings, ..robot })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A build without a feature has a row with the error that names the feature.
+    #[test]
+    fn every_format_has_a_row() {
+        for format in Format::ALL {
+            let rows = FormatInfo::ALL.iter().filter(|row| row.format == format).count();
+            assert_eq!(rows, 1, "{format}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Packed clips of this crate, which play without being unpacked. Here they are unpacked, to be a scene like any other.
+//!
+//! `docs/compression.md` has their bytes; [`PackedClip`] checks them.
+
+use super::written::{millimetres, unit_warning};
+use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
+use mocap_compress::PackedClip;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::limit_exceeded;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Format, Scene, UpAxis};
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    format: Format::Mclip,
+    name: "a packed clip",
+    description: "packed clip of this program",
+    extensions: &["mclip"],
+    reading: "excellent: its poses at a tick, too",
+    writing: "excellent",
+    sniff: PackedClip::sniff,
+    reads_blocks: false,
+    reads: true,
+    read,
+    write: Some(write),
+    options: &[
+        WriteOption::MaxError,
+        WriteOption::ShellDistance,
+        WriteOption::Names,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: true,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
+    has_rest_rotations: true,
+    keeps_shear: false,
+};
+
+/// The files of the row, with the first animation.
+fn write(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let (clip, unpacked) = PackedClip::pack(scene, 0, options.bound_or_usual())?;
+    let mut written = Written {
+        notes: vec![format!("error: {} mm at most", millimetres(clip.max_error()))],
+        warnings: Vec::from_iter(unit_warning(scene, "a packed clip")),
+        nodes: scene.nodes.len(),
+        ..Written::of(vec![WrittenFile::new(&options.name, clip.into_bytes())])
+    };
+    Achieved::add(&mut written.error, scene, &unpacked, 1.0);
+    Ok(written)
+}
+
+fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let clip = PackedClip::new(source.bytes)?;
+    check_limits(&clip, options)?;
+    let ticks_per_second = options.frame_rate_or(clip.ticks_per_second())?;
+    let mut scene = clip.unpack();
+    // Each number may be in bounds and their product not.
+    let rest = Pose::rest(&scene);
+    if let Some(index) = rest.node_to_world.iter().position(|matrix| !matrix.is_finite()) {
+        let message = "the joint is farther from the origin at rest than can be computed with";
+        return Err(Diagnostic::new(Code::NumberRange, message)
+            .in_joint(&scene.nodes[index].name)
+            .into());
+    }
+    for animation in &mut scene.animations {
+        animation.ticks_per_second = ticks_per_second;
+    }
+    scene.metadata.format = Some(Format::Mclip);
+    scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
+    Ok(scene)
+}
+
+fn within(found: usize, most: usize, what: &str) -> Result<(), Failure> {
+    if found <= most {
+        return Ok(());
+    }
+    Err(Box::new(limit_exceeded(
+        format!("at most {most} {what}"),
+        found.to_string(),
+    )))
+}
+
+/// What is unpacked is within the limits, and in proportion to the bytes of the file.
+fn check_limits(clip: &PackedClip<'_>, options: &ReadOptions) -> Result<(), Failure> {
+    let limits = &options.limits;
+    within(clip.node_count(), limits.max_nodes, "nodes")?;
+    let mut depths: Vec<usize> = Vec::with_capacity(clip.node_count());
+    for node in 0..clip.node_count() {
+        let depth = clip.parent(node).map_or(1, |parent| depths[parent] + 1);
+        within(
+            depth,
+            limits.max_depth,
+            &format!("nodes above node {node}, with itself"),
+        )?;
+        let name = clip.name(node).len();
+        within(
+            name,
+            limits.max_name_bytes,
+            &format!("bytes in the name of node {node}"),
+        )?;
+        depths.push(depth);
+    }
+    // What does not move takes no memory here, but has a value in every row of what is written.
+    let values_a_frame = clip.values_a_frame().max(clip.node_count()) as u64;
+    let most = limits.expanded_values(clip.bytes().len() as u64);
+    if (clip.frame_count() as u64).saturating_mul(values_a_frame) > most {
+        let expected = format!("at most {most} values in a file of this size");
+        let found = format!("{} frames of {values_a_frame}", clip.frame_count());
+        return Err(limit_exceeded(expected, found).into());
+    }
+    Ok(())
+}

@@ -1,0 +1,145 @@
+//! The mesh files that robots name: where they are, and the extent of binary STL and OBJ.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::Source;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::robot::ShapeKind;
+
+/// A mesh of a robot, of a file in `folder`, enlarged by `scale`.
+pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: DVec3) -> ShapeKind {
+    let beside = source.name.parent().unwrap_or(Path::new(""));
+    let extension = Path::new(file).extension().unwrap_or_default().to_ascii_lowercase();
+    let extension = extension.to_str().unwrap_or_default();
+    let paths = candidates(folder, file).into_iter().map(|path| beside.join(path));
+    let is_known = ["stl", "obj", "dae"].contains(&extension);
+    let mut found = paths
+        .filter(|_| is_known)
+        .filter_map(|path| Some(((source.open)(&path).ok()?, path)));
+    let (bytes, path) = found
+        .next()
+        .map_or((Vec::new(), None), |(bytes, path)| (bytes, Some(path)));
+    let bounds = match extension {
+        "stl" => stl(&bytes),
+        "obj" => obj(&bytes),
+        _ => None,
+    };
+    ShapeKind::Mesh {
+        file: file.to_owned(),
+        bounds: bounds
+            .filter(|[low, high]| low.is_finite() && high.is_finite())
+            .map(|[low, high]| {
+                let (a, b) = (low * scale, high * scale);
+                [a.min(b), a.max(b)]
+            }),
+        scale,
+        path,
+        surface: None,
+    }
+}
+
+/// How many folders above the robot its package may be.
+const LEVELS: usize = 6;
+
+/// The paths at which the file may be: as written; of a `package://` address the path within the package, or with it,
+/// in the folder of the robot or in one above it; and the name alone beside the robot, as files are dropped on a page.
+fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
+    let alone = Path::new(file).file_name().map(PathBuf::from);
+    let Some(address) = file.strip_prefix("package://") else {
+        let written = Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file));
+        return [written].into_iter().chain(alone).collect();
+    };
+    let address = address.trim_start_matches('/');
+    let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
+    let above = (0..=LEVELS).map(|levels| PathBuf::from("../".repeat(levels)));
+    above
+        .flat_map(|above| [above.join(inside), above.join(address)])
+        .chain(alone)
+        .collect()
+}
+
+fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
+    if !point.to_array().into_iter().all(is_plausible) {
+        return;
+    }
+    let [low, high] = bounds.unwrap_or([point; 2]);
+    *bounds = Some([low.min(point), high.max(point)]);
+}
+
+/// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
+fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
+    const TRIANGLE: usize = 50;
+    let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
+    let triangles = &bytes[84..];
+    // The count is a claim.
+    if triangles.len() / TRIANGLE < count {
+        return None;
+    }
+    let mut bounds = None;
+    for triangle in triangles.chunks_exact(TRIANGLE).take(count) {
+        let (numbers, _) = triangle[12..48].as_chunks::<4>();
+        let numbers: Vec<f64> = numbers
+            .iter()
+            .map(|bytes| f64::from(f32::from_le_bytes(*bytes)))
+            .collect();
+        for corner in numbers.chunks_exact(3) {
+            extend(&mut bounds, DVec3::from_slice(corner));
+        }
+    }
+    bounds
+}
+
+/// OBJ: the lines `v x y z`.
+fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let mut bounds = None;
+    for line in text.lines() {
+        let mut words = line.split_ascii_whitespace();
+        if words.next() != Some("v") {
+            continue;
+        }
+        let mut number = || words.next()?.parse::<f64>().ok();
+        if let (Some(x), Some(y), Some(z)) = (number(), number(), number()) {
+            extend(&mut bounds, DVec3::new(x, y, z));
+        }
+    }
+    bounds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packages_are_looked_for_in_folders_above() {
+        let found = candidates("", "package:///data/robots/r/meshes/a.stl");
+        for wanted in [
+            "robots/r/meshes/a.stl",
+            "../robots/r/meshes/a.stl",
+            "../../../data/robots/r/meshes/a.stl",
+        ] {
+            assert!(found.contains(&PathBuf::from(wanted)), "{wanted}");
+        }
+        assert_eq!(
+            candidates("meshes", "b/a.stl"),
+            ["meshes/b/a.stl", "a.stl"].map(PathBuf::from)
+        );
+    }
+
+    #[test]
+    fn meshes_have_bounds_and_a_false_count_has_none() {
+        let low_high = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 4.0, 5.0)];
+        assert_eq!(obj(b"v -1 4 2\nvn 9 9 9\nv 3 0 5\nf 1 2 1\n"), Some(low_high));
+        let mut bytes = vec![0; 80];
+        bytes.extend(1_u32.to_le_bytes());
+        let corners = [0.0_f32, 0.0, 1.0, -1.0, 4.0, 2.0, 3.0, 0.0, 5.0, 0.0, 1.0, 3.0];
+        bytes.extend(corners.iter().flat_map(|number| number.to_le_bytes()));
+        assert_eq!(stl(&bytes), None);
+        bytes.extend([0, 0]);
+        assert_eq!(stl(&bytes), Some(low_high));
+        bytes[80] = 200;
+        assert_eq!(stl(&bytes), None);
+    }
+}

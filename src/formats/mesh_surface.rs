@@ -1,0 +1,314 @@
+//! The triangles of the mesh files that robots name, for pictures.
+//!
+//! What a picture does not show is left out: corners within a fiftieth of the mesh's size become one where it has many
+//! ([Rossignac and Borrel 1993], vertex clustering), and corners whose faces look into one of six directions share a
+//! normal. A file that cannot be read is left out with a warning, and its link is drawn without a mesh.
+
+mod collada;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::Mesh;
+use mocap_scene::scene::robot::{Robot, ShapeKind};
+
+/// Corners of triangles, three for each.
+type Corners = Vec<DVec3>;
+
+/// The most triangles that one file may have: few bytes of COLLADA may show a mesh many times.
+const MOST_TRIANGLES: usize = 1_000_000;
+
+/// From so many triangles on a mesh is drawn with fewer.
+const MANY_TRIANGLES: usize = 3_000;
+
+/// The parts of a mesh's longest side that corners are told apart by, where it has many.
+const PARTS: f64 = 50.0;
+
+/// Reads the surfaces of a robot's meshes. `open` reads a file.
+pub fn add(robot: &mut Robot, open: &dyn Fn(&Path) -> Result<Vec<u8>>) {
+    let mut known: HashMap<(std::path::PathBuf, [u64; 3]), Option<Arc<Mesh>>> = HashMap::new();
+    let shapes = robot.links.iter_mut().flat_map(|link| &mut link.shapes);
+    for shape in shapes {
+        let ShapeKind::Mesh {
+            path: Some(path),
+            scale,
+            surface,
+            ..
+        } = &mut shape.kind
+        else {
+            continue;
+        };
+        let key = (path.clone(), scale.to_array().map(f64::to_bits));
+        let read = known.entry(key).or_insert_with(|| {
+            let found = open(path)
+                .ok()
+                .and_then(|bytes| corners(&bytes, path))
+                .and_then(|corners| mesh_of(corners, *scale));
+            if found.is_none() {
+                let message = format!(
+                    "the mesh {} cannot be read; its link is drawn without it",
+                    path.display()
+                );
+                robot.warnings.push(Diagnostic::new(Code::IgnoredMesh, message));
+            }
+            found.map(Arc::new)
+        });
+        surface.clone_from(read);
+    }
+}
+
+fn corners(bytes: &[u8], path: &Path) -> Option<Corners> {
+    let extension = path.extension()?.to_ascii_lowercase();
+    let corners = match extension.to_str()? {
+        "stl" => binary_stl(bytes).or_else(|| text_stl(bytes)),
+        "obj" => obj(bytes),
+        "dae" => collada::corners(bytes, 3 * MOST_TRIANGLES),
+        _ => None,
+    }?;
+    let are_placed = corners
+        .iter()
+        .all(|corner| corner.to_array().into_iter().all(is_plausible));
+    (are_placed && corners.len() >= 3 && corners.len() <= 3 * MOST_TRIANGLES).then_some(corners)
+}
+
+/// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
+fn binary_stl(bytes: &[u8]) -> Option<Corners> {
+    const TRIANGLE: usize = 50;
+    let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
+    let triangles = &bytes[84..];
+    if count == 0 || triangles.len() / TRIANGLE < count {
+        return None;
+    }
+    let mut corners = Vec::with_capacity(3 * count);
+    for triangle in triangles.chunks_exact(TRIANGLE).take(count) {
+        for corner in triangle[12..48].as_chunks::<12>().0 {
+            let number = |at: usize| {
+                f64::from(f32::from_le_bytes([
+                    corner[at],
+                    corner[at + 1],
+                    corner[at + 2],
+                    corner[at + 3],
+                ]))
+            };
+            corners.push(DVec3::new(number(0), number(4), number(8)));
+        }
+    }
+    Some(corners)
+}
+
+/// STL in text: the lines `vertex x y z`, three for each triangle.
+fn text_stl(bytes: &[u8]) -> Option<Corners> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let vertices = text
+        .lines()
+        .filter_map(|line| line.trim_start().strip_prefix("vertex "));
+    let corners: Option<Corners> = vertices.map(|line| numbers(line.split_ascii_whitespace())).collect();
+    corners.filter(|corners| corners.len() % 3 == 0)
+}
+
+/// OBJ: `v x y z`, and `f` with vertices from 1, or from the last back; what stands behind a `/` is of other lists.
+fn obj(bytes: &[u8]) -> Option<Corners> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let mut vertices: Vec<DVec3> = Vec::new();
+    let mut corners = Vec::new();
+    for line in text.lines() {
+        let mut words = line.split_ascii_whitespace();
+        match words.next() {
+            Some("v") => vertices.push(numbers(words)?),
+            Some("f") => {
+                let face: Option<Vec<DVec3>> = words
+                    .map(|word| {
+                        let index: i64 = word.split('/').next()?.parse().ok()?;
+                        let index = if index < 0 {
+                            vertices.len() as i64 + index
+                        } else {
+                            index - 1
+                        };
+                        vertices.get(usize::try_from(index).ok()?).copied()
+                    })
+                    .collect();
+                push_polygon(&face?, &mut corners);
+            }
+            _ => {}
+        }
+    }
+    Some(corners)
+}
+
+/// The triangles of a polygon, as a fan.
+fn push_polygon(polygon: &[DVec3], corners: &mut Corners) {
+    for pair in polygon.windows(2).skip(1) {
+        corners.extend([polygon[0], pair[0], pair[1]]);
+    }
+}
+
+fn numbers<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
+    let mut number = || words.next()?.parse::<f64>().ok();
+    Some(DVec3::new(number()?, number()?, number()?))
+}
+
+/// The mesh of these triangles; nothing where all of them are lines and points.
+fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
+    corners.iter_mut().for_each(|corner| *corner *= scale);
+    if scale.element_product() < 0.0 {
+        corners
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .for_each(|triangle| triangle.swap(1, 2));
+    }
+    if corners.len() > 3 * MANY_TRIANGLES {
+        cluster(&mut corners);
+    }
+    let mut mesh = Mesh::default();
+    let mut known: HashMap<([u32; 3], u8), u32> = HashMap::new();
+    for [a, b, c] in corners.as_chunks::<3>().0 {
+        let area = (*b - *a).cross(*c - *a);
+        let Some(direction) = area.try_normalize() else {
+            continue;
+        };
+        let side = side(direction);
+        for corner in [a, b, c] {
+            let vertex = corner.as_vec3();
+            let index = *known
+                .entry((vertex.to_array().map(f32::to_bits), side))
+                .or_insert_with(|| {
+                    mesh.vertices.push(vertex);
+                    mesh.normals.push(Vec3::ZERO);
+                    mesh.vertices.len() as u32 - 1
+                });
+            // Larger faces say more. Areas of millimetres are tiny numbers.
+            mesh.normals[index as usize] += (direction * area.length().sqrt()).as_vec3();
+            mesh.indices.push(index);
+        }
+    }
+    mesh.normals
+        .iter_mut()
+        .for_each(|normal| *normal = normal.normalize_or(Vec3::Z));
+    (!mesh.indices.is_empty()).then_some(mesh)
+}
+
+/// Which of six directions is nearest.
+fn side(direction: DVec3) -> u8 {
+    let axis = direction.abs().max_position() as u8;
+    2 * axis + u8::from(direction[axis as usize] < 0.0)
+}
+
+/// Corners within one cell of a grid become their mean.
+fn cluster(corners: &mut Corners) {
+    let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let cell = (high - low).max_element() / PARTS;
+    let of = |corner: &DVec3| ((*corner - low) / cell).to_array().map(|at| at as i64);
+    let mut sums: HashMap<[i64; 3], (DVec3, f64)> = HashMap::new();
+    for corner in &*corners {
+        let (sum, count) = sums.entry(of(corner)).or_default();
+        (*sum, *count) = (*sum + *corner, *count + 1.0);
+    }
+    for corner in corners {
+        let (sum, count) = sums[&of(corner)];
+        *corner = sum / count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "solid s\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 2 0\n endloop\nendfacet\nendsolid s\n";
+
+    fn volume(mesh: &Mesh) -> f32 {
+        let at = |index: u32| mesh.vertices[index as usize];
+        let triangles = mesh.indices.as_chunks::<3>().0.iter();
+        triangles.map(|[a, b, c]| at(*a).dot(at(*b).cross(at(*c))) / 6.0).sum()
+    }
+
+    #[test]
+    fn a_triangle_is_the_same_in_every_format() {
+        let expected = [DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y];
+        let mut binary = vec![0; 80];
+        binary.extend(1_u32.to_le_bytes());
+        let numbers = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0];
+        binary.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        binary.extend([0, 0]);
+        let dae = r#"<COLLADA><asset><unit meter="0.5"/></asset><library_geometries><geometry id="g"><mesh>
+            <source id="p"><float_array id="a" count="9">0 0 0 2 0 0 0 4 0</float_array><technique_common>
+            <accessor source="a" count="3" stride="3"/></technique_common></source>
+            <vertices id="v"><input semantic="POSITION" source="p"/></vertices>
+            <triangles count="1"><input semantic="VERTEX" source="v" offset="0"/><input semantic="NORMAL" source="n" offset="1"/>
+            <p>0 7 1 7 2 7</p></triangles></mesh></geometry></library_geometries></COLLADA>"#.replace("source=\"", "source=\"#");
+        for (name, bytes) in [
+            ("a.stl", binary.as_slice()),
+            ("b.STL", TEXT.as_bytes()),
+            ("a.obj", b"# o\nv 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 2 0\nf 2/1/1 3//4 -1\n"),
+            ("a.dae", dae.as_bytes()),
+        ] {
+            assert_eq!(
+                corners(bytes, Path::new(name)).as_deref(),
+                Some(&expected[..]),
+                "{name}"
+            );
+            // Cut short it is nothing, and nothing panics.
+            for end in 0..bytes.len() {
+                let _ = corners(&bytes[..end], Path::new(name));
+            }
+        }
+        assert_eq!(corners(b"v 0 0 0\nf 1 2 3\n", Path::new("a.obj")), None);
+        assert_eq!(corners(TEXT.replace('2', "NaN").as_bytes(), Path::new("a.stl")), None);
+    }
+
+    #[test]
+    fn a_mirrored_box_keeps_its_outside_outside() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+            f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+        let read = corners(text.as_bytes(), Path::new("box.obj")).unwrap();
+        for scale in [DVec3::ONE, DVec3::new(-1.0, 1.0, 2.0)] {
+            let mesh = mesh_of(read.clone(), scale).unwrap();
+            assert!((volume(&mesh) - scale.element_product().abs() as f32).abs() < 1e-6);
+            // Each corner has a normal for each of its three sides.
+            assert_eq!(mesh.vertices.len(), 24);
+            assert!(mesh.normals.iter().all(|normal| normal.abs().max_element() > 0.999_999));
+        }
+    }
+
+    #[test]
+    fn a_fine_ball_is_drawn_with_fewer_triangles() {
+        const ROWS: usize = 200;
+        let at = |row: usize, column: usize| {
+            let (up, round) = (
+                std::f64::consts::PI * row as f64 / ROWS as f64,
+                std::f64::consts::TAU * column as f64 / ROWS as f64,
+            );
+            DVec3::new(up.sin() * round.cos(), up.sin() * round.sin(), up.cos())
+        };
+        let mut fine = Vec::new();
+        for row in 0..ROWS {
+            for column in 0..ROWS {
+                push_polygon(
+                    &[
+                        at(row, column),
+                        at(row + 1, column),
+                        at(row + 1, column + 1),
+                        at(row, column + 1),
+                    ],
+                    &mut fine,
+                );
+            }
+        }
+        let mesh = mesh_of(fine.clone(), DVec3::ONE).unwrap();
+        assert!(
+            mesh.indices.len() * 2 < fine.len(),
+            "{} of {}",
+            mesh.indices.len(),
+            fine.len()
+        );
+        let ball = 4.0 / 3.0 * std::f32::consts::PI;
+        assert!((volume(&mesh) / ball - 1.0).abs() < 0.02, "{}", volume(&mesh));
+        assert!(mesh.vertices.iter().all(|vertex| (vertex.length() - 1.0).abs() < 0.02));
+    }
+}

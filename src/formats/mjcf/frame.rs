@@ -1,0 +1,64 @@
+//! `<frame>`: a placement of what stands within it, which is no body of its own.
+
+use super::attributes::Settings;
+use crate::Failure;
+use crate::xml::Element;
+use mocap_scene::error::Code;
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::robot::Placement;
+
+/// An element of a body, which may stand within frames.
+#[derive(Clone, Copy)]
+pub(super) struct Inner<'a, 'input> {
+    pub(super) element: Element<'a, 'input>,
+    /// From the frames around it to the body.
+    pub(super) frame: Placement,
+    /// The class of what names none.
+    pub(super) child_class: Option<&'a str>,
+}
+
+/// What stands in a body, in the order of the file.
+pub(super) fn within<'a, 'input>(
+    body: Element<'a, 'input>,
+    child_class: Option<&'a str>,
+    settings: &Settings,
+    limits: &Limits,
+) -> Result<Vec<Inner<'a, 'input>>, Failure> {
+    let own = |element: Element<'a, 'input>, frame: Placement, child_class: Option<&'a str>| {
+        let inner = element.children().map(|element| Inner {
+            element,
+            frame,
+            child_class,
+        });
+        inner.collect::<Vec<_>>().into_iter()
+    };
+    let mut found = Vec::new();
+    let mut open = vec![own(body, Placement::IDENTITY, child_class)];
+    while let Some(around) = open.last_mut() {
+        let Some(next) = around.next() else {
+            open.pop();
+            continue;
+        };
+        match next.element.name() {
+            "frame" if open.len() > limits.max_depth => {
+                let message = format!("frames are nested more than {} deep", limits.max_depth);
+                return Err(Box::new(next.element.diagnostic(Code::LimitExceeded, message)));
+            }
+            "frame" => {
+                let frame = next.frame.then(&settings.of(next.element, None)?.origin()?);
+                let child_class = next.element.attribute("childclass").or(next.child_class);
+                open.push(own(next.element, frame, child_class));
+            }
+            "attach" => {
+                let message = "the model attaches another model, which is not read";
+                return Err(Box::new(
+                    next.element
+                        .diagnostic(Code::UnreadExtension, message)
+                        .help("save the model as one file (mj_saveLastXML)"),
+                ));
+            }
+            _ => found.push(next),
+        }
+    }
+    Ok(found)
+}

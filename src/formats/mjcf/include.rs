@@ -1,0 +1,93 @@
+//! `<include>`: files whose elements stand where a file names them, as in every `scene.xml` of a robot.
+
+use std::path::Path;
+
+use crate::text::quote;
+use crate::xml::{self, Element, IncludedFile};
+use crate::{Failure, Source};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::Limits;
+
+/// Files that a model may include.
+const MOST_FILES: usize = 64;
+
+/// What the outermost element of an included file may be.
+const ROOTS: &[&str] = &["mujoco", "mujocoinclude"];
+
+/// The names and the texts of all files that the file of `text` includes, and that those include. Names are relative to
+/// the folder of the main file, also in the others, and MuJoCo includes a file once.
+pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<Vec<(String, String)>, Failure> {
+    let mut found: Vec<(String, String)> = Vec::new();
+    let mut waiting = names(text, &["mujoco"], &mut found, source, limits)?;
+    while let Some(index) = waiting.pop() {
+        let (name, text) = found[index].clone();
+        let inner = self::names(&text, ROOTS, &mut found, source, limits);
+        waiting.extend(inner.map_err(|failure| in_included(*failure, &name))?);
+    }
+    Ok(found)
+}
+
+/// What is wrong in an included file, whose lines are not those of the main one.
+fn in_included(mut failure: Diagnostic, name: &str) -> Failure {
+    let line = failure
+        .location
+        .take()
+        .map(|location| format!(" at line {}", location.line));
+    let (name, line) = (quote(name.as_bytes()), line.unwrap_or_default());
+    failure.message += &format!(", in {name}, which is included{line}");
+    Box::new(failure)
+}
+
+/// The trees of these texts.
+pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Result<Vec<IncludedFile<'a>>, Failure> {
+    let file = |(name, text): &'a (String, String)| {
+        Ok(IncludedFile {
+            name: name.clone(),
+            document: xml::parse(text, ROOTS, limits).map_err(|failure| in_included(*failure, name))?,
+        })
+    };
+    texts.iter().map(file).collect()
+}
+
+/// Reads the files that a text includes, and returns their indices among those that were found.
+fn names(
+    text: &str,
+    roots: &[&str],
+    found: &mut Vec<(String, String)>,
+    source: &Source<'_>,
+    limits: &Limits,
+) -> Result<Vec<usize>, Failure> {
+    let document = xml::parse(text, roots, limits)?;
+    let root = Element::root(&document);
+    let mut indices = Vec::new();
+    for include in root.descendants().filter(|element| element.name() == "include") {
+        let name = include.required("file")?;
+        let refused = |code: Code, message: &str| {
+            let file = format!("<include file={}>", quote(name.as_bytes()));
+            let diagnostic = include.at_attribute("file", code, message);
+            diagnostic.expected_found("a file that is beside the model", file)
+        };
+        if found.iter().any(|(other, _)| other == name) {
+            return Err(Box::new(
+                include
+                    .at_attribute("file", Code::InvalidRobot, "a file is included twice")
+                    .help("include it once"),
+            ));
+        }
+        let read: usize = found.iter().map(|(_, text)| text.len()).sum();
+        if found.len() >= MOST_FILES || read as u64 > limits.max_bytes {
+            let message = format!("the model includes more than {MOST_FILES} files, or too many bytes");
+            return Err(Box::new(include.diagnostic(Code::LimitExceeded, message)));
+        }
+        let path = source.name.parent().unwrap_or(Path::new("")).join(name);
+        let bytes = (source.open)(&path).map_err(|_| {
+            let missing = refused(Code::MissingFile, "the model includes a file that cannot be read");
+            let help = "put it beside the model, or save the model as one file (mj_saveLastXML)";
+            Box::new(missing.help(help))
+        })?;
+        indices.push(found.len());
+        let text = xml::text(&bytes)?;
+        found.push((name.to_owned(), text));
+    }
+    Ok(indices)
+}

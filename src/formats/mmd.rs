@@ -1,0 +1,75 @@
+//! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models that have bones of these names.
+//!
+//! A VMD has keys of bones and of morphs by name, and no skeleton: it is read with the PMX of its model, or onto the
+//! bones that most models have, with generic proportions. There are 30 frames a second.
+//!
+//! | in the files | in the scene |
+//! |---|---|
+//! | bones of the model | nodes, without rotations at rest |
+//! | bones with the usual names | bones of a humanoid |
+//! | keys of bones, with their Bezier curves | rotations and positions at every frame |
+//! | IK of the model, as its loops, links and limits say | rotations of the links |
+//! | what a bone inherits of another | its rotation and position |
+//! | morphs | [`Node::face`](mocap_scene::scene::Node::face): expressions of VRM where they are such, else of their name |
+//! | camera, lights, shadows | nothing, with an assumption |
+//! | meshes, materials, physics | nothing, with an assumption |
+//!
+//! MMD is left-handed with +Y up, and a model faces -Z: the mirror `diag(1, 1, -1)` makes it right-handed, facing +Z,
+//! with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
+
+mod bezier;
+mod bytes;
+mod generic;
+mod model;
+mod motion;
+mod names;
+mod pose;
+mod read;
+mod scene;
+mod write;
+
+use super::FormatInfo;
+use mocap_scene::scene::Format;
+
+pub(super) const VMD: FormatInfo = FormatInfo {
+    format: Format::Vmd,
+    name: "VMD",
+    description: "MikuMikuDance motion",
+    extensions: &["vmd"],
+    reading: "fair: with the .pmx of its model, or onto generic proportions",
+    writing: "good: for the model that the scene is on, or for the usual bones",
+    sniff: motion::sniff,
+    reads_blocks: false,
+    reads: true,
+    read: read::motion,
+    write: Some(write::files),
+    options: &[],
+    has_one_clip: true,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
+    has_rest_rotations: false,
+    keeps_shear: true,
+};
+
+pub(super) const PMX: FormatInfo = FormatInfo {
+    format: Format::Pmx,
+    name: "PMX",
+    description: "MikuMikuDance model, whose skeleton is read",
+    extensions: &["pmx"],
+    reading: "fair: the skeleton and the names of morphs, for motions onto it",
+    writing: "no",
+    sniff: model::sniff,
+    read: read::model,
+    write: None,
+    ..VMD
+};
+
+/// Metres of a unit: the usual choice, by which a model of 20 units is 1.6 m tall. Files state none.
+const METRES_PER_UNIT: f64 = 0.08;
+
+/// Frames per second of every motion.
+const FRAME_RATE: f64 = 30.0;
+
+/// What helps where a file is broken.
+const EXPORT_AGAIN: &str = "export or download it again";

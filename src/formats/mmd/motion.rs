@@ -1,0 +1,194 @@
+//! The tables of a `.vmd` file.
+//!
+//! ```text
+//! file   := "Vocaloid Motion Data 0002" in 30 bytes, the name of the model in 20, bones, morphs, cameras, lights,
+//!           shadows, states; after the bones a file may end before each of them. An older file begins with "Vocaloid
+//!           Motion Data file", and has 10 bytes for the name.
+//! bones  := u32, then for each key: name in 15 bytes, frame u32, position 3 f32, rotation 4 f32, curves 64 bytes
+//! morphs := u32, then for each key: name in 15 bytes, frame u32, weight f32
+//! cameras, lights, shadows := u32, then 61, 28 and 9 bytes for each key
+//! states := u32, then for each key: frame u32, is shown u8, u32, and as many: name of an IK in 20 bytes, is on u8
+//! ```
+//!
+//! Names are Shift-JIS, up to the first NUL. The 64 bytes of curves are four rows of 16: each row is the first one,
+//! begun a byte later. The first begins with the X of the first point of the four curves, of x, y, z and the rotation;
+//! then come its Y, then X and Y of the second point. Programs put other numbers into the third and the fourth byte, so
+//! every curve is read from the row that begins with it.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
+
+use super::bezier::Curve;
+use super::bytes::{Cursor, invalid};
+use super::names::{self, LONG_NAME_BYTES, NAME_BYTES};
+use crate::Failure;
+use crate::warnings::Warnings;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::is_plausible;
+
+const MAGIC: &[u8] = b"Vocaloid Motion Data ";
+const OLD: &[u8] = b"Vocaloid Motion Data file";
+const HEADER_BYTES: usize = 30;
+const OLD_MODEL_NAME_BYTES: usize = 10;
+const CURVE_BYTES: usize = 64;
+const BONE_BYTES: usize = NAME_BYTES + 4 + 7 * 4 + CURVE_BYTES;
+const MORPH_BYTES: usize = NAME_BYTES + 4 + 4;
+const CAMERA_BYTES: usize = 61;
+const LIGHT_BYTES: usize = 28;
+const SHADOW_BYTES: usize = 9;
+
+/// What a file has. Names are the bytes that the file has for them.
+#[derive(Default)]
+pub(super) struct Motion {
+    pub(super) model: String,
+    pub(super) bones: BTreeMap<Vec<u8>, Vec<BoneKey>>,
+    pub(super) morphs: BTreeMap<Vec<u8>, Vec<(u32, f64)>>,
+    /// At which frames which IK is on.
+    pub(super) states: Vec<(u32, BTreeMap<Vec<u8>, bool>)>,
+    /// Keys of cameras, lights and shadows.
+    pub(super) others: usize,
+}
+
+/// Where a bone is at a frame, against its rest pose, and how it gets there from the key before.
+#[derive(Clone, Copy)]
+pub(super) struct BoneKey {
+    pub(super) frame: u32,
+    pub(super) position: DVec3,
+    pub(super) rotation: DQuat,
+    /// Of x, y, z and the rotation.
+    pub(super) curves: [Curve; 4],
+}
+
+impl Motion {
+    /// The frame of the last key; none where there is no key.
+    pub(super) fn last(&self) -> Option<u32> {
+        let bones = self.bones.values().filter_map(|keys| keys.last()).map(|key| key.frame);
+        let morphs = self.morphs.values().filter_map(|keys| keys.last()).map(|key| key.0);
+        bones.chain(morphs).max()
+    }
+}
+
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Failure> {
+    if !sniff(bytes) {
+        let message = "the file does not begin with \"Vocaloid Motion Data\", as a motion of MikuMikuDance does";
+        return Err(invalid(message));
+    }
+    let mut cursor = Cursor::new(bytes);
+    let model_name_bytes = match cursor.take(HEADER_BYTES)?.starts_with(OLD) {
+        true => OLD_MODEL_NAME_BYTES,
+        false => LONG_NAME_BYTES,
+    };
+    let mut motion = Motion {
+        model: names::decode(names::until_nul(cursor.take(model_name_bytes)?)),
+        ..Motion::default()
+    };
+    for _ in 0..cursor.count("keys of bones", BONE_BYTES)? {
+        let at = cursor.offset();
+        let (name, key) = bone_key(&mut cursor)?;
+        match key {
+            Some(key) => motion.bones.entry(name).or_default().push(key),
+            None => left_out(warnings, &name, at),
+        }
+    }
+    if !cursor.is_at_end() {
+        for _ in 0..cursor.count("keys of morphs", MORPH_BYTES)? {
+            let at = cursor.offset();
+            let name = names::until_nul(cursor.take(NAME_BYTES)?).to_owned();
+            let (frame, weight) = (cursor.long()?, cursor.real()?);
+            match is_plausible(weight) {
+                true => motion.morphs.entry(name).or_default().push((frame, weight)),
+                false => left_out(warnings, &name, at),
+            }
+        }
+    }
+    for (what, each) in [
+        ("keys of cameras", CAMERA_BYTES),
+        ("keys of lights", LIGHT_BYTES),
+        ("keys of shadows", SHADOW_BYTES),
+    ] {
+        if cursor.is_at_end() {
+            break;
+        }
+        let count = cursor.count(what, each)?;
+        cursor.take(count * each)?;
+        motion.others += count;
+    }
+    if !cursor.is_at_end() {
+        for _ in 0..cursor.count("states of IK", 4 + 1 + 4)? {
+            motion.states.push(state(&mut cursor)?);
+        }
+    }
+    if !cursor.is_at_end() {
+        warnings.push(Code::TrailingText, || {
+            let message = format!(
+                "bytes follow the last table, from byte {}, and were ignored",
+                cursor.offset()
+            );
+            Diagnostic::new(Code::TrailingText, message)
+                .expected_found("the end of the file", format!("{} more bytes", cursor.rest()))
+                .help("the file is not whole, or more than a motion: export it again, or remove what follows")
+        });
+    }
+    in_order(&mut motion);
+    Ok(motion)
+}
+
+fn bone_key(cursor: &mut Cursor<'_>) -> Result<(Vec<u8>, Option<BoneKey>), Failure> {
+    let name = names::until_nul(cursor.take(NAME_BYTES)?).to_owned();
+    let (frame, position, rotation) = (cursor.long()?, cursor.position()?, cursor.rotation()?);
+    let curves: [u8; CURVE_BYTES] = cursor.array()?;
+    let length = rotation.length();
+    let is_valid = position.to_array().into_iter().all(is_plausible) && length.is_finite() && length > 0.0;
+    let key = is_valid.then(|| BoneKey {
+        frame,
+        position,
+        rotation: rotation / length,
+        curves: curves_of(&curves),
+    });
+    Ok((name, key))
+}
+
+fn curves_of(bytes: &[u8; CURVE_BYTES]) -> [Curve; 4] {
+    // Some programs write the first row alone.
+    let has_rows = bytes[16..].iter().any(|byte| *byte != 0);
+    [0, 1, 2, 3].map(|curve| {
+        let begin = if has_rows { 16 * curve } else { curve };
+        [0, 4, 8, 12].map(|coordinate| bytes[begin + coordinate])
+    })
+}
+
+fn state(cursor: &mut Cursor<'_>) -> Result<(u32, BTreeMap<Vec<u8>, bool>), Failure> {
+    let frame = cursor.long()?;
+    let _is_shown = cursor.byte()?;
+    let mut states = BTreeMap::new();
+    for _ in 0..cursor.count("states of IK", LONG_NAME_BYTES + 1)? {
+        let name = names::until_nul(cursor.take(LONG_NAME_BYTES)?).to_owned();
+        states.insert(name, cursor.byte()? != 0);
+    }
+    Ok((frame, states))
+}
+
+fn left_out(warnings: &mut Warnings, name: &[u8], at: usize) {
+    warnings.push(Code::NonFiniteValue, || {
+        let message =
+            format!("a key at byte {at} was left out: its position, rotation or weight is no number to compute with");
+        Diagnostic::new(Code::NonFiniteValue, message).in_joint(names::decode(name))
+    });
+}
+
+/// Puts keys in the order of time. Of several at one frame the last counts.
+fn in_order(motion: &mut Motion) {
+    fn sort<K>(keys: &mut Vec<K>, frame: impl Fn(&K) -> u32) {
+        keys.reverse();
+        keys.sort_by_key(&frame);
+        keys.dedup_by_key(|key| frame(key));
+    }
+    motion.bones.values_mut().for_each(|keys| sort(keys, |key| key.frame));
+    motion.morphs.values_mut().for_each(|keys| sort(keys, |key| key.0));
+    sort(&mut motion.states, |state| state.0);
+}

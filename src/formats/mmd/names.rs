@@ -1,0 +1,131 @@
+//! Names of bones and morphs: their bytes in Shift-JIS, and what they mean.
+
+use encoding_rs::SHIFT_JIS;
+
+use mocap_scene::scene::{Face, HumanoidBone as Bone, Side};
+
+/// Bytes of the name of a bone or of a morph in a motion.
+pub(super) const NAME_BYTES: usize = 15;
+/// Bytes of the names of its model and of an IK.
+pub(super) const LONG_NAME_BYTES: usize = 20;
+
+/// The bytes before the first NUL.
+pub(super) fn until_nul(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    &bytes[..end]
+}
+
+pub(super) fn decode(bytes: &[u8]) -> String {
+    let (name, _) = SHIFT_JIS.decode_without_bom_handling(bytes);
+    // Half of a letter, where a name was cut.
+    name.trim_end_matches(char::REPLACEMENT_CHARACTER).to_owned()
+}
+
+/// The bytes of a name; `None` where it has letters that Shift-JIS lacks.
+pub(super) fn encode(name: &str) -> Option<Vec<u8>> {
+    let (bytes, _, is_lossy) = SHIFT_JIS.encode(name);
+    (!is_lossy).then(|| bytes.into_owned())
+}
+
+/// What a motion calls a bone or a morph: a name that is too long is cut.
+pub(super) fn key(name: &str) -> Option<Vec<u8>> {
+    let mut bytes = encode(name)?;
+    bytes.truncate(NAME_BYTES);
+    Some(bytes)
+}
+
+/// Bones by the names that nearly all models have, without the side. The first of a bone counts that a model has.
+#[rustfmt::skip]
+pub(super) const BONES: &[(&str, Bone)] = &[
+    ("上半身", Bone::Spine), ("上半身2", Bone::Chest), ("上半身3", Bone::UpperChest),
+    ("首", Bone::Neck), ("頭", Bone::Head), ("あご", Bone::Jaw), ("目", Bone::LeftEye),
+    ("肩", Bone::LeftShoulder), ("腕", Bone::LeftUpperArm), ("ひじ", Bone::LeftLowerArm), ("手首", Bone::LeftHand),
+    ("親指0", Bone::LeftThumbMetacarpal), ("親指1", Bone::LeftThumbProximal), ("親指2", Bone::LeftThumbDistal),
+    ("人指1", Bone::LeftIndexProximal), ("人指2", Bone::LeftIndexIntermediate), ("人指3", Bone::LeftIndexDistal),
+    ("人差指1", Bone::LeftIndexProximal), ("人差指2", Bone::LeftIndexIntermediate),
+    ("人差指3", Bone::LeftIndexDistal),
+    ("中指1", Bone::LeftMiddleProximal), ("中指2", Bone::LeftMiddleIntermediate), ("中指3", Bone::LeftMiddleDistal),
+    ("薬指1", Bone::LeftRingProximal), ("薬指2", Bone::LeftRingIntermediate), ("薬指3", Bone::LeftRingDistal),
+    ("小指1", Bone::LeftLittleProximal), ("小指2", Bone::LeftLittleIntermediate), ("小指3", Bone::LeftLittleDistal),
+    ("足", Bone::LeftUpperLeg), ("ひざ", Bone::LeftLowerLeg), ("足首", Bone::LeftFoot), ("つま先", Bone::LeftToes),
+];
+
+pub(super) const LEFT: char = '左';
+pub(super) const RIGHT: char = '右';
+
+/// The bone that a joint of this name is. The hips follow from the others: no name means what is above legs and trunk.
+pub(super) fn bone(name: &str) -> Option<Bone> {
+    let name = in_ascii(name);
+    let (side, rest) = match name.chars().next()? {
+        LEFT => (Some(Side::Left), &name[LEFT.len_utf8()..]),
+        RIGHT => (Some(Side::Right), &name[RIGHT.len_utf8()..]),
+        _ => (None, &name[..]),
+    };
+    let (_, bone) = BONES.iter().find(|(own, _)| *own == rest)?;
+    match (side, bone.side()) {
+        (None, None) => Some(*bone),
+        (Some(side), Some(_)) => Some(bone.on(side)),
+        _ => None,
+    }
+}
+
+/// A name with the wide digits and letters of ASCII as those of ASCII: models have both.
+pub(super) fn in_ascii(name: &str) -> String {
+    /// From a wide form to the letter.
+    const WIDE: u32 = '！' as u32 - '!' as u32;
+    let narrow = |letter: char| match letter {
+        '！'..='～' => char::from_u32(letter as u32 - WIDE).unwrap_or(letter),
+        _ => letter,
+    };
+    name.chars().map(narrow).collect()
+}
+
+/// Expressions of VRM by the names of morphs that nearly all models have. The first of an expression is the one that is
+/// written.
+#[rustfmt::skip]
+const EXPRESSIONS: &[(&str, &str)] = &[
+    ("あ", "aa"), ("い", "ih"), ("う", "ou"), ("え", "ee"), ("お", "oh"),
+    ("まばたき", "blink"), ("ウィンク２", "blinkLeft"), ("ｳｨﾝｸ２右", "blinkRight"),
+    ("笑い", "happy"), ("怒り", "angry"), ("困る", "sad"), ("なごみ", "relaxed"), ("びっくり", "surprised"),
+];
+
+/// The morph that is an expression of VRM.
+pub(super) fn morph(preset: &str) -> Option<&'static str> {
+    let found = EXPRESSIONS.iter().find(|(_, own)| *own == preset);
+    found.map(|(name, _)| *name)
+}
+
+/// What a morph is on a face.
+pub(super) fn face(morph: &str) -> Face {
+    match EXPRESSIONS.iter().find(|(name, _)| *name == morph) {
+        Some((_, preset)) => Face::Preset((*preset).to_owned()),
+        None => Face::Custom(morph.to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_mean_bones_with_wide_letters_too() {
+        assert_eq!(bone("左ひじ"), Some(Bone::LeftLowerArm));
+        assert_eq!(bone("右人指３"), Some(Bone::RightIndexDistal));
+        assert_eq!(bone("上半身２"), bone("上半身2"));
+        assert_eq!(bone("左足ＩＫ"), None);
+        assert_eq!(bone("足"), None);
+        assert_eq!(bone("左頭"), None);
+        assert_eq!(in_ascii("左足ＩＫ"), "左足IK");
+    }
+
+    /// By Python: `"左足ＩＫ".encode("cp932")`.
+    #[test]
+    fn names_are_shift_jis() {
+        let bytes = [0x8D, 0xB6, 0x91, 0xAB, 0x82, 0x68, 0x82, 0x6A];
+        assert_eq!(encode("左足ＩＫ").unwrap(), bytes);
+        assert_eq!(decode(&bytes), "左足ＩＫ");
+        assert_eq!(decode(until_nul(&[0x8D, 0xB6, 0, 0xFD])), "左");
+        assert_eq!(encode("é"), None);
+        assert_eq!(key("左足左足左足左足").unwrap().len(), NAME_BYTES);
+    }
+}

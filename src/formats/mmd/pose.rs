@@ -1,0 +1,126 @@
+//! The pose of a model at a frame, as MMD makes it: what the motion says, then bone for bone what is inherited and IK.
+//!
+//! A bone's rotation is `IK x own x inherited`, as rotations that are done from the right; its place against its
+//! parent is that at rest, and what it is moved by. Bones are posed by layer and then in their order; those after the
+//! physics come last. A bone inherits the whole rotation of another, with what that has by IK and inherits itself.
+
+mod ik;
+
+use glam::{DQuat, DVec3};
+
+use self::ik::Solver;
+use super::model::Model;
+use crate::Failure;
+use mocap_scene::math::quaternion::rotation_vector;
+
+/// The rotation and the translation of a bone against its parent; the translation is from its place at rest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Local {
+    pub(super) translation: DVec3,
+    pub(super) rotation: DQuat,
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Self {
+            translation: DVec3::ZERO,
+            rotation: DQuat::IDENTITY,
+        }
+    }
+}
+
+/// The pose of a model.
+pub(super) struct Posed<'m> {
+    pub(super) model: &'m Model,
+    order: Vec<usize>,
+    solvers: Vec<Option<Solver<'m>>>,
+    /// What the motion says.
+    pub(super) own: Vec<Local>,
+    /// The rotations of IK.
+    pub(super) ik: Vec<DQuat>,
+    inherited: Vec<Local>,
+}
+
+impl<'m> Posed<'m> {
+    pub(super) fn new(model: &'m Model) -> Self {
+        let count = model.bones.len();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|bone| (model.bones[*bone].is_after_physics, model.bones[*bone].layer));
+        Self {
+            model,
+            order,
+            solvers: (0..count).map(|bone| Solver::new(model, bone)).collect(),
+            own: vec![Local::default(); count],
+            ik: vec![DQuat::IDENTITY; count],
+            inherited: vec![Local::default(); count],
+        }
+    }
+
+    /// Poses all bones by [`own`](Self::own). `is_on` says which IK is done; `budget` is how many steps of IK are
+    /// left.
+    pub(super) fn pose(&mut self, is_on: &[bool], budget: &mut u64) -> Result<(), Failure> {
+        self.ik.fill(DQuat::IDENTITY);
+        self.inherited.fill(Local::default());
+        for place in 0..self.order.len() {
+            let bone = self.order[place];
+            if let Some(inherits) = self.model.bones[bone].inherits {
+                let source = self.local(inherits.source);
+                let inherited = &mut self.inherited[bone];
+                if inherits.rotation {
+                    let turn = rotation_vector(source.rotation) * inherits.ratio;
+                    inherited.rotation = DQuat::from_scaled_axis(turn);
+                }
+                if inherits.position {
+                    inherited.translation = source.translation * inherits.ratio;
+                }
+            }
+            if let Some(solver) = self.solvers[bone].take_if(|_| is_on[bone]) {
+                let solved = ik::solve(&solver, self, budget);
+                self.solvers[bone] = Some(solver);
+                solved?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn local(&self, bone: usize) -> Local {
+        let (own, inherited) = (self.own[bone], self.inherited[bone]);
+        Local {
+            translation: own.translation + inherited.translation,
+            rotation: (self.ik[bone] * self.without_ik(bone)).normalize(),
+        }
+    }
+
+    /// The rotation of a bone without IK.
+    pub(super) fn without_ik(&self, bone: usize) -> DQuat {
+        self.own[bone].rotation * self.inherited[bone].rotation
+    }
+
+    /// Where a bone is at rest, from its parent.
+    fn offset(&self, bone: usize) -> DVec3 {
+        let bone = &self.model.bones[bone];
+        bone.position
+            - bone
+                .parent
+                .map_or(DVec3::ZERO, |parent| self.model.bones[parent].position)
+    }
+
+    /// The position and the rotation of a bone in the model.
+    pub(super) fn world(&self, bone: usize) -> (DVec3, DQuat) {
+        let (mut position, mut rotation) = (DVec3::ZERO, DQuat::IDENTITY);
+        let mut at = Some(bone);
+        while let Some(index) = at {
+            let local = self.local(index);
+            position = self.offset(index) + local.translation + local.rotation * position;
+            rotation = local.rotation * rotation;
+            at = self.model.bones[index].parent;
+        }
+        (position, rotation)
+    }
+
+    /// The rotation of what a bone hangs on.
+    pub(super) fn parent_rotation(&self, bone: usize) -> DQuat {
+        let parent = self.model.bones[bone].parent;
+        parent.map_or(DQuat::IDENTITY, |parent| self.world(parent).1)
+    }
+}

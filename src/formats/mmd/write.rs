@@ -1,0 +1,199 @@
+//! Writes `.vmd`: the keys of bones and morphs, 30 frames a second, for models that have these names.
+//!
+//! A scene on the skeleton of a model is written for that model. The motion of any other humanoid is written for the
+//! bones that nearly all models have, as a model of generic proportions shows it. In both the IK of legs is turned
+//! off, so that legs turn by their own keys. Between keys everything changes evenly; a key that both its neighbours
+//! repeat is left out.
+
+mod bones;
+mod bytes;
+
+use glam::{DQuat, DVec3, Vec3};
+
+use self::bones::Bones;
+use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
+use crate::written::unit_warning;
+use crate::{WriteOptions, Written, WrittenFile, numbers};
+use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::pose::{Binding, FaceTrack, Pose};
+use mocap_scene::scene::{Animation, Channel, Face, Format, NodeKind, Scene};
+
+/// Differences below this, of quaternions and in units, are roundings.
+const ROUNDED: f64 = 1e-6;
+
+/// The keys of a bone at every frame, right-handed: its offset from its place at rest, in units, and its rotation.
+pub(super) struct BoneTrack {
+    pub(super) name: String,
+    pub(super) keys: Vec<(DVec3, DQuat)>,
+}
+
+/// The weights of a morph at every frame.
+pub(super) struct MorphTrack {
+    pub(super) name: String,
+    pub(super) weights: Vec<f32>,
+}
+
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    numbers::check(scene)?;
+    let Some(animation) = scene.animations.first() else {
+        let message = "there is no motion in it, and a VMD file is nothing else";
+        return Err(Diagnostic::new(Code::NoMotion, message)
+            .help("name a file with a motion")
+            .into());
+    };
+    let is_unknown = scene.metadata.metres_per_unit.is_none();
+    let mut written = Written {
+        warnings: Vec::from_iter(unit_warning(scene, "VMD").filter(|_| is_unknown)),
+        ..Written::default()
+    };
+    let model = scene.metadata.mmd.as_deref().filter(|_| is_on_model(scene));
+    let humanoid;
+    let (shown, bones) = match model {
+        Some(model) => (scene, Bones::of_model(scene, model)),
+        None => {
+            humanoid = vrm_humanoid_shown(scene, options.whole.as_deref(), options.humanoid.clone())?;
+            written.notes.extend(left_out_joints(scene, &humanoid));
+            written.warnings.push(for_usual_models());
+            (&humanoid, Bones::of_humanoid(&humanoid))
+        }
+    };
+    check_length(animation, bones.count())?;
+    let mut tracks = bone_tracks(shown, &bones);
+    tracks.retain(|track| is_writable(&track.name, &mut written));
+    let mut morphs = morph_tracks(scene, animation, model.is_some(), &mut written);
+    morphs.retain(|track| is_writable(&track.name, &mut written));
+    written.nodes = tracks.len();
+    let rate = animation.ticks_per_second;
+    if (rate - FRAME_RATE).abs() > 1e-6 * FRAME_RATE {
+        written
+            .notes
+            .push(format!("rate: {FRAME_RATE} frames a second, from {rate}"));
+    }
+    let bytes = bytes::file(&bones.model, &tracks, &morphs, &bones.ik)?;
+    written.files = vec![WrittenFile::new(&options.name, bytes)];
+    Ok(written)
+}
+
+/// Whether the nodes are bones of a model of MMD.
+fn is_on_model(scene: &Scene) -> bool {
+    matches!(scene.metadata.format, Some(Format::Vmd | Format::Pmx))
+}
+
+fn for_usual_models() -> Diagnostic {
+    let arms = generic::ARMS;
+    let message = format!(
+        "the motion is for the usual bones of MMD and arms that hang {arms} degrees, for a VMD has no skeleton: directions of \
+         limbs are kept, positions are those of another body"
+    );
+    Diagnostic::new(Code::Unrepresentable, message)
+        .help("write it for a certain model: mocap retarget FILE MODEL.pmx -o OUT.vmd")
+}
+
+fn left_out_joints(scene: &Scene, humanoid: &Scene) -> Option<String> {
+    let is_left = |name: &&str| humanoid.nodes.iter().all(|node| node.name != **name);
+    let joints = scene
+        .nodes
+        .iter()
+        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
+    let names: Vec<&str> = joints.map(|node| node.name.as_str()).filter(is_left).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "joints: {} left out, because no usual bone of MMD is such",
+            names.join(", ")
+        )
+    })
+}
+
+/// Whether a name can stand in the file; of one that cannot a note is made.
+fn is_writable(name: &str, written: &mut Written) -> bool {
+    let is_writable = !name.is_empty() && names::encode(name).is_some();
+    if !is_writable {
+        written.notes.push(format!(
+            "names: \"{name}\" left out, because Shift-JIS has not all of its letters"
+        ));
+    }
+    is_writable
+}
+
+/// Refuses a motion that has few keys hours apart, as at another frame rate.
+fn check_length(animation: &Animation, bones: usize) -> Result<()> {
+    let keys = |channel: &Channel| (channel.rotation_keys.len() + channel.position_keys.len()) as u64;
+    let stated: u64 = animation.channels.iter().map(keys).sum();
+    let seconds = animation.duration / animation.ticks_per_second;
+    // A frame has seven numbers of each bone.
+    let values = (seconds * FRAME_RATE).ceil() * (7 * bones) as f64;
+    let most = Limits::default().expanded_values(stated);
+    if values <= most as f64 {
+        return Ok(());
+    }
+    let expected = format!("at most {most} values at {FRAME_RATE} frames a second, for a motion of {stated} keys");
+    let found = format!("{values:.0} in {seconds:.0} s");
+    Err(limit_exceeded(expected, found).help("cut it: --trim 0..60").into())
+}
+
+/// The ticks of the frames of the file, the end of the motion included.
+fn ticks(animation: &Animation) -> impl Iterator<Item = f64> + use<> {
+    let per_frame = animation.ticks_per_second / FRAME_RATE;
+    // A motion that ends within a thousandth of a frame ends at it.
+    let last = (animation.duration / per_frame - 1e-3).ceil().max(0.0) as u64;
+    (0..=last).map(move |frame| frame as f64 * per_frame)
+}
+
+fn bone_tracks(scene: &Scene, bones: &Bones) -> Vec<BoneTrack> {
+    let Some(animation) = scene.animations.first() else {
+        return Vec::new();
+    };
+    let units = scene.metadata.metres_per_unit.unwrap_or(1.0) / METRES_PER_UNIT;
+    let binding = Binding::new(scene, animation);
+    let mut pose = Pose::rest(scene);
+    let rest = bones.placed(&pose, units);
+    let mut tracks: Vec<BoneTrack> = bones.tracks();
+    for tick in ticks(animation) {
+        pose.sample(&binding, animation, tick);
+        for (track, key) in tracks.iter_mut().zip(bones.keys(&rest, &bones.placed(&pose, units))) {
+            track.keys.push(key);
+        }
+    }
+    let moves = |track: &BoneTrack| {
+        track
+            .keys
+            .iter()
+            .any(|key| !is_near(*key, (DVec3::ZERO, DQuat::IDENTITY)))
+    };
+    tracks.retain(moves);
+    tracks
+}
+
+/// Whether two keys are equal but for roundings.
+pub(super) fn is_near((p, q): (DVec3, DQuat), (p2, q2): (DVec3, DQuat)) -> bool {
+    p.abs_diff_eq(p2, ROUNDED) && (q.abs_diff_eq(q2, ROUNDED) || q.abs_diff_eq(-q2, ROUNDED))
+}
+
+/// The weights of the expressions of a face.
+fn morph_tracks(scene: &Scene, animation: &Animation, on_model: bool, written: &mut Written) -> Vec<MorphTrack> {
+    let mut morphs: Vec<MorphTrack> = Vec::new();
+    for FaceTrack { node, face, keys } in scene.face_tracks(animation) {
+        let name = match &face {
+            Face::LookAt { .. } => {
+                written
+                    .notes
+                    .push("face: lookAt left out, because a VMD has no gaze".to_owned());
+                continue;
+            }
+            _ if on_model => node.name.clone(),
+            Face::Preset(preset) => match names::morph(preset) {
+                Some(name) => name.to_owned(),
+                None => preset.clone(),
+            },
+            Face::Custom(name) => name.clone(),
+        };
+        let weight = |tick: f64| keys.position_keys.sample(tick).unwrap_or(Vec3::ZERO).x;
+        let weights: Vec<f32> = ticks(animation).map(weight).collect();
+        if weights.iter().any(|weight| *weight != 0.0) {
+            morphs.push(MorphTrack { name, weights });
+        }
+    }
+    morphs
+}

@@ -1,0 +1,189 @@
+//! What can be chosen of how a format is written, by the names that users type.
+
+use std::fmt;
+
+use super::FormatInfo;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// An option of writing. A format's row says which of them change its files.
+///
+/// ```
+/// use mocap::{Format, FormatInfo, WriteOption};
+///
+/// let gltf = FormatInfo::of(Format::Gltf);
+/// assert!(gltf.takes(WriteOption::MaxError) && !gltf.takes(WriteOption::Digits));
+/// let refusal = gltf.refusal(WriteOption::Digits, "glb").unwrap();
+/// assert_eq!(
+///     refusal.message,
+///     "--digits has no effect on glTF: it applies to BVH; write .bvh, or leave it out"
+/// );
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum WriteOption {
+    /// A mesh that shows the skeleton of a file without meshes: `mesh`.
+    Mesh,
+    /// Without the meshes, and all else, of a file that has them: `skeleton-only`.
+    SkeletonOnly,
+    /// Constant tracks as tracks: `keep-constant`.
+    KeepConstant,
+    /// The buffer within a `.gltf`: `embed`.
+    Embed,
+    /// How keys are stored: `compress`.
+    Compress,
+    /// The largest distance of a joint from its position: `max-error`.
+    MaxError,
+    /// The distance of a shell whose points keep the largest error too: `shell-distance`.
+    ShellDistance,
+    /// The order of rotation channels: `order`.
+    Order,
+    /// Decimals of every number: `digits`.
+    Digits,
+    /// Which joints have position channels: `channels`.
+    Channels,
+    /// A file beside the output that says how it was made: `sidecar`.
+    Sidecar,
+    /// The version of an FBX file: `fbx-version`.
+    FbxVersion,
+    /// Where the rotations of the rest pose are in FBX: `fbx-rest`.
+    FbxRest,
+    /// The program whose conventions the file has: `target`.
+    Target,
+    /// Where the images of textures are: `textures`.
+    Textures,
+    /// The axis of joints' frames that points along their bones: `bone-axis`.
+    BoneAxis,
+    /// The unit of length of the file, for a format that states none: `out-unit`.
+    OutUnit,
+    /// The axis that points up in the file, for a format that states none: `out-up`.
+    OutUp,
+    /// What joints are called: `names`.
+    Names,
+    /// The rest pose: `rest`.
+    Rest,
+    /// The motion of the root over the ground on a node of its own: `root-motion`.
+    RootMotion,
+}
+
+impl WriteOption {
+    /// Every option.
+    pub const ALL: [Self; 21] = [
+        Self::Mesh,
+        Self::SkeletonOnly,
+        Self::KeepConstant,
+        Self::Embed,
+        Self::Compress,
+        Self::MaxError,
+        Self::ShellDistance,
+        Self::Order,
+        Self::Digits,
+        Self::Channels,
+        Self::Sidecar,
+        Self::FbxVersion,
+        Self::FbxRest,
+        Self::Target,
+        Self::Textures,
+        Self::BoneAxis,
+        Self::OutUnit,
+        Self::OutUp,
+        Self::Names,
+        Self::Rest,
+        Self::RootMotion,
+    ];
+
+    /// The name that users type, without dashes before it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::SkeletonOnly => "skeleton-only",
+            Self::KeepConstant => "keep-constant",
+            Self::Embed => "embed",
+            Self::Compress => "compress",
+            Self::MaxError => "max-error",
+            Self::ShellDistance => "shell-distance",
+            Self::Order => "order",
+            Self::Digits => "digits",
+            Self::Channels => "channels",
+            Self::Sidecar => "sidecar",
+            Self::FbxVersion => "fbx-version",
+            Self::FbxRest => "fbx-rest",
+            Self::Target => "target",
+            Self::Textures => "textures",
+            Self::BoneAxis => "bone-axis",
+            Self::OutUnit => "out-unit",
+            Self::OutUp => "out-up",
+            Self::Names => "names",
+            Self::Rest => "rest",
+            Self::RootMotion => "root-motion",
+        }
+    }
+
+    /// The one extension of its formats to which it applies; `None` where it applies to all of them.
+    fn extension(self) -> Option<&'static str> {
+        match self {
+            // A .glb holds its buffer.
+            Self::Embed => Some("gltf"),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for WriteOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl FormatInfo {
+    /// Whether an option changes the files of this format.
+    pub fn takes(&self, option: WriteOption) -> bool {
+        self.options.contains(&option)
+    }
+
+    /// Why an option has no effect on a file of this format with this extension; `None` where it has one.
+    pub fn refusal(&self, option: WriteOption, extension: &str) -> Option<Diagnostic> {
+        let only = option.extension();
+        if self.takes(option) && only.is_none_or(|only| only.eq_ignore_ascii_case(extension)) {
+            return None;
+        }
+        let on = match self.takes(option) {
+            true => format!(".{extension}"),
+            false => self.name.to_owned(),
+        };
+        let taking: Vec<&FormatInfo> = FormatInfo::ALL.iter().filter(|row| row.takes(option)).collect();
+        let extensions = taking.iter().flat_map(|row| row.extensions.iter().copied());
+        let extensions: Vec<&str> = only.map_or_else(|| extensions.collect(), |only| vec![only]);
+        let applies_to = match only {
+            Some(only) => format!(".{only}"),
+            None => words(taking.iter().map(|row| row.name.to_owned()), "and"),
+        };
+        let write = words(extensions.iter().map(|extension| format!(".{extension}")), "or");
+        let message =
+            format!("--{option} has no effect on {on}: it applies to {applies_to}; write {write}, or leave it out");
+        Some(Diagnostic::new(Code::InvalidValue, message))
+    }
+}
+
+/// `.glb, .gltf or .bvh`.
+#[doc(hidden)]
+pub fn words(items: impl Iterator<Item = String>, last: &str) -> String {
+    let items: Vec<String> = items.collect();
+    match items.as_slice() {
+        [before @ .., end] if !before.is_empty() => format!("{} {last} {end}", before.join(", ")),
+        _ => items.concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_is_taken_by_some_format_and_only_by_written_ones() {
+        for option in WriteOption::ALL {
+            let taking: Vec<_> = FormatInfo::ALL.iter().filter(|row| row.takes(option)).collect();
+            assert!(!taking.is_empty(), "{option}");
+            assert!(taking.iter().all(|row| row.writes()), "{option}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Points without a skeleton, such as the markers of C3D and TRC: a group with a node for each.
+
+use std::collections::HashMap;
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::frames::add_animation;
+use super::warnings::Warnings;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Channel, Keys, Node, NodeId, NodeKind, Scene};
+
+/// The positions of one point, in the frames in which it was seen.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Track {
+    pub(crate) name: String,
+    pub(crate) ticks: Vec<f64>,
+    pub(crate) positions: Vec<Vec3>,
+}
+
+/// What the points of a format are called.
+#[derive(Clone, Copy)]
+pub(crate) struct Kind {
+    /// The name of the group.
+    group: &'static str,
+    one: &'static str,
+}
+
+impl Kind {
+    pub(crate) const MARKERS: Self = Self {
+        group: "Markers",
+        one: "marker",
+    };
+    pub(crate) const POINTS: Self = Self {
+        group: "Points",
+        one: "point",
+    };
+}
+
+/// Adds one group with one node for each point, and the motion of all `frames` at `rate` frames a second, with warnings
+/// of names that occur twice and of gaps.
+pub(crate) fn add(
+    scene: &mut Scene,
+    kind: Kind,
+    tracks: Vec<Track>,
+    (frames, rate): (usize, f64),
+    warnings: &mut Warnings,
+) {
+    report_duplicates(kind, &tracks, warnings);
+    scene.nodes.push(Node {
+        name: kind.group.to_owned(),
+        kind: NodeKind::Group,
+        ..Node::default()
+    });
+    let mut channels = Vec::with_capacity(tracks.len());
+    for track in tracks {
+        report_gap(kind, &track, frames, warnings);
+        let id = NodeId::new(scene.nodes.len());
+        scene.nodes.push(Node {
+            name: track.name.clone(),
+            parent: Some(NodeId(0)),
+            transform: Mat4::from_translation(track.positions.first().copied().unwrap_or_default()),
+            ..Node::default()
+        });
+        channels.push(Channel {
+            node_name: track.name,
+            node: Some(id),
+            position_keys: Keys::at_ticks(track.positions, track.ticks),
+            rotation_keys: Keys::constant(Quat::IDENTITY),
+            scaling_keys: Keys::constant(Vec3::ONE),
+        });
+    }
+    add_animation(scene, (frames, rate), channels, &kind.group.to_lowercase(), warnings);
+}
+
+/// The metres of a unit as capture files state it.
+pub(crate) fn metres(unit: &str) -> Option<f64> {
+    match unit.to_ascii_lowercase().as_str() {
+        "mm" => Some(0.001),
+        "cm" => Some(0.01),
+        "m" => Some(1.0),
+        "in" => Some(0.0254),
+        _ => None,
+    }
+}
+
+fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
+    let mut points_of_name = HashMap::<&str, usize>::new();
+    for track in tracks {
+        *points_of_name.entry(&track.name).or_default() += 1;
+    }
+    for track in tracks {
+        // Each name once, at its first point.
+        let name = track.name.as_str();
+        let count = points_of_name.remove(name).unwrap_or_default();
+        if count > 1 {
+            warnings.push(Code::DuplicateName, || {
+                Diagnostic::new(
+                    Code::DuplicateName,
+                    format!("{count} {} are called \"{name}\"", kind.group.to_lowercase()),
+                )
+                .in_joint(name)
+            });
+        }
+    }
+}
+
+fn report_gap(kind: Kind, track: &Track, frames: usize, warnings: &mut Warnings) {
+    let missing = frames - track.ticks.len();
+    if missing > 0 {
+        warnings.push(Code::Gap, || {
+            Diagnostic::new(
+                Code::Gap,
+                format!("the {} was not seen in {missing} of {frames} frames", kind.one),
+            )
+            .in_joint(&track.name)
+        });
+    }
+}

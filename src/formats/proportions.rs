@@ -1,0 +1,68 @@
+//! A body of our own for files that have rotations and no lengths: 1.70 m tall, in a T-pose.
+//!
+//! Legs and arms are fractions of the height by Drillis and Contini, *Body Segment Parameters* (1966), as Winter
+//! prints them: thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and
+//! hands are round numbers. No model of a body was measured for it.
+
+use glam::Vec3;
+
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+/// Metres.
+pub(crate) const HEIGHT: f32 = 1.70;
+const ANKLE: f32 = 0.039 * HEIGHT;
+const KNEE: f32 = ANKLE + 0.246 * HEIGHT;
+const HIP: f32 = KNEE + 0.245 * HEIGHT;
+/// From the middle of the body to the joint of the hip.
+const HIP_X: f32 = 0.09;
+/// The joints of the arm, sideways and up.
+const SHOULDER_X: f32 = 0.18;
+const ELBOW_X: f32 = SHOULDER_X + 0.186 * HEIGHT;
+const WRIST_X: f32 = ELBOW_X + 0.146 * HEIGHT;
+const ARM: f32 = 0.818 * HEIGHT;
+
+/// Where bones of the left side and of the middle are, in metres: left is +X, up +Y, forward +Z.
+#[rustfmt::skip]
+const POSITIONS: &[(Bone, [f32; 3])] = &[
+    (Bone::Hips, [0.0, HIP + 0.04, 0.0]),
+    (Bone::Spine, [0.0, HIP + 0.13, 0.0]),
+    (Bone::Chest, [0.0, HIP + 0.26, 0.0]),
+    (Bone::UpperChest, [0.0, HIP + 0.33, 0.0]),
+    (Bone::Neck, [0.0, ARM + 0.06, 0.0]),
+    (Bone::Head, [0.0, ARM + 0.15, 0.01]),
+    (Bone::Jaw, [0.0, ARM + 0.15, 0.03]),
+    (Bone::LeftEye, [0.03, ARM + 0.22, 0.09]),
+    (Bone::LeftUpperLeg, [HIP_X, HIP, 0.0]),
+    (Bone::LeftLowerLeg, [HIP_X, KNEE, 0.0]),
+    (Bone::LeftFoot, [HIP_X, ANKLE, 0.0]),
+    (Bone::LeftToes, [HIP_X, 0.02, 0.12]),
+    (Bone::LeftShoulder, [0.05, ARM, 0.0]),
+    (Bone::LeftUpperArm, [SHOULDER_X, ARM, 0.0]),
+    (Bone::LeftLowerArm, [ELBOW_X, ARM, 0.0]),
+    (Bone::LeftHand, [WRIST_X, ARM, 0.0]),
+    (Bone::LeftThumbMetacarpal, [WRIST_X + 0.03, ARM - 0.01, 0.03]),
+    (Bone::LeftThumbProximal, [WRIST_X + 0.06, ARM - 0.01, 0.06]),
+    (Bone::LeftThumbDistal, [WRIST_X + 0.085, ARM - 0.01, 0.08]),
+    (Bone::LeftIndexProximal, [WRIST_X + 0.095, ARM, 0.025]),
+    (Bone::LeftIndexIntermediate, [WRIST_X + 0.13, ARM, 0.025]),
+    (Bone::LeftIndexDistal, [WRIST_X + 0.155, ARM, 0.025]),
+    (Bone::LeftMiddleProximal, [WRIST_X + 0.10, ARM, 0.0]),
+    (Bone::LeftMiddleIntermediate, [WRIST_X + 0.14, ARM, 0.0]),
+    (Bone::LeftMiddleDistal, [WRIST_X + 0.165, ARM, 0.0]),
+    (Bone::LeftRingProximal, [WRIST_X + 0.092, ARM, -0.02]),
+    (Bone::LeftRingIntermediate, [WRIST_X + 0.13, ARM, -0.02]),
+    (Bone::LeftRingDistal, [WRIST_X + 0.155, ARM, -0.02]),
+    (Bone::LeftLittleProximal, [WRIST_X + 0.08, ARM, -0.04]),
+    (Bone::LeftLittleIntermediate, [WRIST_X + 0.108, ARM, -0.04]),
+    (Bone::LeftLittleDistal, [WRIST_X + 0.128, ARM, -0.04]),
+];
+
+/// Where a bone is in the T-pose.
+pub(crate) fn position(bone: Bone) -> Vec3 {
+    let found = POSITIONS.iter().find(|(own, _)| *own == bone.on(Side::Left));
+    let position = Vec3::from(found.map_or([0.0; 3], |(_, position)| *position));
+    match bone.side() {
+        Some(Side::Right) => position * Vec3::new(-1.0, 1.0, 1.0),
+        _ => position,
+    }
+}

@@ -1,0 +1,138 @@
+//! The origin of a file and all decisions and changes, so that they can be read from the file alone.
+
+use serde::{Deserialize, Serialize};
+
+use mocap_scene::scene::{
+    Animation, AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, SecondMotion, UpAxis, format_name,
+};
+
+/// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
+/// the file of a character, a property of the scene in FBX.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::gltf::Provenance;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// mocap::Conversion::new().apply(&mut scene)?;
+/// let provenance = Provenance::of(&scene);
+/// assert_eq!(provenance.source.unwrap().name, "cmu_short.bvh");
+/// assert_eq!((provenance.frames, provenance.steps.len()), (75, scene.metadata.steps.len()));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Provenance {
+    /// Version of this crate.
+    pub version: String,
+    /// The file that the scene was read from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<Origin>,
+    /// Its format. Absent where the scene comes from no file.
+    #[serde(with = "format_name")]
+    pub format: Option<Format>,
+    /// Frames of the written scene.
+    pub frames: u64,
+    /// Seconds between two of them.
+    pub frame_time: f64,
+    /// Seconds between two frames of each animation, where they differ.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[doc(hidden)]
+    pub clip_frame_times: Vec<f64>,
+    /// How the root's OFFSET was used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_offset: Option<RootOffsetUsed>,
+    /// All other decisions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<Assumption>,
+    /// The axis that points up in the file, where it is not +Y: all joints are rotated with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<UpAxis>,
+    /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<AppliedStep>,
+}
+
+impl Provenance {
+    /// The provenance of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
+        let first = rates.clone().next();
+        let are_one = rates.clone().all(|rate| Some(rate) == first);
+        Self {
+            clip_frame_times: if are_one {
+                Vec::new()
+            } else {
+                rates.map(f64::recip).collect()
+            },
+            ..Self::of_animation(scene, scene.animations.first())
+        }
+    }
+
+    /// The provenance of one of the animations of `scene`; of several it says which one it is.
+    pub fn of_clip(scene: &Scene, index: usize) -> Self {
+        let mut provenance = Self::of_animation(scene, scene.animations.get(index));
+        if scene.animations.len() > 1 {
+            provenance.steps.insert(0, AppliedStep::SelectClip { index });
+        }
+        provenance
+    }
+
+    /// The provenance of an animation in the file that its scene was read from. Which one it is, the file says.
+    pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
+        Self::of_animation(scene, scene.animations.get(index))
+    }
+
+    fn of_animation(scene: &Scene, animation: Option<&Animation>) -> Self {
+        let metadata = &scene.metadata;
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            source: metadata.origin.clone(),
+            format: metadata.format,
+            frames: animation.map_or(0, |animation| animation.duration.round() as u64 + 1),
+            frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
+            clip_frame_times: Vec::new(),
+            root_offset: metadata.root_offset.clone(),
+            assumptions: metadata.assumptions.clone(),
+            up: None,
+            steps: metadata.steps.clone(),
+        }
+    }
+
+    /// The decisions without their reasons, for files that are to be small.
+    pub(crate) fn without_reasons(mut self) -> Self {
+        if let Some(used) = &mut self.root_offset {
+            used.reason.clear();
+        }
+        for assumption in &mut self.assumptions {
+            assumption.reason.clear();
+        }
+        self
+    }
+
+    /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What
+    /// was done to the skeleton is a part of that.
+    pub fn record(&self, scene: &mut Scene) {
+        let metadata = &mut scene.metadata;
+        let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
+        metadata.origin.clone_from(&self.source);
+        metadata.root_offset.clone_from(&self.root_offset);
+        // Edits may follow.
+        let last = metadata.steps.iter_mut().rev().find_map(|step| match step {
+            AppliedStep::Retarget { onto, .. } => Some(onto),
+            _ => None,
+        });
+        if let Some(onto) = last {
+            onto.steps = onto_steps;
+        }
+    }
+
+    /// The skeleton onto which the motion was put, where it is not that of the source.
+    #[doc(hidden)]
+    pub fn onto(&self) -> Option<&SecondMotion> {
+        self.steps.iter().rev().find_map(|step| match step {
+            AppliedStep::Retarget { onto, .. } => Some(onto),
+            _ => None,
+        })
+    }
+}

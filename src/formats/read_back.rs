@@ -1,0 +1,111 @@
+//! A file that its own reader refuses is not written.
+//!
+//! What a reader accepts stands in one place, [`Limits`] and [`numbers`]. A writer can leave it: few keys can make a
+//! long take, a name gets a number, lengths get another unit. Whether a scene is near one of the limits is cheap to
+//! say; only then is what was written read again, by its reader itself.
+
+use std::path::Path;
+
+use super::{ReadOptions, Source, WrittenFile, numbers};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FARTHEST, FRAME_RATES, Limits, SMALLEST_SCALE};
+use mocap_scene::scene::{Animation, Node, Scene};
+
+/// How much a writer may change a number: units, rotations of axes, products of two transforms.
+const ROOM: f64 = 1e4;
+
+/// By how many nodes, levels and bytes of a name a file may have more than its scene: groups, end sites, numbers.
+const MORE: usize = 64;
+
+/// The most values of a key: a position, a rotation and a scale.
+const VALUES_OF_CHANNEL: u64 = 10;
+
+/// Refuses files, made of these nodes and animations, that `read` refuses. Without the files that they refer to beside
+/// them, nothing is said.
+///
+/// # Errors
+/// Those of `read`, and of [`numbers::check`].
+pub fn check<'a>(
+    read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    files: &[WrittenFile],
+    nodes: &[Node],
+    animations: impl Iterator<Item = &'a Animation> + Clone,
+) -> Result<()> {
+    let bytes: usize = files.iter().map(WrittenFile::len).sum();
+    let Some(main) = files.last() else { return Ok(()) };
+    if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, bytes)) {
+        return Ok(());
+    }
+    let open = |path: &Path| {
+        let beside = files.iter().find(|file| path.ends_with(file.name()));
+        let missing = || Diagnostic::new(Code::MissingFile, "the file is not one of the output");
+        Ok(beside.ok_or_else(missing)?.bytes().into_owned())
+    };
+    let options = ReadOptions {
+        without_meshes: true,
+        ..ReadOptions::default()
+    };
+    let again = read(
+        &Source {
+            bytes: &main.bytes(),
+            blocks: None,
+            name: Path::new(main.name()),
+            release: &|_| {},
+            open: &open,
+            list: &|_| Vec::new(),
+        },
+        &options,
+    );
+    match again.and_then(|scene| numbers::check(&scene)) {
+        Err(error) if error.code() != Code::MissingFile => {
+            let mut refusal = error.diagnostic().clone();
+            refusal.message = format!("the file would be refused when it is read: {}", refusal.message);
+            refusal.help =
+                Some("write a part of the motion, at a lower frame rate, or without what is too large".into());
+            refusal.location = None;
+            Err(refusal.into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn is_near_in_nodes(nodes: &[Node]) -> bool {
+    let limits = Limits::default();
+    let mut depths: Vec<usize> = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let above = node.parent.and_then(|parent| depths.get(parent.index()));
+        depths.push(above.map_or(1, |above| above + 1));
+    }
+    let deepest = depths.into_iter().max().unwrap_or_default();
+    let longest = nodes.iter().map(|node| node.name.len()).max().unwrap_or_default();
+    nodes.len() + MORE > limits.max_nodes
+        || deepest + MORE > limits.max_depth
+        || longest + MORE > limits.max_name_bytes
+        || nodes.iter().any(|node| is_far(&node.transform.to_cols_array()))
+}
+
+fn is_near_in_animations<'a>(animations: impl Iterator<Item = &'a Animation> + Clone, bytes: usize) -> bool {
+    let mut values = 0_u64;
+    for animation in animations {
+        let rate = animation.ticks_per_second;
+        let frames = animation.duration.abs() as u64 + 1;
+        values = values.saturating_add(frames.saturating_mul(VALUES_OF_CHANNEL * animation.channels.len() as u64));
+        let is_near = !(FRAME_RATES.start() * ROOM..=FRAME_RATES.end() / ROOM.sqrt()).contains(&rate)
+            || animation.channels.iter().any(|channel| {
+                let positions = channel.position_keys.values.iter();
+                let mut scales = channel.scaling_keys.values.iter().flat_map(glam::Vec3::to_array);
+                let is_small = |scale: f32| scale != 0.0 && f64::from(scale.abs()) < SMALLEST_SCALE * ROOM;
+                positions.into_iter().any(|position| is_far(&position.to_array())) || scales.any(is_small)
+            });
+        if is_near {
+            return true;
+        }
+    }
+    values > Limits::default().expanded_values(bytes as u64)
+}
+
+/// Whether one of these is large, or not a number.
+fn is_far(numbers: &[f32]) -> bool {
+    let are_near = numbers.iter().all(|number| f64::from(number.abs()) < FARTHEST / ROOM);
+    !are_near
+}

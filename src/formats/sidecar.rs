@@ -1,0 +1,85 @@
+//! A file beside a file whose format has nothing to say of its origin: `walk.bvh.json` beside `walk.bvh`.
+//!
+//! It has what glTF has in `asset.extras`, and the SHA-256 of the file that it is about, so that it is about no other.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::WrittenFile;
+use super::provenance::Provenance;
+use mocap_scene::scene::{AppliedStep, Scene};
+
+/// What the file says.
+#[derive(Serialize, Deserialize)]
+#[doc(hidden)]
+pub struct Sidecar {
+    /// How the file was made.
+    #[doc(hidden)]
+    pub mocap: Provenance,
+    /// The SHA-256 of the file, as `sha256sum` prints it.
+    sha256: String,
+}
+
+impl Sidecar {
+    /// The file beside `name`, which has these bytes.
+    pub(super) fn of(scene: &Scene, name: &str, bytes: &[u8]) -> WrittenFile {
+        let sidecar = Self {
+            mocap: Provenance::of(scene),
+            sha256: sum(bytes),
+        };
+        let text = serde_json::to_vec_pretty(&sidecar).expect("a provenance has no map without text as keys");
+        WrittenFile::new(format!("{name}.json"), text)
+    }
+
+    /// Its name beside `path`.
+    #[doc(hidden)]
+    pub fn path(path: &Path) -> PathBuf {
+        let mut name = OsString::from(path);
+        name.push(".json");
+        name.into()
+    }
+
+    /// What bytes say; nothing where they are another file, such as one that somebody else has put there.
+    #[doc(hidden)]
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        serde_json::from_slice(bytes).ok()
+    }
+
+    /// Whether it is about a file with this SHA-256.
+    #[doc(hidden)]
+    pub fn is_about(&self, sha256: &str) -> bool {
+        self.sha256 == sha256
+    }
+
+    /// Whether it is about a file with these bytes.
+    #[doc(hidden)]
+    pub fn is_about_bytes(&self, bytes: &[u8]) -> bool {
+        self.is_about(&sum(bytes))
+    }
+
+    /// Tells a scene its unit and its up axis, where its file does not state them.
+    #[doc(hidden)]
+    pub fn tell(&self, scene: &mut Scene) {
+        let steps = self.mocap.steps.iter().rev();
+        let space = steps.filter_map(|step| match *step {
+            AppliedStep::ConvertUnits {
+                out_metres_per_unit,
+                out_up,
+                ..
+            } => Some((out_metres_per_unit, out_up)),
+            _ => None,
+        });
+        if let Some((metres, up)) = space.into_iter().next() {
+            scene.metadata.metres_per_unit.get_or_insert(metres);
+            scene.metadata.up.get_or_insert(up);
+        }
+    }
+}
+
+fn sum(bytes: &[u8]) -> String {
+    let digits = Sha256::digest(bytes);
+    digits.iter().map(|byte| format!("{byte:02x}")).collect()
+}

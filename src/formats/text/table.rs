@@ -1,0 +1,97 @@
+//! The lines of a text in columns: its header, and then a row of numbers for each frame.
+
+use super::{Cursor, Word, is_line_end, is_space, number, quote};
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+
+/// Goes through the lines of a text.
+pub(crate) struct Table<'a> {
+    pub(crate) cursor: Cursor<'a>,
+}
+
+impl<'a> Table<'a> {
+    pub(crate) fn new(text: &'a [u8]) -> Self {
+        Self {
+            cursor: Cursor::new(text),
+        }
+    }
+
+    /// The next line that is not empty.
+    pub(crate) fn next_line(&mut self) -> Option<Word<'a>> {
+        loop {
+            self.cursor.take_while(is_line_end);
+            let line = self.cursor.take_while(|byte| !is_line_end(byte));
+            if line.bytes.is_empty() {
+                return None;
+            }
+            if !line.bytes.iter().copied().all(is_space) {
+                return Some(line);
+            }
+        }
+    }
+
+    /// The next line of the header, which must be there.
+    pub(crate) fn header_line(&mut self, expected: &str) -> Result<Word<'a>, Failure> {
+        self.next_line().ok_or_else(|| {
+            Box::new(
+                Diagnostic::new(Code::UnexpectedEnd, "the file ends within its header")
+                    .at(self.cursor.locate_end())
+                    .expected_found(expected, "the end of the file")
+                    .help("the file is cut off: export or download it again"),
+            )
+        })
+    }
+
+    /// The error of a word that is not what its place needs.
+    pub(crate) fn refused(&self, word: Word<'_>, message: &str, expected: &str) -> Failure {
+        Box::new(
+            Diagnostic::new(Code::MissingKeyword, message)
+                .at(self.cursor.locate(word))
+                .expected_found(expected, quote(word.bytes))
+                .help("check that the file is what its name says, or export it again"),
+        )
+    }
+
+    /// The number of a cell; NaN where it is empty or says so. `what` is what the number is.
+    pub(crate) fn number(&self, cell: Word<'_>, what: &str) -> Result<f64, Failure> {
+        if cell.bytes.is_empty() {
+            return Ok(f64::NAN);
+        }
+        match number::parse(cell.bytes) {
+            Some(number) if number.length == cell.bytes.len() => Ok(number.value),
+            _ => Err(Box::new(
+                Diagnostic::new(Code::InvalidNumber, format!("{what} is not a number"))
+                    .at(self.cursor.locate(cell))
+                    .expected_found("a number, or an empty cell", quote(cell.bytes))
+                    .help("export the file again"),
+            )),
+        }
+    }
+}
+
+/// The words of a line. Where it has tabs, names may have blanks.
+pub(crate) fn words(line: Word<'_>) -> Vec<Word<'_>> {
+    let mut found = cells(line);
+    found.retain(|cell| !cell.bytes.is_empty());
+    found
+}
+
+/// The cells of a line: between tabs, or where it has none, between blanks.
+pub(crate) fn cells(line: Word<'_>) -> Vec<Word<'_>> {
+    let has_tabs = line.bytes.contains(&b'\t');
+    let is_end = |byte: &u8| if has_tabs { *byte == b'\t' } else { is_space(*byte) };
+    let mut offset = line.offset;
+    let mut found = Vec::new();
+    for cell in line.bytes.split(is_end) {
+        let blanks = cell.iter().take_while(|byte| is_space(**byte)).count();
+        let word = Word {
+            bytes: cell.trim_ascii(),
+            offset: offset + blanks,
+        };
+        if has_tabs || !word.bytes.is_empty() {
+            found.push(word);
+        }
+        offset += cell.len() + 1;
+    }
+    found
+}

@@ -1,0 +1,46 @@
+//! TRC: the positions of markers in text, as Motion Analysis and OpenSim have them.
+//!
+//! | line | holds |
+//! |---|---|
+//! | 1 | `PathFileType`, a version, `(X/Y/Z)`, the name of the file |
+//! | 2, 3 | keys, and below each its value: `DataRate`, `NumFrames`, `NumMarkers`, `Units` and others |
+//! | 4 | `Frame#`, `Time`, and the name of each marker above the first of its three columns |
+//! | 5 | `X1`, `Y1`, `Z1`, `X2`, ... |
+//! | others | a frame: its number, its time, three numbers of each marker; empty cells where it was not seen |
+//!
+//! Columns are separated by tabs; files of other programs have blanks, and then no empty cells. Positions are in the
+//! unit of the file and keep their axes: it does not say which is up. A marker that jumps to 0, 0, 0 was not seen
+//! there.
+//!
+//! Written are the positions of all joints, or of the markers of a file that has them, in millimetres.
+//! The format is described by OpenSim, *Marker (.trc) Files*.
+
+mod read;
+mod write;
+
+use super::{FormatInfo, WriteOption};
+use mocap_scene::scene::Format;
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    format: Format::Trc,
+    name: "TRC",
+    description: "TRC markers",
+    extensions: &["trc"],
+    reading: "good: markers, from which `mocap solve` makes a skeleton",
+    writing: "good: positions of markers or joints",
+    sniff: read::sniff,
+    reads_blocks: false,
+    reads: true,
+    read: read::read,
+    write: Some(write::files),
+    options: &[WriteOption::Names, WriteOption::Rest, WriteOption::RootMotion],
+    has_one_clip: true,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
+    has_rest_rotations: true,
+    keeps_shear: true,
+};
+
+/// The first word of every file.
+const FIRST_WORD: &str = "PathFileType";

@@ -1,0 +1,95 @@
+//! Writes TRC.
+
+use std::fmt::Write as _;
+
+use glam::Vec3;
+
+use super::FIRST_WORD;
+use crate::numbers;
+use crate::written::unit_warning;
+use crate::{WriteOptions, Written, WrittenFile};
+use mocap_scene::error::Result;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Format, Keys, NodeKind, Scene};
+
+/// Millimetres in a metre: scenes come in metres.
+const MILLIMETRES: f32 = 1000.0;
+
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    numbers::check(scene)?;
+    let nodes: Vec<usize> = (0..scene.nodes.len())
+        .filter(|node| scene.nodes[*node].kind != NodeKind::Group)
+        .collect();
+    let text = text(scene, &nodes, &options.name);
+    Ok(Written {
+        warnings: Vec::from_iter(unit_warning(scene, "TRC")),
+        nodes: nodes.len(),
+        ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
+    })
+}
+
+fn text(scene: &Scene, nodes: &[usize], name: &str) -> String {
+    let animation = scene.animations.first();
+    let frames = animation.map_or(1, Animation::frame_count);
+    let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
+    let count = nodes.len();
+    let mut text = format!("{FIRST_WORD}\t4\t(X/Y/Z)\t{}\n", cell(name));
+    text += "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n";
+    let _ = writeln!(text, "{rate}\t{rate}\t{frames}\t{count}\tmm\t{rate}\t1\t{frames}");
+    text += "Frame#\tTime";
+    for node in nodes {
+        let _ = write!(text, "\t{}\t\t", cell(&scene.nodes[*node].name));
+    }
+    text += "\n\t";
+    for marker in 1..=count {
+        let _ = write!(text, "\tX{marker}\tY{marker}\tZ{marker}");
+    }
+    text += "\n\n";
+    let binding = animation.map(|animation| Binding::new(scene, animation));
+    let markers = markers(scene, animation);
+    let mut pose = Pose::rest(scene);
+    for frame in 0..frames {
+        if let (Some(binding), Some(animation)) = (&binding, animation) {
+            pose.sample(binding, animation, frame as f64);
+        }
+        let _ = write!(text, "{}\t{:.6}", frame + 1, frame as f64 / rate);
+        for &node in nodes {
+            if markers[node].is_some_and(|keys| !is_seen(keys, frame)) {
+                text += "\t\t\t";
+                continue;
+            }
+            let position = pose.node_to_world[node].w_axis * MILLIMETRES;
+            let _ = write!(text, "\t{:.4}\t{:.4}\t{:.4}", position.x, position.y, position.z);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// The positions of markers, at each node; of a scene that has none, nothing.
+fn markers<'s>(scene: &'s Scene, animation: Option<&'s Animation>) -> Vec<Option<&'s Keys<Vec3>>> {
+    let mut markers = vec![None; scene.nodes.len()];
+    if !matches!(scene.metadata.format, Some(Format::C3d | Format::Trc)) {
+        return markers;
+    }
+    for channel in animation.iter().flat_map(|animation| &animation.channels) {
+        if let Some(node) = channel.node {
+            markers[node.index()] = Some(&channel.position_keys);
+        }
+    }
+    markers
+}
+
+/// Whether a marker was seen in a frame. One that never moves has one key.
+fn is_seen(keys: &Keys<Vec3>, frame: usize) -> bool {
+    match (&keys.ticks, keys.values.len()) {
+        (_, 1) => true,
+        (Some(ticks), _) => ticks.binary_search_by(|tick| tick.total_cmp(&(frame as f64))).is_ok(),
+        (None, count) => frame < count,
+    }
+}
+
+/// A name without what separates columns and rows.
+fn cell(name: &str) -> String {
+    name.replace(|letter: char| letter.is_control(), " ")
+}

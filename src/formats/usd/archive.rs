@@ -1,0 +1,163 @@
+//! `.usdz`: a ZIP archive of stored files, each of which begins at a multiple of 64 bytes, so that it can be mapped.
+//! The first is the stage. (Pixar, Usdz File Format Specification.)
+
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::files::ZIP_HEAD;
+
+/// Where the bytes of a file may begin.
+const ALIGNMENT: usize = 64;
+
+const CENTRAL: &[u8] = b"PK\x01\x02";
+const END: &[u8] = b"PK\x05\x06";
+
+/// Bytes of a header before its name.
+const LOCAL_LENGTH: usize = 30;
+const CENTRAL_LENGTH: usize = 46;
+const END_LENGTH: usize = 22;
+
+/// Bytes of the longest comment at the end of an archive.
+const LONGEST_COMMENT: usize = 65_535;
+
+/// The extra field that fills up: its number is that of Pixar's writer.
+const PADDING: u16 = 0x1986;
+
+/// 1 January 1980, so that equal files give equal bytes.
+const DATE: u16 = 0x0021;
+
+/// Whether the first file of an archive is a stage.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    let name = || {
+        let length = usize::from(u16_at(bytes, 26)?);
+        bytes.get(LOCAL_LENGTH..LOCAL_LENGTH + length)
+    };
+    bytes.starts_with(ZIP_HEAD) && name().is_some_and(is_stage)
+}
+
+fn is_stage(name: &[u8]) -> bool {
+    let lower = name.to_ascii_lowercase();
+    [".usda", ".usdc", ".usd"]
+        .iter()
+        .any(|end| lower.ends_with(end.as_bytes()))
+}
+
+/// The archive of these files; `None` where it would be larger than 4 GiB, which the format has no field for.
+pub(super) fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
+    let (mut out, mut central) = (Vec::new(), Vec::new());
+    for (name, bytes) in files {
+        let offset = u32::try_from(out.len()).ok()?;
+        let size = u32::try_from(bytes.len()).ok()?;
+        // What both headers have: version 1.0, no flags, stored, the date, the sum, the sizes.
+        let mut shared = Vec::new();
+        for number in [10, 0, 0, 0, DATE] {
+            shared.extend(number.to_le_bytes());
+        }
+        for number in [zlib_rs::crc32::crc32(0, bytes), size, size] {
+            shared.extend(number.to_le_bytes());
+        }
+        shared.extend(u16::try_from(name.len()).ok()?.to_le_bytes());
+        let begin = out.len() + LOCAL_LENGTH + name.len() + 4;
+        let padding = begin.next_multiple_of(ALIGNMENT) - begin;
+        out.extend(ZIP_HEAD);
+        out.extend(&shared);
+        out.extend((padding as u16 + 4).to_le_bytes());
+        out.extend(name.as_bytes());
+        out.extend(PADDING.to_le_bytes());
+        out.extend((padding as u16).to_le_bytes());
+        out.resize(out.len() + padding, 0);
+        out.extend(*bytes);
+        central.extend(CENTRAL);
+        central.extend(10_u16.to_le_bytes());
+        central.extend(shared);
+        // No extra field, no comment, the first disk, no attributes.
+        central.extend([0; 12]);
+        central.extend(offset.to_le_bytes());
+        central.extend(name.as_bytes());
+    }
+    let begin = u32::try_from(out.len()).ok()?;
+    let count = u16::try_from(files.len()).ok()?;
+    let size = u32::try_from(central.len()).ok()?;
+    out.extend(central);
+    out.extend(END);
+    out.extend([0; 4]);
+    out.extend(count.to_le_bytes());
+    out.extend(count.to_le_bytes());
+    out.extend(size.to_le_bytes());
+    out.extend(begin.to_le_bytes());
+    out.extend([0; 2]);
+    Some(out)
+}
+
+/// The stage of an archive: the bytes of its first file.
+pub(super) fn stage(archive: &[u8]) -> Result<&[u8], Failure> {
+    let broken = |what: &str| {
+        let message = format!("the archive is broken: {what}");
+        Box::new(Diagnostic::new(Code::InvalidUsd, message).help("export or download it again"))
+    };
+    let last = archive.len().checked_sub(END_LENGTH);
+    let last = last.ok_or_else(|| broken("its end is missing"))?;
+    let first = last.saturating_sub(LONGEST_COMMENT);
+    let end = (first..=last).rev().find(|at| archive[*at..].starts_with(END));
+    let end = end.ok_or_else(|| broken("its end is missing"))?;
+    let entry = u32_at(archive, end + 16).map(|at| at as usize);
+    let entry = entry.filter(|at| archive.get(*at..).is_some_and(|rest| rest.starts_with(CENTRAL)));
+    let entry = entry.ok_or_else(|| broken("its list of files is missing"))?;
+    let number = |at: usize| u32_at(archive, entry + at).map(|number| number as usize);
+    if u16_at(archive, entry + 10) != Some(0) {
+        return Err(broken("its first file is compressed, and those of a .usdz are stored"));
+    }
+    let bytes = || {
+        let (size, local) = (number(24)?, number(42)?);
+        if entry + CENTRAL_LENGTH > archive.len() || !archive.get(local..)?.starts_with(ZIP_HEAD) {
+            return None;
+        }
+        let name = usize::from(u16_at(archive, local + 26)?);
+        let extra = usize::from(u16_at(archive, local + 28)?);
+        let begin = local.checked_add(LOCAL_LENGTH)?.checked_add(name + extra)?;
+        archive.get(begin..begin.checked_add(size)?)
+    };
+    let bytes = bytes().ok_or_else(|| broken("its first file is cut off"))?;
+    if number(16) != Some(zlib_rs::crc32::crc32(0, bytes) as usize) {
+        return Err(broken("the sum of its first file is another"));
+    }
+    Ok(bytes)
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
+    let bytes = bytes.get(at..)?.first_chunk::<2>()?;
+    Some(u16::from_le_bytes(*bytes))
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
+    let bytes = bytes.get(at..)?.first_chunk::<4>()?;
+    Some(u32::from_le_bytes(*bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_begin_at_multiples_of_64_bytes_and_a_broken_archive_is_refused() {
+        let files = [
+            ("a.usda".to_owned(), &b"#usda 1.0\n"[..]),
+            ("textures/b.png".to_owned(), &b"image"[..]),
+        ];
+        let archive = write(&files).unwrap();
+        assert!(sniff(&archive));
+        assert_eq!(stage(&archive).unwrap(), files[0].1);
+        for (_, bytes) in &files {
+            let at = archive
+                .windows(bytes.len())
+                .position(|window| window == *bytes)
+                .unwrap();
+            assert_eq!(at % ALIGNMENT, 0);
+        }
+        for length in 0..archive.len() {
+            assert!(stage(&archive[..length]).is_err(), "{length}");
+        }
+        let mut flipped = archive.clone();
+        flipped[64] ^= 1;
+        assert!(stage(&flipped).is_err());
+    }
+}

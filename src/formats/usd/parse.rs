@@ -1,0 +1,358 @@
+//! The text form of USD: prims within prims, with attributes, relationships and metadata.
+//!
+//! ```text
+//! layer     := "#usda 1.0" metadata? prim*
+//! prim      := ("def" | "over" | "class") type? "name" metadata? "{" (prim | property | variants)* "}"
+//! property  := qualifier* type "[]"? name (".timeSamples" | ".connect")? ("=" value)? metadata?
+//! metadata  := "(" (name "=" value)* ")"
+//! ```
+//!
+//! A value is kept as its numbers, or as its texts, in the order of the file: what a list or a tuple is follows from
+//! the attribute. Nothing here recurses, so that no file is too deep.
+
+mod tokens;
+
+use std::collections::HashMap;
+
+use self::tokens::{Tokens, is_word, text_of};
+use crate::Failure;
+use crate::text::Word;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+
+/// Values by their names.
+pub(super) type Metadata = HashMap<String, Value>;
+
+/// What an attribute holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Value {
+    pub(super) numbers: Vec<f64>,
+    /// Texts, tokens, paths and names of files.
+    pub(super) texts: Vec<String>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Attribute {
+    pub(super) value: Option<Value>,
+    /// The values at times, in the order of the file.
+    pub(super) samples: Vec<(f64, Value)>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Prim {
+    pub(super) kind: String,
+    pub(super) name: String,
+    pub(super) parent: Option<usize>,
+    pub(super) attributes: HashMap<String, Attribute>,
+    pub(super) metadata: Metadata,
+}
+
+/// The prims of a layer, a parent before its children.
+#[derive(Debug, Default)]
+pub(super) struct Layer {
+    pub(super) metadata: Metadata,
+    pub(super) prims: Vec<Prim>,
+}
+
+impl Layer {
+    /// The path of a prim.
+    pub(super) fn path(&self, mut prim: usize) -> String {
+        let mut names = vec![self.prims[prim].name.as_str()];
+        while let Some(parent) = self.prims[prim].parent {
+            names.push(&self.prims[parent].name);
+            prim = parent;
+        }
+        names.reverse();
+        format!("/{}", names.join("/"))
+    }
+}
+
+/// The layer; of the attributes, only those that this crate reads.
+pub(super) fn parse(text: &[u8], limits: &Limits) -> Result<Layer, Failure> {
+    Parser::new(text, limits).layer()
+}
+
+/// The metadata of a layer alone.
+pub(super) fn metadata(text: &[u8], limits: &Limits) -> Result<Metadata, Failure> {
+    Parser::new(text, limits).metadata_of_layer()
+}
+
+/// Whether an attribute is read: those of skeletons and their animations, and transforms of any prim. The points of
+/// meshes need not be kept.
+fn is_read(kind: &str, name: &str) -> bool {
+    matches!(kind, "Skeleton" | "SkelAnimation") || name.starts_with("xformOp") || name == "skel:animationSource"
+}
+
+struct Parser<'a> {
+    tokens: Tokens<'a>,
+    limits: &'a Limits,
+    /// How many more values may be kept.
+    values: u64,
+}
+
+impl<'a> Parser<'a> {
+    fn new(text: &'a [u8], limits: &'a Limits) -> Self {
+        Self {
+            tokens: Tokens::new(text),
+            limits,
+            values: limits.max_values,
+        }
+    }
+
+    fn metadata_of_layer(&mut self) -> Result<Metadata, Failure> {
+        match self.tokens.peek() {
+            Some(b'(') => self.metadata(),
+            _ => Ok(Metadata::default()),
+        }
+    }
+
+    fn layer(&mut self) -> Result<Layer, Failure> {
+        let mut layer = Layer {
+            metadata: self.metadata_of_layer()?,
+            ..Layer::default()
+        };
+        let mut open: Vec<usize> = Vec::new();
+        while let Some(next) = self.tokens.peek() {
+            match next {
+                b'}' => {
+                    let closed = open.pop();
+                    closed.ok_or_else(|| self.tokens.unexpected("a prim, or the end"))?;
+                    self.tokens.pass(1);
+                }
+                b';' => self.tokens.pass(1),
+                _ => {
+                    let word = self.tokens.word()?;
+                    match (word.bytes, open.last()) {
+                        (b"def" | b"over" | b"class", parent) => {
+                            let prim = self.prim(parent.copied())?;
+                            open.push(layer.prims.len());
+                            self.check_size(layer.prims.len(), open.len())?;
+                            layer.prims.push(prim);
+                        }
+                        (b"variantSet" | b"reorder", Some(_)) => self.skip_statement()?,
+                        (_, Some(&prim)) => self.property(word, &mut layer.prims[prim])?,
+                        (_, None) => return Err(self.tokens.unexpected_word(word, "def, over or class")),
+                    }
+                }
+            }
+        }
+        match open.last() {
+            None => Ok(layer),
+            Some(prim) => {
+                let name = &layer.prims[*prim].name;
+                let message = format!("the file ends within the prim {name:?}");
+                Err(Diagnostic::new(Code::UnexpectedEnd, message)
+                    .at(self.tokens.end())
+                    .into())
+            }
+        }
+    }
+
+    /// A prim up to its brace.
+    fn prim(&mut self, parent: Option<usize>) -> Result<Prim, Failure> {
+        let mut prim = Prim {
+            parent,
+            ..Prim::default()
+        };
+        if self.tokens.peek() != Some(b'"') {
+            prim.kind = text_of(self.tokens.word()?);
+        }
+        prim.name = self.tokens.string()?;
+        if prim.name.len() > self.limits.max_name_bytes {
+            let most = format!("at most {} bytes in a name", self.limits.max_name_bytes);
+            return Err(limit_exceeded(most, prim.name.len().to_string()).into());
+        }
+        if self.tokens.peek() == Some(b'(') {
+            prim.metadata = self.metadata()?;
+        }
+        self.tokens.expect(b'{')?;
+        Ok(prim)
+    }
+
+    fn check_size(&self, count: usize, depth: usize) -> Result<(), Failure> {
+        let (nodes, deep) = (self.limits.max_nodes, self.limits.max_depth);
+        if count >= nodes {
+            return Err(limit_exceeded(format!("at most {nodes} prims"), "more".to_owned()).into());
+        }
+        if depth > deep {
+            return Err(limit_exceeded(format!("at most {deep} prims within each other"), "more".to_owned()).into());
+        }
+        Ok(())
+    }
+
+    /// An attribute or a relationship, whose first word was read.
+    fn property(&mut self, first: Word<'a>, prim: &mut Prim) -> Result<(), Failure> {
+        // Qualifiers and the type stand before the name, which is the last word before `=`, `(` or the next statement.
+        let mut name = first;
+        loop {
+            match self.tokens.peek_on_line() {
+                Some(b'[') => {
+                    self.tokens.pass(1);
+                    self.tokens.expect(b']')?;
+                }
+                Some(byte) if is_word(byte) => name = self.tokens.word()?,
+                _ => break,
+            }
+        }
+        let begin = self.tokens.offset();
+        let name = text_of(name);
+        if self.tokens.peek() != Some(b'=') {
+            self.tokens.back_to(begin);
+        } else {
+            self.tokens.pass(1);
+            match name.strip_suffix(".timeSamples") {
+                Some(name) => {
+                    let samples = self.samples(is_read(&prim.kind, name))?;
+                    if !samples.is_empty() {
+                        prim.attributes.entry(name.to_owned()).or_default().samples = samples;
+                    }
+                }
+                None => {
+                    let value = self.value()?;
+                    if is_read(&prim.kind, &name) {
+                        self.count(&value)?;
+                        prim.attributes.entry(name).or_default().value = Some(value);
+                    }
+                }
+            }
+        }
+        let begin = self.tokens.offset();
+        match self.tokens.peek() {
+            Some(b'(') => self.metadata().map(drop),
+            _ => {
+                self.tokens.back_to(begin);
+                Ok(())
+            }
+        }
+    }
+
+    /// `{ 0: value, 1: value, }`.
+    fn samples(&mut self, is_read: bool) -> Result<Vec<(f64, Value)>, Failure> {
+        let mut samples = Vec::new();
+        self.tokens.expect(b'{')?;
+        loop {
+            match self.tokens.peek() {
+                Some(b'}') => {
+                    self.tokens.pass(1);
+                    return Ok(samples);
+                }
+                Some(b',') => self.tokens.pass(1),
+                _ => {
+                    let time = self.tokens.number()?;
+                    self.tokens.expect(b':')?;
+                    let value = self.value()?;
+                    if is_read {
+                        self.count(&value)?;
+                        samples.push((time, value));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Holds a value that is kept against the limit; one without numbers counts too.
+    fn count(&mut self, value: &Value) -> Result<(), Failure> {
+        let count = 1 + value.numbers.len() as u64 + value.texts.len() as u64;
+        match self.values.checked_sub(count) {
+            Some(rest) => {
+                self.values = rest;
+                Ok(())
+            }
+            None => {
+                let most = format!("at most {} values of skeletons and animations", self.limits.max_values);
+                Err(limit_exceeded(most, "more".to_owned()).into())
+            }
+        }
+    }
+
+    /// A value: a number, a text, or a list of them, with all lists within it.
+    fn value(&mut self) -> Result<Value, Failure> {
+        let mut value = Value::default();
+        let mut depth = 0_usize;
+        loop {
+            let Some(next) = self.tokens.peek() else {
+                return Err(self.tokens.unexpected("a value"));
+            };
+            match next {
+                b'(' | b'[' | b'{' => {
+                    depth += 1;
+                    self.tokens.pass(1);
+                }
+                b')' | b']' | b'}' if depth > 0 => {
+                    depth -= 1;
+                    self.tokens.pass(1);
+                }
+                b',' | b':' | b'=' | b';' if depth > 0 => self.tokens.pass(1),
+                b'"' | b'\'' => value.texts.push(self.tokens.string()?),
+                b'<' => value.texts.push(self.tokens.delimited(b'>')?),
+                b'@' => value.texts.push(self.tokens.delimited(b'@')?),
+                b'-' | b'+' | b'.' | b'0'..=b'9' => value.numbers.push(self.tokens.number()?),
+                _ => match self.tokens.word()? {
+                    word if word.bytes == b"None" => {}
+                    word if is_not_finite(word.bytes) => value.numbers.push(f64::NAN),
+                    word => value.texts.push(text_of(word)),
+                },
+            }
+            if depth == 0 {
+                return Ok(value);
+            }
+        }
+    }
+
+    /// `( name = value ... )`; a text alone is a comment.
+    fn metadata(&mut self) -> Result<Metadata, Failure> {
+        let mut found = Metadata::new();
+        self.tokens.expect(b'(')?;
+        loop {
+            match self.tokens.peek() {
+                Some(b')') => {
+                    self.tokens.pass(1);
+                    return Ok(found);
+                }
+                Some(b'"' | b'\'') => drop(self.tokens.string()?),
+                Some(b';' | b',') => self.tokens.pass(1),
+                _ => {
+                    let mut name = self.tokens.word()?;
+                    // `prepend apiSchemas = [...]`
+                    while self.tokens.peek() != Some(b'=') {
+                        name = self.tokens.word()?;
+                    }
+                    self.tokens.pass(1);
+                    let value = self.value()?;
+                    found.insert(text_of(name), value);
+                    // `@file@</Prim> (offset = 1)`
+                    if self.tokens.peek() == Some(b'<') {
+                        self.tokens.delimited(b'>')?;
+                    }
+                }
+            }
+        }
+    }
+
+    /// What this reader has no use for, up to the end of its braces.
+    fn skip_statement(&mut self) -> Result<(), Failure> {
+        let mut depth = 0_usize;
+        loop {
+            match self.tokens.peek() {
+                None => return Err(self.tokens.unexpected("}")),
+                Some(b'"' | b'\'') => drop(self.tokens.string()?),
+                Some(b'{' | b'(' | b'[') => {
+                    depth += 1;
+                    self.tokens.pass(1);
+                }
+                Some(close @ (b'}' | b')' | b']')) => {
+                    depth = depth.checked_sub(1).ok_or_else(|| self.tokens.unexpected("a value"))?;
+                    self.tokens.pass(1);
+                    if depth == 0 && close != b')' {
+                        return Ok(());
+                    }
+                }
+                Some(_) => self.tokens.pass(1),
+            }
+        }
+    }
+}
+
+fn is_not_finite(word: &[u8]) -> bool {
+    matches!(word, b"inf" | b"nan")
+}

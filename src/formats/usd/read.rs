@@ -1,0 +1,146 @@
+//! Reads the skeleton of a layer, and its animations.
+//!
+//! | in the file | in the scene |
+//! |---|---|
+//! | the first `Skeleton`; a further one gives a warning | nodes |
+//! | `joints`, `jointNames` | the graph, and the names |
+//! | `restTransforms`, or else `bindTransforms` | the rest pose |
+//! | transforms of the prims above the skeleton, as they are at the first time | a group above its roots |
+//! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
+//! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
+//! | meshes, materials, blend shapes | nothing, with an assumption in the scene |
+//! | references, payloads, variants | nothing, with a warning |
+
+mod animation;
+mod skeleton;
+
+use super::BINARY;
+use super::archive;
+use super::parse::{self, Layer};
+use crate::provenance::Provenance;
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions, Source};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::{PROVENANCE, USD_HEAD};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
+
+pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+/// What a file of this crate says of itself.
+pub(super) fn provenance(bytes: &[u8]) -> Option<Provenance> {
+    if !super::sniff(bytes) {
+        return None;
+    }
+    let metadata = parse::metadata(text(bytes).ok()?, &Limits::default()).ok()?;
+    // `{ string mocap = "..." }`
+    let mut texts = metadata.get("customLayerData")?.texts.iter();
+    texts.find(|text| *text == PROVENANCE)?;
+    serde_json::from_str(texts.next()?).ok()
+}
+
+/// The text of a file, or of the stage in an archive.
+fn text(bytes: &[u8]) -> Result<&[u8], Failure> {
+    let bytes = match archive::sniff(bytes) {
+        true => archive::stage(bytes)?,
+        false => bytes,
+    };
+    if bytes.starts_with(BINARY) {
+        let message = "the file is binary USD (.usdc), which is not read";
+        let help = "make text of it with a tool of USD: usdcat FILE -o FILE.usda; or export .usda, .glb or .fbx";
+        return Err(Diagnostic::new(Code::UnreadableFormat, message).help(help).into());
+    }
+    if !bytes.starts_with(USD_HEAD) {
+        let message = "the file does not begin with #usda, as text of USD does";
+        return Err(Diagnostic::new(Code::InvalidUsd, message)
+            .help("export or download it again")
+            .into());
+    }
+    Ok(bytes)
+}
+
+fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let layer = parse::parse(text(bytes)?, &options.limits)?;
+    let skeleton = skeleton::read(&layer, options, warnings)?;
+    let mut scene = Scene {
+        nodes: skeleton.nodes.clone(),
+        ..Scene::default()
+    };
+    scene.metadata.format = Some(Format::Usd);
+    scene.metadata.metres_per_unit = Some(metres(&layer)?);
+    scene.metadata.up = Some(up(&layer)?);
+    scene.animations = animation::read(&layer, &skeleton, options, warnings)?;
+    joints_that_are_no_tips(&mut scene);
+    let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
+    if meshes > 0 {
+        scene.metadata.assumptions.push(Assumption {
+            topic: Topic::Meshes,
+            choice: "left out".to_owned(),
+            reason: format!("the skeleton and the motion of USD are read, and the file has meshes ({meshes})"),
+            confidence: None,
+        });
+    }
+    if scene.animations.is_empty() {
+        warnings.push(Code::NoMotion, || {
+            let message = "no SkelAnimation drives the skeleton: the scene has no animation";
+            Diagnostic::new(Code::NoMotion, message)
+        });
+    }
+    Ok(scene)
+}
+
+/// End sites are tips that do not move: what the file marks as one, and moves or has below it a joint, is a joint.
+fn joints_that_are_no_tips(scene: &mut Scene) {
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    for node in channels.filter_map(|channel| channel.node).collect::<Vec<NodeId>>() {
+        make_joint(scene, node);
+    }
+    // Children stand after their parents, so that a joint reaches all above it.
+    for index in (0..scene.nodes.len()).rev() {
+        let node = &scene.nodes[index];
+        if let Some(parent) = node.parent.filter(|_| node.kind != NodeKind::EndSite) {
+            make_joint(scene, parent);
+        }
+    }
+}
+
+fn make_joint(scene: &mut Scene, node: NodeId) {
+    let node = &mut scene.nodes[node.index()];
+    if node.kind == NodeKind::EndSite {
+        node.kind = NodeKind::Joint;
+    }
+}
+
+fn metadata_number(layer: &Layer, name: &str) -> Option<f64> {
+    layer.metadata.get(name)?.numbers.first().copied()
+}
+
+/// Metres in a unit: the centimetre where the layer states none, as USD has it.
+fn metres(layer: &Layer) -> Result<f64, Failure> {
+    const DEFAULT: f64 = 0.01;
+    let stated = metadata_number(layer, "metersPerUnit").unwrap_or(DEFAULT);
+    Ok(mocap_scene::limits::positive(
+        Code::InvalidUsd,
+        "metersPerUnit",
+        stated,
+    )?)
+}
+
+/// The axis that points up: +Y where the layer states none, as USD has it.
+fn up(layer: &Layer) -> Result<UpAxis, Failure> {
+    let stated = layer.metadata.get("upAxis").and_then(|value| value.texts.first());
+    match stated.map(String::as_str) {
+        None | Some("Y") => Ok(UpAxis::Y),
+        Some("Z") => Ok(UpAxis::Z),
+        Some(other) => {
+            let message = "upAxis must be Y or Z";
+            Err(Diagnostic::new(Code::InvalidUsd, message)
+                .expected_found("\"Y\" or \"Z\"", format!("{other:?}"))
+                .into())
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The animations of a skeleton.
+
+use glam::{Quat, Vec3};
+
+use super::metadata_number;
+use super::skeleton::{Skeleton, texts};
+use crate::usd::parse::{Attribute, Layer, Prim};
+use crate::usd::{DURATION, RATE};
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::is_plausible;
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
+
+/// Time codes a second where the layer states none, as USD has it.
+const DEFAULT_RATE: f64 = 24.0;
+
+/// How far a tick may be from a whole one and count as it: time codes are rounded.
+const WHOLE: f64 = 1e-9;
+
+pub(super) fn read(
+    layer: &Layer,
+    skeleton: &Skeleton,
+    options: &ReadOptions,
+    warnings: &mut Warnings,
+) -> Result<Vec<Animation>, Failure> {
+    let mut found = Vec::new();
+    for (index, prim) in layer
+        .prims
+        .iter()
+        .enumerate()
+        .filter(|(_, prim)| prim.kind == "SkelAnimation")
+    {
+        let is_bound = skeleton.source.as_deref() == Some(&layer.path(index));
+        let times = Times::of(layer, prim, options)?;
+        if let Some(animation) = times.animation(prim, skeleton, warnings)? {
+            found.push((!is_bound, animation));
+        }
+    }
+    // Stable: the others stay in the order of the file.
+    found.sort_by_key(|(is_other, _)| *is_other);
+    Ok(found.into_iter().map(|(_, animation)| animation).collect())
+}
+
+/// The ticks of an attribute, and its numbers at each, N for every joint.
+type Track<const N: usize> = (Vec<f64>, Vec<Vec<[f32; N]>>);
+
+/// Time codes as ticks.
+struct Times {
+    /// Ticks in a time code, and the time code of the first tick.
+    ticks: f64,
+    start: f64,
+    /// Ticks a second.
+    rate: f64,
+    duration: Option<f64>,
+}
+
+impl Times {
+    fn of(layer: &Layer, prim: &Prim, options: &ReadOptions) -> Result<Self, Failure> {
+        let own = |name: &str| Some(*prim.attributes.get(name)?.value.as_ref()?.numbers.first()?);
+        let codes = metadata_number(layer, "timeCodesPerSecond").or(metadata_number(layer, "framesPerSecond"));
+        let codes = codes.unwrap_or(DEFAULT_RATE);
+        let stated = own(RATE).unwrap_or(codes);
+        let rate = options.frame_rate_or(stated)?;
+        let ticks = stated / codes;
+        if !(ticks.is_finite() && ticks > 0.0) {
+            let message = format!("timeCodesPerSecond must be finite and above 0, got {codes}");
+            return Err(Diagnostic::new(Code::FrameTime, message).into());
+        }
+        let times = || {
+            prim.attributes
+                .values()
+                .flat_map(|attribute| &attribute.samples)
+                .map(|(time, _)| *time)
+        };
+        let start = times().fold(f64::INFINITY, f64::min);
+        let start = if start.is_finite() { start } else { 0.0 };
+        Ok(Self {
+            ticks,
+            start: metadata_number(layer, "startTimeCode")
+                .filter(|stated| *stated <= start)
+                .unwrap_or(start),
+            rate,
+            duration: own(DURATION).filter(|duration| duration.is_finite() && *duration >= 0.0),
+        })
+    }
+
+    fn tick(&self, time: f64) -> f64 {
+        let tick = (time - self.start) * self.ticks;
+        if (tick - tick.round()).abs() < WHOLE {
+            tick.round()
+        } else {
+            tick
+        }
+    }
+
+    fn animation(
+        &self,
+        prim: &Prim,
+        skeleton: &Skeleton,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Animation>, Failure> {
+        let joints = texts(prim, "joints");
+        let attribute = |name: &str| prim.attributes.get(name);
+        let positions = self.track::<3>(attribute("translations"), joints, "translations")?;
+        let rotations = self.track::<4>(attribute("rotations"), joints, "rotations")?;
+        let scales = self.track::<3>(attribute("scales"), joints, "scales")?;
+        let last = [&positions.0, &rotations.0, &scales.0]
+            .into_iter()
+            .filter_map(|ticks| ticks.last());
+        let last = last.copied().fold(0.0, f64::max);
+        let mut channels = Vec::new();
+        let mut free = skeleton.joints.clone();
+        for (column, joint) in joints.iter().enumerate() {
+            // Removed, because a second channel of a joint has no meaning.
+            let Some(node) = free.remove(joint) else {
+                warnings.tally(Code::IgnoredChannel, || {
+                    let message = "an animation has a joint that the skeleton has not, or has it twice";
+                    Diagnostic::new(Code::IgnoredChannel, message).in_joint(joint)
+                });
+                continue;
+            };
+            let mut rest = Trs::from_matrix(skeleton.nodes[node].transform);
+            // A transform that shears has no rotation of unit length.
+            rest.rotation = unit(rest.rotation).unwrap_or(Quat::IDENTITY);
+            channels.push(Channel {
+                node_name: skeleton.nodes[node].name.clone(),
+                node: Some(NodeId::new(node)),
+                position_keys: keys(&positions, column, joints.len(), rest.translation, Vec3::from_array),
+                rotation_keys: keys(
+                    &rotations,
+                    column,
+                    joints.len(),
+                    rest.rotation,
+                    |[w, x, y, z]: [f32; 4]| {
+                        // What is no rotation is the rest pose's.
+                        unit(Quat::from_xyzw(x, y, z, w)).unwrap_or(rest.rotation)
+                    },
+                ),
+                scaling_keys: keys(&scales, column, joints.len(), rest.scale, Vec3::from_array),
+            });
+        }
+        if channels.is_empty() {
+            return Ok(None);
+        }
+        channels.sort_by_key(|channel| channel.node);
+        let name = prim.metadata.get("displayName").and_then(|value| value.texts.first());
+        Ok(Some(Animation {
+            name: name.unwrap_or(&prim.name).clone(),
+            ticks_per_second: self.rate,
+            duration: self.duration.unwrap_or(last).max(last),
+            channels,
+        }))
+    }
+
+    /// The ticks of an attribute, and its numbers at each, N for every joint.
+    fn track<const N: usize>(
+        &self,
+        attribute: Option<&Attribute>,
+        names: &[String],
+        name: &str,
+    ) -> Result<Track<N>, Failure> {
+        let Some(attribute) = attribute else {
+            return Ok((Vec::new(), Vec::new()));
+        };
+        let joints = names.len();
+        let constant = attribute.value.iter().filter(|_| attribute.samples.is_empty());
+        let constant = constant.map(|value| (0.0, value));
+        let samples = attribute.samples.iter().map(|(time, value)| (self.tick(*time), value));
+        let mut samples: Vec<_> = constant.chain(samples).collect();
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        samples.dedup_by(|a, b| a.0 == b.0);
+        samples.retain(|(_, value)| !value.numbers.is_empty());
+        let mut rows = Vec::with_capacity(samples.len());
+        for (tick, value) in &samples {
+            if value.numbers.len() != N * joints || !tick.is_finite() {
+                let message = format!("{name} must have {N} numbers for each joint at every time");
+                let found = format!("{} at tick {tick}", value.numbers.len());
+                let expected = format!("{} numbers", N * joints);
+                return Err(Diagnostic::new(Code::InvalidUsd, message)
+                    .expected_found(expected, found)
+                    .into());
+            }
+            if let Some(index) = value.numbers.iter().position(|number| !is_plausible(*number)) {
+                let joint = &names[index / N];
+                let message = format!("a number of {name} at tick {tick} is not finite, or too large to compute with");
+                return Err(Diagnostic::new(Code::NumberRange, message).in_joint(joint).into());
+            }
+            let (numbers, _) = value.numbers.as_chunks::<N>();
+            rows.push(
+                numbers
+                    .iter()
+                    .map(|numbers| numbers.map(|number| number as f32))
+                    .collect(),
+            );
+        }
+        Ok((samples.iter().map(|(tick, _)| *tick).collect(), rows))
+    }
+}
+
+/// The keys of one joint; its value at rest where it has no keys.
+fn keys<T: Copy + PartialEq, const N: usize>(
+    (ticks, rows): &(Vec<f64>, Vec<Vec<[f32; N]>>),
+    column: usize,
+    joints: usize,
+    rest: T,
+    make: impl Fn([f32; N]) -> T,
+) -> Keys<T> {
+    let values: Vec<T> = rows
+        .iter()
+        .filter(|row| row.len() == joints)
+        .map(|row| make(row[column]))
+        .collect();
+    match values.first() {
+        None => Keys::constant(rest),
+        Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
+        Some(_) => Keys::at_ticks(values, ticks.clone()),
+    }
+}

@@ -1,0 +1,205 @@
+//! Writes a scene as UsdSkel.
+//!
+//! | scene | USD |
+//! |---|---|
+//! | the scene | a `SkelRoot`, the default prim |
+//! | nodes | the `joints` of one `Skeleton`: paths of identifiers |
+//! | their names and kinds | `jointNames`, `mocap:kinds` |
+//! | the rest pose | `restTransforms` |
+//! | the bind pose of bones, else the rest pose | `bindTransforms` |
+//! | an animation | a `SkelAnimation` of the joints that it drives; the skeleton is bound to the first |
+//! | keys | time samples at the ticks of any joint, in frames of the first animation; one value where no joint moves |
+//! | scales | halves, as the schema has them; a note says where that is not exact |
+//! | metres, up axis, frame rate | `metersPerUnit`, `upAxis`, `timeCodesPerSecond` |
+//! | a name | an identifier; `displayName` has the name of the scene |
+//! | a mesh with bones | a `Mesh` with its joints and weights, whose `geomBindTransform` leads to the bind pose |
+//! | a mesh without bones | a `Mesh` that follows the joint of its node |
+//! | a material with a surface | a `UsdPreviewSurface`, with its texture beside the file, or in the archive |
+//! | points | nothing |
+//! | metadata | `customLayerData.mocap`: a [`Provenance`], as JSON |
+
+mod animation;
+mod material;
+mod mesh;
+mod names;
+mod skeleton;
+mod text;
+
+use self::names::Names;
+use self::skeleton::Skeleton;
+use self::text::Text;
+use super::archive;
+use crate::provenance::Provenance;
+use crate::written::unit_warning;
+use crate::{WriteOptions, Written, WrittenFile, texture};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::PROVENANCE;
+use mocap_scene::limits;
+use mocap_scene::scene::{Scene, UpAxis};
+
+/// The name of the default prim, and of the skeleton in it.
+const ROOT: &str = "Character";
+const SKELETON: &str = "Skeleton";
+
+/// A texture of the output: its path from the stage, and its index in the scene.
+type Image = (String, usize);
+
+/// The files of the row.
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let is_archive = options.has_extension("usdz");
+    let mut stage = Stage::new(scene, is_archive)?;
+    stage.write()?;
+    let text = stage.text.into_bytes();
+    let images = stage
+        .images
+        .iter()
+        .map(|(path, texture)| (path, &scene.textures[*texture].bytes));
+    let files = match is_archive {
+        true => {
+            let stem = options.name.rsplit_once('.').map_or("scene", |(stem, _)| stem);
+            let name = format!("{}.usda", texture::file_stem_or(stem, "scene"));
+            let images = images.map(|(path, bytes)| (path.clone(), bytes.as_slice()));
+            let whole: Vec<_> = std::iter::once((name, text.as_slice())).chain(images).collect();
+            let bytes = archive::write(&whole).ok_or_else(too_large)?;
+            vec![WrittenFile::new(&options.name, bytes)]
+        }
+        false => {
+            let images = images.map(|(path, bytes)| WrittenFile::new(path, bytes.clone()));
+            images.chain([WrittenFile::new(&options.name, text)]).collect()
+        }
+    };
+    Ok(Written {
+        notes: stage.notes,
+        warnings: Vec::from_iter(
+            scene
+                .metadata
+                .metres_per_unit
+                .is_none()
+                .then(|| unit_warning(scene, "USD"))
+                .flatten(),
+        ),
+        nodes: scene.nodes.len(),
+        ..Written::of(files)
+    })
+}
+
+fn too_large() -> Error {
+    Diagnostic::new(
+        Code::LimitExceeded,
+        "the archive would be larger than 4 GiB, which .usdz has no field for",
+    )
+    .help("write .usda, or a part of the motion")
+    .into()
+}
+
+/// What cannot be written, with the joint.
+fn unrepresentable(joint: &str, message: impl Into<String>) -> Error {
+    Diagnostic::new(Code::Unrepresentable, message.into())
+        .in_joint(joint)
+        .into()
+}
+
+/// A stage that grows prim by prim.
+struct Stage<'a> {
+    scene: &'a Scene,
+    skeleton: Skeleton,
+    text: Text,
+    /// Names of prims below the root.
+    names: Names,
+    /// Frames per second of the layer: those of the first animation.
+    rate: f64,
+    /// Whether textures are in a folder of an archive, not beside the file.
+    is_archive: bool,
+    images: Vec<Image>,
+    notes: Vec<String>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(scene: &'a Scene, is_archive: bool) -> Result<Self> {
+        if scene.nodes.is_empty() {
+            return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+        }
+        let rate = scene
+            .animations
+            .first()
+            .map_or(24.0, |animation| animation.ticks_per_second);
+        let rate = limits::frame_rate(Code::FrameTime, rate)?;
+        let mut names = Names::default();
+        names.unique(SKELETON, SKELETON);
+        Ok(Self {
+            scene,
+            skeleton: Skeleton::new(scene)?,
+            text: Text::default(),
+            names,
+            rate,
+            is_archive,
+            images: Vec::new(),
+            notes: Vec::new(),
+        })
+    }
+
+    fn write(&mut self) -> Result<()> {
+        let materials = material::Materials::of(self.scene);
+        let binds = mesh::bind(self.scene, &mut self.skeleton, &mut self.notes)?;
+        let clips: Vec<String> = self
+            .scene
+            .animations
+            .iter()
+            .map(|animation| self.names.unique(&animation.name, "Motion"))
+            .collect();
+        self.header()?;
+        self.text
+            .open("def SkelRoot", ROOT, &["prepend apiSchemas = [\"SkelBindingAPI\"]"]);
+        self.skeleton.write(self.scene, clips.first(), &mut self.text);
+        for (animation, clip) in self.scene.animations.iter().zip(&clips) {
+            self.clip(animation, clip)?;
+        }
+        self.meshes(&binds, &materials)?;
+        self.materials(&materials);
+        self.text.close();
+        Ok(())
+    }
+
+    fn header(&mut self) -> Result<()> {
+        let metadata = &self.scene.metadata;
+        let metres = metadata.metres_per_unit.unwrap_or(1.0);
+        let metres = limits::positive(Code::InvalidValue, "metres per unit of the scene", metres)?;
+        let up = match metadata.up.unwrap_or_default() {
+            UpAxis::Y => "Y",
+            UpAxis::Z => "Z",
+            _ => {
+                let message = "USD has +Y or +Z up, and the scene has another axis";
+                let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+                return Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into());
+            }
+        };
+        let provenance = serde_json::to_string(&Provenance::of(self.scene)).unwrap_or_default();
+        let ends = self
+            .scene
+            .animations
+            .iter()
+            .map(|animation| animation.duration * self.rate / animation.ticks_per_second);
+        let end = ends.fold(0.0, f64::max);
+        let rate = self.rate;
+        self.text.line("#usda 1.0");
+        self.text.line("(");
+        self.text.line("    customLayerData = {");
+        self.text
+            .line(&format!("        string {PROVENANCE} = {}", text::quoted(&provenance)));
+        self.text.line("    }");
+        for (name, value) in [
+            ("defaultPrim", format!("\"{ROOT}\"")),
+            ("endTimeCode", end.to_string()),
+            ("framesPerSecond", rate.to_string()),
+            ("metersPerUnit", metres.to_string()),
+            ("startTimeCode", "0".to_owned()),
+            ("timeCodesPerSecond", rate.to_string()),
+            ("upAxis", format!("\"{up}\"")),
+        ] {
+            self.text.line(&format!("    {name} = {value}"));
+        }
+        self.text.line(")");
+        self.text.line("");
+        Ok(())
+    }
+}

@@ -1,0 +1,228 @@
+//! Animations: the translations, rotations and scales of the joints that move.
+
+use glam::{Quat, Vec3};
+
+use super::text;
+use super::{Stage, unrepresentable};
+use crate::usd::{DURATION, RATE};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{self, is_plausible};
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Animation, Channel, Keys};
+
+/// What a scale may differ from its half without a note: the rounding of a decomposed matrix.
+const ROUNDING: f32 = 1e-5;
+
+/// A joint that an animation drives.
+struct Driven<'a> {
+    joint: usize,
+    channel: &'a Channel,
+    rest: Trs,
+}
+
+impl Stage<'_> {
+    pub(super) fn clip(&mut self, animation: &Animation, name: &str) -> Result<()> {
+        let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
+        let driven = self.driven(animation)?;
+        self.note_scales(animation, &driven);
+        let metadata = text::display_name(&animation.name, name);
+        let metadata: Vec<&str> = metadata.as_deref().into_iter().collect();
+        self.text.open("def SkelAnimation", name, &metadata);
+        self.text.line(&format!("custom double {RATE} = {rate}"));
+        self.text
+            .line(&format!("custom double {DURATION} = {}", animation.duration));
+        let token = |out: &mut String, token: &str| out.push_str(&text::quoted(token));
+        let joints = driven.iter().map(|driven| self.skeleton.joints[driven.joint].as_str());
+        self.text.list("uniform token[] joints", joints, token);
+        let codes = self.rate / rate;
+        let codes_of = |ticks: &[f64]| -> Vec<f64> { ticks.iter().map(|tick| tick * codes).collect() };
+
+        let ticks = ticks(driven.iter().map(|driven| &driven.channel.position_keys));
+        let at = |index: usize| {
+            let of = |driven: &Driven<'_>| driven.channel.position_keys.sample(ticks[index]);
+            let all = driven
+                .iter()
+                .map(|driven| of(driven).unwrap_or(driven.rest.translation));
+            all.map(|value| value.to_array()).collect()
+        };
+        self.text
+            .samples("float3[] translations", &codes_of(&ticks), at, text::tuple);
+
+        let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.rotation_keys));
+        let at = |index: usize| {
+            let of = |driven: &Driven<'_>| driven.channel.rotation_keys.sample(ticks[index]);
+            let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.rotation));
+            // The real part comes first.
+            all.map(|value| value.normalize())
+                .map(|value| [value.w, value.x, value.y, value.z])
+                .collect()
+        };
+        self.text
+            .samples("quatf[] rotations", &codes_of(&ticks), at, text::tuple);
+
+        let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.scaling_keys));
+        let at = |index: usize| {
+            let of = |driven: &Driven<'_>| driven.channel.scaling_keys.sample(ticks[index]);
+            let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.scale));
+            all.map(|value| value.to_array().map(half_of_scale)).collect()
+        };
+        self.text.samples("half3[] scales", &codes_of(&ticks), at, text::tuple);
+        self.text.close();
+        Ok(())
+    }
+
+    /// The joints that an animation drives, in the order of the skeleton; the first joint where it drives none.
+    fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<Driven<'a>>> {
+        const NOTHING: &Channel = &Channel {
+            node_name: String::new(),
+            node: None,
+            position_keys: Keys {
+                values: Vec::new(),
+                ticks: None,
+            },
+            rotation_keys: Keys {
+                values: Vec::new(),
+                ticks: None,
+            },
+            scaling_keys: Keys {
+                values: Vec::new(),
+                ticks: None,
+            },
+        };
+        let binding = Binding::new(self.scene, animation);
+        let found = binding
+            .driven()
+            .map(|(node, channel)| (node.index(), &animation.channels[channel]));
+        let mut found: Vec<(usize, &Channel)> = found.collect();
+        if found.is_empty() {
+            found.push((0, NOTHING));
+        }
+        found.sort_by_key(|(joint, _)| *joint);
+        for (_, channel) in &found {
+            check(channel)?;
+        }
+        let driven = found.into_iter().map(|(joint, channel)| Driven {
+            joint,
+            channel,
+            rest: Trs::from_matrix(self.scene.nodes[joint].transform),
+        });
+        Ok(driven.collect())
+    }
+
+    /// Says where a scale is not that of the scene.
+    fn note_scales(&mut self, animation: &Animation, driven: &[Driven<'_>]) {
+        let worst = |driven: &Driven<'_>| {
+            let keys = driven.channel.scaling_keys.values.iter().copied();
+            let rest = driven.channel.scaling_keys.is_empty().then_some(driven.rest.scale);
+            let of = |scale: f32| (half_of_scale(scale) - scale).abs() / scale.abs().max(f32::MIN_POSITIVE);
+            keys.chain(rest)
+                .flat_map(|scale| scale.to_array())
+                .map(of)
+                .fold(0.0, f32::max)
+        };
+        let inexact = driven.iter().map(|driven| (worst(driven), driven.joint));
+        let Some((worst, joint)) = inexact
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(worst, _)| *worst > ROUNDING)
+        else {
+            return;
+        };
+        self.notes.push(format!(
+            "{:?}: scales of UsdSkel have half precision; at most {:.4} % off, at joint {:?}",
+            animation.name,
+            100.0 * worst,
+            self.scene.nodes[joint].name
+        ));
+    }
+}
+
+/// Refuses values that are no transform.
+fn check(channel: &Channel) -> Result<()> {
+    let is_sound = |value: &Vec3| value.to_array().into_iter().all(|number| is_plausible(number.into()));
+    let is_rotation = |value: &Quat| value.is_finite() && value.length_squared() > f32::EPSILON;
+    let of_position = channel.position_keys.values.iter().position(|value| !is_sound(value));
+    let of_scale = channel.scaling_keys.values.iter().position(|value| !is_sound(value));
+    let of_rotation = channel
+        .rotation_keys
+        .values
+        .iter()
+        .position(|value| !is_rotation(value));
+    let found = [
+        ("position", of_position.map(|key| channel.position_keys.tick(key))),
+        ("scale", of_scale.map(|key| channel.scaling_keys.tick(key))),
+        ("rotation", of_rotation.map(|key| channel.rotation_keys.tick(key))),
+    ];
+    match found.into_iter().find_map(|(what, tick)| Some((what, tick?))) {
+        Some((what, tick)) => {
+            let message = format!("the {what} at tick {tick} is not finite, or too large to compute with");
+            Err(unrepresentable(&channel.node_name, message))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The ticks at which any of these has a key, where one of them moves; else the first.
+fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
+    let moving = keys.filter(|keys| keys.len() > 1);
+    let mut ticks: Vec<f64> = moving
+        .flat_map(|keys| (0..keys.len()).map(|index| keys.tick(index)))
+        .collect();
+    ticks.sort_by(f64::total_cmp);
+    ticks.dedup();
+    if ticks.is_empty() {
+        ticks.push(0.0);
+    }
+    ticks
+}
+
+/// The half that is nearest to a scale, and not 0 unless the scale is: an axis of no length has no direction.
+fn half_of_scale(scale: f32) -> f32 {
+    match half(scale) {
+        0.0 if scale != 0.0 => STEP.copysign(scale),
+        nearest => nearest,
+    }
+}
+
+/// The least half that is not 0, and the step between those next to it.
+const STEP: f32 = 5.960_464_5e-8;
+
+/// The half (IEEE 754 binary16) that is nearest, as USD has it.
+fn half(value: f32) -> f32 {
+    /// The least number that a half has with all of its digits.
+    const NORMAL: f32 = 6.103_515_6e-5;
+    const LARGEST: f32 = 65_504.0;
+    if value.abs() < NORMAL {
+        return (value / STEP).round_ties_even() * STEP;
+    }
+    let bits = value.to_bits();
+    let rounded = (bits + 0x0FFF + ((bits >> 13) & 1)) & !0x1FFF;
+    f32::from_bits(rounded).clamp(-LARGEST, LARGEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_those_of_numpy() {
+        // numpy.float16(x), as float32.
+        for (value, expected) in [
+            (1.0, 1.0),
+            (0.01, 0.010_002_136),
+            (1.1, 1.099_609_4),
+            (-100.3, -100.3125),
+            (1e-5, 1.001_358e-5),
+            (2049.0, 2048.0),
+        ] {
+            assert_eq!(half(value), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_scale_that_is_not_zero_keeps_its_sign() {
+        assert_eq!(half_of_scale(-1e-9), -STEP);
+        assert_eq!(half_of_scale(1e-30), STEP);
+        assert_eq!(half_of_scale(0.0), 0.0);
+        assert_eq!(half_of_scale(0.01), half(0.01));
+    }
+}

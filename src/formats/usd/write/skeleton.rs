@@ -1,0 +1,83 @@
+//! The skeleton: all nodes of a scene as joints.
+
+use glam::DMat4;
+
+use super::names::Names;
+use super::text::{self, Text};
+use super::{ROOT, SKELETON, unrepresentable};
+use crate::usd::KINDS;
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
+
+pub(super) struct Skeleton {
+    /// The path of each joint: identifiers from the root joint to it.
+    pub(super) joints: Vec<String>,
+    /// From each joint to the skeleton, at rest.
+    pub(super) rest: Vec<DMat4>,
+    /// The matrices of the bind pose, where a mesh states them.
+    pub(super) bind: Vec<Option<DMat4>>,
+}
+
+impl Skeleton {
+    pub(super) fn new(scene: &Scene) -> Result<Self> {
+        let mut names = Names::default();
+        let mut joints: Vec<String> = Vec::with_capacity(scene.nodes.len());
+        let mut rest: Vec<DMat4> = Vec::with_capacity(scene.nodes.len());
+        for node in &scene.nodes {
+            let own = node.transform.to_cols_array();
+            if !own.into_iter().all(|number| is_plausible(number.into())) {
+                return Err(unrepresentable(
+                    &node.name,
+                    "the rest pose is not finite, or too large to compute with",
+                ));
+            }
+            let instead = match node.kind {
+                NodeKind::EndSite => "EndSite",
+                NodeKind::Group => "Group",
+                _ => "Joint",
+            };
+            let name = names.unique(&node.name, instead);
+            let own = node.transform.as_dmat4();
+            match node.parent.map(NodeId::index) {
+                Some(parent) => {
+                    joints.push(format!("{}/{name}", joints[parent]));
+                    rest.push(rest[parent] * own);
+                }
+                None => {
+                    joints.push(name);
+                    rest.push(own);
+                }
+            }
+        }
+        let bind = vec![None; joints.len()];
+        Ok(Self { joints, rest, bind })
+    }
+
+    /// The bind pose, with the rest pose where no mesh is bound.
+    pub(super) fn bound(&self, joint: usize) -> DMat4 {
+        self.bind[joint].unwrap_or(self.rest[joint])
+    }
+
+    pub(super) fn write(&self, scene: &Scene, clip: Option<&String>, out: &mut Text) {
+        out.open("def Skeleton", SKELETON, &["prepend apiSchemas = [\"SkelBindingAPI\"]"]);
+        let token = |out: &mut String, token: &str| out.push_str(&text::quoted(token));
+        out.list("uniform token[] joints", self.joints.iter().map(String::as_str), token);
+        let names = scene.nodes.iter().map(|node| node.name.as_str());
+        out.list("uniform token[] jointNames", names, token);
+        let kinds = scene.nodes.iter().map(|node| match node.kind {
+            NodeKind::EndSite => "end_site",
+            NodeKind::Group => "group",
+            _ => "joint",
+        });
+        out.list(&format!("custom uniform token[] {KINDS}"), kinds, token);
+        let bind = (0..self.joints.len()).map(|joint| self.bound(joint));
+        out.list("uniform matrix4d[] bindTransforms", bind, text::matrix);
+        let rest = scene.nodes.iter().map(|node| node.transform.as_dmat4());
+        out.list("uniform matrix4d[] restTransforms", rest, text::matrix);
+        if let Some(clip) = clip {
+            out.line(&format!("rel skel:animationSource = </{ROOT}/{clip}>"));
+        }
+        out.close();
+    }
+}

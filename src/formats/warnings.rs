@@ -1,0 +1,77 @@
+//! The warnings of a reader, bounded in number, so that a hostile file cannot fill the memory.
+
+use crate::Failure;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::Scene;
+
+/// How many warnings of one code are kept with their locations; further ones are only counted.
+const MOST_OF_A_CODE: usize = 32;
+
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    kept: Vec<Diagnostic>,
+}
+
+impl Warnings {
+    /// Keeps a warning. `warning` is called only if it is kept, because finding its location takes a pass over the
+    /// text.
+    pub(crate) fn push(&mut self, code: Code, warning: impl FnOnce() -> Diagnostic) {
+        self.keep(code, MOST_OF_A_CODE, warning);
+    }
+
+    /// Keeps the first warning of a code, and counts the others.
+    pub(crate) fn tally(&mut self, code: Code, first: impl FnOnce() -> Diagnostic) {
+        self.keep(code, 1, first);
+    }
+
+    /// Keeps a warning, or counts it where a kept one has its code and message, of another place. Of a code at most as
+    /// many are kept as by [`push`](Self::push).
+    pub(crate) fn distinct(&mut self, warning: Diagnostic) {
+        let is_equal = |kept: &&mut Diagnostic| kept.code == warning.code && kept.message == warning.message;
+        match self.kept.iter_mut().find(is_equal) {
+            Some(first) => first.count += warning.count,
+            None => self.push(warning.code, || warning),
+        }
+    }
+
+    fn keep(&mut self, code: Code, most: usize, warning: impl FnOnce() -> Diagnostic) {
+        let mut same = self.kept.iter_mut().filter(|kept| kept.code == code);
+        match same.nth(most - 1) {
+            Some(last) => last.count += 1,
+            None => self.kept.push(warning()),
+        }
+    }
+
+    /// Whether there is a warning of this code.
+    pub(crate) fn has(&self, code: Code) -> bool {
+        self.kept.iter().any(|kept| kept.code == code)
+    }
+
+    pub(crate) fn into_kept(self) -> Vec<Diagnostic> {
+        self.kept
+    }
+
+    /// Removes a warning that is an error after all.
+    pub(crate) fn forget(&mut self, code: Code) {
+        self.kept.retain(|kept| kept.code != code);
+    }
+
+    /// The value with the warnings, or the error that stopped the reader with them.
+    pub(crate) fn with<T>(self, read: Result<T, Failure>) -> Result<(T, Vec<Diagnostic>)> {
+        match read {
+            Ok(value) => Ok((value, self.kept)),
+            Err(failure) => Err(Error::from(failure).with_warnings(self.kept)),
+        }
+    }
+
+    /// Moves the warnings to the scene, or to the error that stopped the reader.
+    pub(crate) fn attach_to(self, read: Result<Scene, Failure>) -> Result<Scene> {
+        match read {
+            Ok(scene) => Ok(Scene {
+                warnings: self.kept,
+                ..scene
+            }),
+            Err(failure) => Err(Error::from(failure).with_warnings(self.kept)),
+        }
+    }
+}

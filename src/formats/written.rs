@@ -1,0 +1,255 @@
+//! What a writer of a format gives: files in memory, and what there is to say about them.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use mocap_compress::CompressedClip;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::{ReplacePolicy, write_whole};
+use mocap_scene::scene::Scene;
+
+/// A scene in the files of a format, before they are written to a disk, and what there is to say about them.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::{Conversion, Exporter, Format};
+///
+/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let written = Exporter::new().max_error(0.001).write(&scene, Format::Gltf)?;
+/// assert!(written.error.as_ref().unwrap().max_error <= 0.001);
+/// assert!(written.into_bytes()?.starts_with(b"glTF"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Written {
+    /// The files. The last is the one that was asked for; it refers to the others, which stand in its folder.
+    pub files: Vec<WrittenFile>,
+    /// What was left out or chosen, a sentence each.
+    pub notes: Vec<String>,
+    /// What a reader of the files may be wrong about, such as [`Code::UnknownUnit`].
+    pub warnings: Vec<Diagnostic>,
+    /// The nodes whose name had to change.
+    pub renamed: Vec<Renamed>,
+    /// How far the files are from the scene, the largest error of all animations. Absent where every key was kept
+    /// unchanged.
+    pub error: Option<Achieved>,
+    /// Nodes of the skeleton in the files, end sites included.
+    pub nodes: usize,
+}
+
+/// One file of an output that no row has made, such as a character with further animations.
+impl From<Vec<u8>> for Written {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self::of(vec![WrittenFile::new("", bytes)])
+    }
+}
+
+impl Written {
+    /// Files without anything to say about them.
+    #[doc(hidden)]
+    pub fn of(files: Vec<WrittenFile>) -> Self {
+        Self {
+            files,
+            ..Self::default()
+        }
+    }
+
+    /// Bytes of all files together.
+    pub fn len(&self) -> usize {
+        self.files.iter().map(WrittenFile::len).sum()
+    }
+
+    /// Whether the files have no bytes, which no format's have.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The bytes of an output that is one file.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where other files stand beside it.
+    pub fn into_bytes(mut self) -> Result<Vec<u8>> {
+        match (self.files.pop(), self.files.as_slice()) {
+            (Some(file), []) => Ok(file.into_bytes()),
+            (_, beside) => {
+                let names: Vec<&str> = beside.iter().map(WrittenFile::name).collect();
+                let message = "the output is several files, and one stream of bytes was asked for";
+                Err(Diagnostic::new(Code::InvalidValue, message)
+                    .expected_found("one file", format!("{} beside it", names.join(", ")))
+                    .help("write to a path, or embed the buffer (BufferPlace::Embedded) and the textures (FbxTextures::Embedded)")
+                    .into())
+            }
+        }
+    }
+
+    /// Checks what [`save`](Self::save) checks, and writes nothing. Returns the paths of the files, the named one last.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says.
+    pub fn check(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<Vec<PathBuf>> {
+        let path = path.as_ref();
+        let Some((main, beside)) = self.files.split_last() else {
+            return Ok(Vec::new());
+        };
+        let mut paths: Vec<PathBuf> = beside.iter().map(|file| path.with_file_name(&file.name)).collect();
+        for (path, file) in paths.iter().zip(beside) {
+            policy.check_parts_beside(path, &file.parts)?;
+        }
+        policy.check_parts(path, &main.parts)?;
+        paths.push(path.to_owned());
+        Ok(paths)
+    }
+
+    /// Writes the files to `path` and into its folder, all of them or none, where `policy` lets them replace what is
+    /// there. `path` has the name for which they were made.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); [`Code::Io`].
+    pub fn save(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<()> {
+        let paths = self.check(path, policy)?;
+        let parts = self.files.iter().map(|file| file.parts.as_slice());
+        write_whole(&paths.iter().map(PathBuf::as_path).zip(parts).collect::<Vec<_>>())
+    }
+}
+
+/// One of the files of [`Written`].
+///
+/// [`Written`](crate::Written) has an example.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WrittenFile {
+    name: String,
+    /// The bytes in the parts in which they were made, so that a large buffer is never copied.
+    parts: Vec<Vec<u8>>,
+}
+
+impl WrittenFile {
+    #[doc(hidden)]
+    pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
+        Self::of_parts(name, vec![bytes])
+    }
+
+    pub(crate) fn of_parts(name: impl Into<String>, parts: Vec<Vec<u8>>) -> Self {
+        Self {
+            name: name.into(),
+            parts,
+        }
+    }
+
+    /// The name, without a folder.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many bytes it has.
+    pub fn len(&self) -> usize {
+        self.parts.iter().map(Vec::len).sum()
+    }
+
+    /// Whether it has no bytes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The bytes; copied where they are in several parts.
+    pub fn bytes(&self) -> Cow<'_, [u8]> {
+        match self.parts.as_slice() {
+            [bytes] => Cow::Borrowed(bytes),
+            parts => Cow::Owned(parts.concat()),
+        }
+    }
+
+    /// The bytes, one part after the other; a large buffer is a part of its own.
+    pub fn parts(&self) -> impl Iterator<Item = &[u8]> {
+        self.parts.iter().map(Vec::as_slice)
+    }
+
+    /// The bytes; copied where they are in several parts.
+    pub fn into_bytes(mut self) -> Vec<u8> {
+        match self.parts.as_mut_slice() {
+            [bytes] => std::mem::take(bytes),
+            parts => parts.concat(),
+        }
+    }
+}
+
+/// A node whose name had to change.
+///
+/// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
+/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
+/// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
+///
+/// [`Written`](crate::Written) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Renamed {
+    /// Index into [`Scene::nodes`], and into the file's nodes.
+    pub node: usize,
+    /// The name in the scene.
+    pub from: String,
+    /// The name in the file.
+    pub to: String,
+    /// Whether somebody asked for the name, and the file can have the one before too.
+    pub is_asked_for: bool,
+}
+
+impl fmt::Display for Renamed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "node \"{}\" has the name \"{}\" in the file", self.from, self.to)
+    }
+}
+
+/// The error of a file against the scene that it was written from, measured in double precision on the decoded values,
+/// at the times of the file, and with all interpolations of its readers: in glTF slerp, and nlerp (component by
+/// component).
+///
+/// [`Written`](crate::Written) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Achieved {
+    /// The largest distance of a joint or end site from its position in the scene, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// The name of the node with the largest distance.
+    pub joint: String,
+    /// The tick of the largest distance.
+    pub tick: f64,
+    /// The number of keys in the file, of all tracks.
+    pub keys: usize,
+}
+
+impl Achieved {
+    /// Adds the error of one more animation, whose lengths are in units of `metres`.
+    pub(super) fn add(sum: &mut Option<Self>, scene: &Scene, clip: &CompressedClip, metres: f64) {
+        let achieved = sum.get_or_insert_default();
+        achieved.keys += clip.key_count();
+        achieved.rms_error = achieved.rms_error.max(clip.error.rms * metres);
+        let max_error = clip.error.max * metres;
+        if max_error > achieved.max_error || achieved.joint.is_empty() {
+            let node = scene.nodes.get(clip.error.node);
+            achieved.max_error = max_error;
+            achieved.joint = node.map_or_else(String::new, |node| node.name.clone());
+            achieved.tick = clip.error.tick;
+        }
+    }
+}
+
+/// A length in a note, without its unit.
+pub(super) fn millimetres(metres: f64) -> String {
+    format!("{:.4}", metres * 1000.0)
+}
+
+/// Says so where the lengths of `scene` are not known to be in metres, for a format that is in metres.
+pub(super) fn unit_warning(scene: &Scene, format: &str) -> Option<Diagnostic> {
+    let message = match scene.metadata.metres_per_unit {
+        Some(1.0) => return None,
+        Some(metres) => format!("{format} is in metres, and the scene is in units of {metres} m"),
+        None => format!("{format} is in metres, and the unit of the scene is not stated"),
+    };
+    let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+    Some(Diagnostic::new(Code::UnknownUnit, message).help(help))
+}

@@ -1,0 +1,383 @@
+//! What the formats in XML share: elements with their locations, and numbers in attributes.
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::Failure;
+use crate::text::{Cursor, Word, decode, decode_name, is_binary, quote};
+use mocap_scene::error::{Code, Diagnostic, Location};
+use mocap_scene::limits::{FARTHEST, Limits, is_plausible};
+
+/// Elements for each node that a scene may have: a link has a dozen elements.
+const ELEMENTS_PER_NODE: usize = 64;
+
+/// The text of a file.
+pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
+    let text = decode(bytes)?;
+    if is_binary(&text) {
+        let message = "the file is binary, not XML";
+        return Err(Box::new(Diagnostic::new(Code::BinaryFile, message).help(
+            "check that the file is what its name says, and that it is not compressed",
+        )));
+    }
+    Ok(decode_name(&text))
+}
+
+/// Whether the outermost element of a file seems to have this name.
+pub(super) fn begins_with(bytes: &[u8], name: &str) -> bool {
+    let Ok(text) = decode(&bytes[..bytes.len().min(64 << 10)]) else {
+        return false;
+    };
+    let mut rest = text.trim_ascii_start();
+    while let Some(start) = ["<?", "<!--", "<!"]
+        .into_iter()
+        .find(|start| rest.starts_with(start.as_bytes()))
+    {
+        let end: &[u8] = if start == "<!--" { b"-->" } else { b">" };
+        match rest.windows(end.len()).position(|bytes| bytes == end) {
+            Some(found) => rest = rest[found + end.len()..].trim_ascii_start(),
+            None => return false,
+        }
+    }
+    let after = rest
+        .strip_prefix(b"<")
+        .and_then(|rest| rest.strip_prefix(name.as_bytes()));
+    after.is_some_and(|after| {
+        after
+            .first()
+            .is_none_or(|byte| byte.is_ascii_whitespace() || matches!(byte, b'>' | b'/'))
+    })
+}
+
+/// The tree of a file, whose outermost element must be one of `roots`.
+pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Result<Document<'a>, Failure> {
+    check_depth(text, limits)?;
+    let most = limits.max_nodes.saturating_mul(ELEMENTS_PER_NODE);
+    let options = ParsingOptions {
+        nodes_limit: u32::try_from(most).unwrap_or(u32::MAX),
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text, options).map_err(|error| match error {
+        roxmltree::Error::NodesLimitReached => {
+            let message = format!("the file has more than {most} elements and texts");
+            Box::new(Diagnostic::new(Code::LimitExceeded, message))
+        }
+        error => {
+            let fault_at = error.pos();
+            let offset = offset_of(text, fault_at.row as usize, fault_at.col as usize);
+            // The message ends with the location, which the diagnostic has.
+            let message = error.to_string();
+            let message = message
+                .rsplit_once(" at ")
+                .map_or(message.as_str(), |(message, _)| message);
+            Box::new(
+                Diagnostic::new(Code::InvalidXml, format!("the file is not valid XML: {message}"))
+                    .at(locate(text, offset, 1)),
+            )
+        }
+    })?;
+    let found = document.root_element().tag_name().name();
+    if !roots.contains(&found) {
+        let element = Element::root(&document);
+        let root = roots.join("> or <");
+        return Err(Box::new(
+            element
+                .diagnostic(Code::MissingKeyword, format!("the outermost element is not <{root}>"))
+                .expected_found(format!("<{root}>"), format!("<{}>", quote_name(found))),
+        ));
+    }
+    Ok(document)
+}
+
+/// Refuses deep nesting before a parser meets it, by counting opening and closing tags.
+fn check_depth(text: &str, limits: &Limits) -> Result<(), Failure> {
+    // A link of the deepest robot, and what is within it.
+    let most = limits.max_depth.saturating_add(8);
+    let bytes = text.as_bytes();
+    let mut depth = 0_usize;
+    for at in memchr::memchr_iter(b'<', bytes) {
+        match bytes.get(at + 1) {
+            Some(b'/') => depth = depth.saturating_sub(1),
+            Some(b'!' | b'?') | None => {}
+            Some(_) => {
+                let end = memchr::memchr(b'>', &bytes[at..]).map_or(bytes.len(), |end| at + end);
+                if bytes[..end].last() != Some(&b'/') {
+                    depth += 1;
+                }
+                if depth > most {
+                    let message = format!("elements are nested more than {most} deep");
+                    return Err(Box::new(
+                        Diagnostic::new(Code::LimitExceeded, message).at(locate(text, at, 1)),
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The byte at a line and a column, both from 1.
+fn offset_of(text: &str, row: usize, column: usize) -> usize {
+    let Some(line) = text.split_inclusive('\n').nth(row.saturating_sub(1)) else {
+        return text.len();
+    };
+    let start = line.as_ptr() as usize - text.as_ptr() as usize;
+    let within: usize = line.chars().take(column.saturating_sub(1)).map(char::len_utf8).sum();
+    start + within
+}
+
+fn locate(text: &str, offset: usize, length: usize) -> Location {
+    let offset = offset.min(text.len());
+    let bytes = &text.as_bytes()[offset..text.len().min(offset + length)];
+    Cursor::new(text.as_bytes()).locate(Word { bytes, offset })
+}
+
+fn quote_name(name: &str) -> String {
+    quote(name.as_bytes()).trim_matches('"').to_owned()
+}
+
+/// A file whose elements stand where `<include file="NAME">` names it.
+pub(super) struct IncludedFile<'input> {
+    pub(super) name: String,
+    pub(super) document: Document<'input>,
+}
+
+/// An element of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Element<'a, 'input> {
+    node: Node<'a, 'input>,
+    /// The files that may be included.
+    included: &'a [IncludedFile<'input>],
+    /// That in which the element stands, where it is not the main one.
+    file: Option<&'a IncludedFile<'input>>,
+}
+
+/// The children of an element, those of included files too.
+struct Children<'a, 'input> {
+    open: Vec<(roxmltree::Children<'a, 'input>, Option<&'a IncludedFile<'input>>)>,
+    included: &'a [IncludedFile<'input>],
+}
+
+impl<'a, 'input> Iterator for Children<'a, 'input> {
+    type Item = Element<'a, 'input>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let (nodes, file) = self.open.last_mut()?;
+            let file = *file;
+            let Some(node) = nodes.next() else {
+                self.open.pop();
+                continue;
+            };
+            let element = Element {
+                node,
+                included: self.included,
+                file,
+            };
+            match element.includes() {
+                Some(inner) => self.open.push((inner.document.root_element().children(), Some(inner))),
+                None if node.is_element() => return Some(element),
+                None => {}
+            }
+        }
+    }
+}
+
+impl<'a, 'input> Element<'a, 'input> {
+    pub(super) fn root(document: &'a Document<'input>) -> Self {
+        Self::root_with(document, &[])
+    }
+
+    /// The outermost element of a file that may include others.
+    pub(super) fn root_with(document: &'a Document<'input>, included: &'a [IncludedFile<'input>]) -> Self {
+        Self {
+            node: document.root_element(),
+            included,
+            file: None,
+        }
+    }
+
+    /// The file that it includes.
+    fn includes(&self) -> Option<&'a IncludedFile<'input>> {
+        let name = match self.node.is_element() && self.name() == "include" {
+            true => self.attribute("file")?,
+            false => return None,
+        };
+        self.included.iter().find(|file| file.name == name)
+    }
+
+    /// Every element at or below this one, in the order of the file.
+    pub(super) fn descendants(&self) -> impl Iterator<Item = Self> + use<'a, 'input> {
+        let this = *self;
+        let elements = self.node.descendants().filter(Node::is_element);
+        elements.map(move |node| Self { node, ..this })
+    }
+
+    pub(super) fn name(&self) -> &'a str {
+        self.node.tag_name().name()
+    }
+
+    pub(super) fn children(&self) -> impl Iterator<Item = Self> + use<'a, 'input> {
+        Children {
+            open: vec![(self.node.children(), self.file)],
+            included: self.included,
+        }
+    }
+
+    /// The children of this name.
+    pub(super) fn all(&self, name: &'static str) -> impl Iterator<Item = Self> + use<'a, 'input> {
+        self.children().filter(move |child| child.name() == name)
+    }
+
+    /// The first child in a namespace whose address ends so.
+    pub(super) fn child_of_namespace(&self, end: &str) -> Option<Self> {
+        let is_of = |element: &Self| {
+            element
+                .node
+                .tag_name()
+                .namespace()
+                .is_some_and(|name| name.ends_with(end))
+        };
+        self.children().find(is_of)
+    }
+
+    pub(super) fn child(&self, name: &'static str) -> Option<Self> {
+        self.all(name).next()
+    }
+
+    pub(super) fn attribute(&self, name: &str) -> Option<&'a str> {
+        self.node.attribute(name)
+    }
+
+    pub(super) fn attributes(&self) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a, 'input> {
+        self.node
+            .attributes()
+            .map(|attribute| (attribute.name(), attribute.value()))
+    }
+
+    /// Where it begins in the text of the main file; `None` in another.
+    pub(super) fn offset(&self) -> Option<usize> {
+        self.file.is_none().then(|| self.node.range().start)
+    }
+
+    /// A diagnostic at the element, which names it.
+    pub(super) fn diagnostic(&self, code: Code, message: impl Into<String>) -> Diagnostic {
+        let start = self.node.range().start;
+        // The bracket and the name.
+        self.diagnostic_at(start, 1 + self.name().len(), code, message.into())
+    }
+
+    /// An error at one of its attributes.
+    pub(super) fn at_attribute(&self, name: &str, code: Code, message: impl Into<String>) -> Diagnostic {
+        match self.node.attribute_node(name) {
+            Some(attribute) => {
+                let range = attribute.range_value();
+                self.diagnostic_at(range.start, range.len().max(1), code, message.into())
+            }
+            None => self.diagnostic(code, message),
+        }
+    }
+
+    fn diagnostic_at(&self, start: usize, length: usize, code: Code, message: String) -> Diagnostic {
+        let location = locate(self.node.document().input_text(), start, length);
+        match self.file {
+            None => Diagnostic::new(code, message).at(location),
+            // A location is one of the main file.
+            Some(file) => {
+                let (name, line) = (quote(file.name.as_bytes()), location.line);
+                Diagnostic::new(code, format!("{message}, in {name}, which is included, at line {line}"))
+            }
+        }
+    }
+
+    /// An attribute that must be there.
+    pub(super) fn required(&self, name: &str) -> Result<&'a str, Failure> {
+        self.attribute(name).ok_or_else(|| {
+            let tag = quote_name(self.name());
+            Box::new(
+                self.diagnostic(Code::MissingKeyword, format!("<{tag}> has no {name}"))
+                    .help(format!("add the attribute {name}")),
+            )
+        })
+    }
+
+    /// A name within the limits.
+    pub(super) fn checked_name(&self, attribute: &str, name: &str, limits: &Limits) -> Result<String, Failure> {
+        if name.len() > limits.max_name_bytes {
+            let message = format!(
+                "a name has {} bytes, and {} are allowed",
+                name.len(),
+                limits.max_name_bytes
+            );
+            return Err(Box::new(self.at_attribute(attribute, Code::LimitExceeded, message)));
+        }
+        Ok(name.to_owned())
+    }
+
+    /// The numbers of an attribute whose value is `value`: between `least` and `most` of them.
+    pub(super) fn parse_numbers(
+        &self,
+        name: &str,
+        value: &str,
+        least: usize,
+        most: usize,
+    ) -> Result<Vec<f64>, Failure> {
+        let mut numbers = Vec::new();
+        let count = || match (least, most) {
+            (least, most) if least == most => least.to_string(),
+            _ => format!("{least} to {most}"),
+        };
+        for word in value.split_ascii_whitespace() {
+            let number: f64 = word.parse().map_err(|_| {
+                Box::new(
+                    self.at_attribute(
+                        name,
+                        Code::InvalidNumber,
+                        format!("{name} has a word that is not a number"),
+                    )
+                    .expected_found("a number", quote(word.as_bytes())),
+                )
+            })?;
+            if !is_plausible(number) {
+                return Err(Box::new(
+                    self.at_attribute(
+                        name,
+                        Code::NumberRange,
+                        format!("{name} has a number that is not finite, or too large"),
+                    )
+                    .expected_found(format!("a number of at most {FARTHEST:e}"), quote(word.as_bytes())),
+                ));
+            }
+            if numbers.len() == most {
+                numbers.push(number);
+                break;
+            }
+            numbers.push(number);
+        }
+        if !(least..=most).contains(&numbers.len()) {
+            let message = format!("{name} has the wrong number of values");
+            let found = value.split_ascii_whitespace().count().to_string();
+            return Err(Box::new(
+                self.at_attribute(name, Code::InvalidNumber, message)
+                    .expected_found(format!("{} numbers", count()), found),
+            ));
+        }
+        Ok(numbers)
+    }
+
+    /// One number of an attribute, where it is there.
+    pub(super) fn number(&self, name: &str) -> Result<Option<f64>, Failure> {
+        let Some(value) = self.attribute(name) else {
+            return Ok(None);
+        };
+        Ok(self.parse_numbers(name, value, 1, 1)?.first().copied())
+    }
+
+    /// Three numbers of an attribute, where it is there.
+    pub(super) fn vector(&self, name: &str) -> Result<Option<glam::DVec3>, Failure> {
+        let Some(value) = self.attribute(name) else {
+            return Ok(None);
+        };
+        let numbers = self.parse_numbers(name, value, 3, 3)?;
+        Ok(Some(glam::DVec3::from_slice(&numbers)))
+    }
+}

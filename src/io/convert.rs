@@ -1,0 +1,46 @@
+//! One call from a file to a file.
+
+use std::path::Path;
+
+use mocap_figure::convert::Conversion;
+use mocap_formats::{FormatInfo, Written};
+use mocap_scene::error::Result;
+use mocap_scene::files::ReplacePolicy;
+use mocap_scene::process::SkeletonMesh;
+
+use crate::export::Exporter;
+use crate::import::Importer;
+
+/// Converts the motion file `from` to the file `to`, whose extension names the format, as `mocap convert` does without
+/// options. Returns what was written, with its warnings.
+///
+/// Lengths become metres and +Y points up, except in a format that keeps the unit and axes of its source, such as BVH.
+/// An output of mocap is replaced; a file that may be a source is not. [`Importer`], [`Conversion`] and [`Exporter`]
+/// are the three parts of this call, with all options.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// let to = std::env::temp_dir().join("mocap_convert.glb");
+/// let written = mocap::convert("fixtures/real/cmu_short.bvh", &to)?;
+/// assert!(written.len() > 1000);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// Those of [`Importer::import`], [`Conversion::apply`] and [`Exporter::export`].
+pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Written> {
+    let (from, to) = (from.as_ref(), to.as_ref());
+    ReplacePolicy::new([from]).check_inputs(to)?;
+    let row = FormatInfo::of_output(to);
+    let has_file_meshes = row.is_some_and(|row| row.has_file_meshes);
+    let mesh = if has_file_meshes {
+        SkeletonMesh::Own
+    } else {
+        SkeletonMesh::Skinned
+    };
+    let importer = Importer::new().skeleton_mesh(mesh).gltf_meshes(has_file_meshes);
+    let mut scene = importer.import(from)?;
+    let keeps_units = row.is_some_and(FormatInfo::keeps_units);
+    Conversion::new().keep_units(keeps_units).apply(&mut scene)?;
+    Exporter::new().export(&scene, to)
+}

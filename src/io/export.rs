@@ -1,0 +1,343 @@
+//! From a scene to files: the counterpart of [`Importer`](crate::Importer).
+
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub mod parquet;
+
+use std::path::Path;
+
+use mocap_compress::ErrorBound;
+use mocap_figure::Humanoid;
+use mocap_formats::bvh::BvhOptions;
+use mocap_formats::fbx::FbxOptions;
+use mocap_formats::gltf::{BufferPlace, Compression};
+use mocap_formats::{FormatInfo, WriteOptions, Written, read_back};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::ReplacePolicy;
+use mocap_scene::pose::Trs;
+use mocap_scene::process;
+use mocap_scene::scene::{Format, Node, Original, Scene};
+
+/// Writes scenes in any written format, with options.
+///
+/// A scene goes out as it is: [`Conversion`](mocap_figure::Conversion) brings it to metres with +Y up, which glTF, VRM
+/// animations and packed clips are in. FBX states its unit and its axes; BVH has the scene's. In BVH the rest pose has
+/// no rotations: where the rest pose of the scene has, its joints get frames along the axes of the world.
+///
+/// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
+/// to say of an output, [`Written`] says.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::{Conversion, Exporter};
+///
+/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let folder = tempfile::tempdir().unwrap();
+/// for name in ["walk.glb", "walk.gltf", "walk.bvh", "walk.fbx", "walk.mclip"] {
+///     let written = Exporter::new().max_error(0.001).export(&scene, folder.path().join(name))?;
+///     assert!(written.warnings.is_empty());
+/// }
+/// assert!(folder.path().join("walk.bin").exists()); // the buffer of walk.gltf
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Exporter {
+    format: Option<Format>,
+    policy: ReplacePolicy,
+    overwrite: bool,
+    options: WriteOptions,
+}
+
+impl Exporter {
+    /// An exporter with the default options.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The format. Default: by the extension.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::{Exporter, Format};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let folder = tempfile::tempdir().unwrap();
+    /// Exporter::new().format(Format::Bvh).export(&scene, folder.path().join("take.txt"))?;
+    /// assert!(std::fs::read(folder.path().join("take.txt")).unwrap().starts_with(b"HIERARCHY"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn format(mut self, format: Format) -> Self {
+        self.format = Some(format);
+        self
+    }
+
+    /// How far what may be from its position: keys are removed and numbers are rounded within it. Default: every key
+    /// is written unchanged; a packed clip has the default of [`ErrorBound`].
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::compress::ErrorBound;
+    /// use mocap::{Conversion, Exporter, Format};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// Conversion::new().apply(&mut scene)?;
+    /// let bound = ErrorBound::new(0.001).shell_distance(0.03);
+    /// let [whole, smaller] = [Exporter::new(), Exporter::new().error_bound(bound)];
+    /// let length = |exporter: Exporter| Ok::<_, mocap::Error>(exporter.write(&scene, Format::Gltf)?.len());
+    /// assert!(2 * length(smaller)? < length(whole)?);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn error_bound(mut self, bound: impl Into<ErrorBound>) -> Self {
+        self.options.error_bound = Some(bound.into());
+        self
+    }
+
+    /// The largest distance of any joint or end site from its position, in metres, of [`Exporter::error_bound`].
+    #[must_use]
+    pub fn max_error(mut self, metres: f64) -> Self {
+        let bound = self.options.error_bound.get_or_insert_default();
+        bound.max_error = metres;
+        self
+    }
+
+    /// The distance of a shell from each joint, in metres, whose points keep the largest error too, as a skin does.
+    /// Default: as in [`Exporter::error_bound`]; in FBX 3 cm at least. It has no effect without a largest error.
+    #[must_use]
+    pub fn shell_distance(mut self, metres: f64) -> Self {
+        self.options.shell_distance = Some(metres);
+        self
+    }
+
+    /// How glTF stores keys. Default: [`Compression::Int16`] within a largest error, [`Compression::None`] without one.
+    /// One that is not `None` has the default of [`ErrorBound`] where none is named.
+    #[must_use]
+    pub fn compression(mut self, compression: Compression) -> Self {
+        self.options.compression = Some(compression);
+        self
+    }
+
+    /// Whether constant tracks of glTF are channels too, for engines that blend clips channel by channel. Default:
+    /// `false`, constant values are only in the node.
+    #[must_use]
+    pub fn keep_constant(mut self, keep: bool) -> Self {
+        self.options.keep_constant = keep;
+        self
+    }
+
+    /// Where a `.gltf` has its buffer. Default: in a `.bin` file beside it.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Exporter;
+    /// use mocap::gltf::BufferPlace;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let written = Exporter::new().write_as(&scene, "walk.gltf")?;
+    /// assert_eq!(written.files[0].name(), "walk.bin");
+    /// let written = Exporter::new().buffer(BufferPlace::Embedded).write_as(&scene, "walk.gltf")?;
+    /// assert_eq!(written.files.len(), 1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn buffer(mut self, buffer: BufferPlace) -> Self {
+        self.options.buffer = buffer;
+        self
+    }
+
+    /// How BVH is written: the order of rotations, decimals, position channels.
+    #[must_use]
+    pub fn bvh(mut self, options: BvhOptions) -> Self {
+        self.options.bvh = options;
+        self
+    }
+
+    /// How FBX is written: version, unit, axes, root, textures. Its [`FbxOptions::error_bound`], where there is one, is
+    /// that of the exporter.
+    #[must_use]
+    pub fn fbx(mut self, options: FbxOptions) -> Self {
+        let bound = options.error_bound.clone();
+        self.options.fbx = options;
+        match bound {
+            Some(bound) => self.error_bound(bound),
+            None => self,
+        }
+    }
+
+    /// Which joints are which bones, for a VRM animation. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds
+    /// them.
+    #[must_use]
+    pub fn humanoid(mut self, humanoid: Humanoid) -> Self {
+        self.options.humanoid = Some(humanoid);
+        self
+    }
+
+    /// The motion with other frames, which shows the T-pose of a VRM animation.
+    #[doc(hidden)]
+    pub fn t_pose_shown_by(mut self, whole: Option<Box<Scene>>) -> Self {
+        self.options.whole = whole;
+        self
+    }
+
+    /// Which files an output may replace. Default: [`ReplacePolicy::default`], which replaces no file that may be
+    /// somebody's source.
+    #[must_use]
+    pub fn replace(mut self, policy: ReplacePolicy) -> Self {
+        self.policy = policy;
+        self
+    }
+
+    /// Whether an output may replace any file but an input of [`Exporter::replace`]. Default: `false`.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Exporter;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let folder = tempfile::tempdir().unwrap();
+    /// let path = folder.path().join("walk.bvh");
+    /// std::fs::write(&path, "somebody's work").unwrap();
+    /// let error = Exporter::new().export(&scene, &path).unwrap_err();
+    /// assert_eq!(error.code().as_str(), "output-exists");
+    /// Exporter::new().overwrite(true).export(&scene, &path)?;
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn overwrite(mut self, overwrite: bool) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Writes `scene` to `path`, and files that belong to it beside it: all of them or none. After an error the files
+    /// are as before.
+    ///
+    /// # Errors
+    /// As [`Exporter::write_as`]; [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says;
+    /// [`Code::Io`].
+    pub fn export(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
+        let path = path.as_ref();
+        let written = self.write_as(scene, path)?;
+        let policy = self.policy.clone();
+        match self.overwrite {
+            true => written.save(path, &policy.force(true))?,
+            false => written.save(path, &policy)?,
+        }
+        Ok(written)
+    }
+
+    /// The files of `scene` in a format, in memory: the first of its extensions, `.glb` for glTF.
+    ///
+    /// # Errors
+    /// As [`Exporter::write_as`].
+    pub fn write(&self, scene: &Scene, format: Format) -> Result<Written> {
+        let extension = FormatInfo::of(format).extensions[0];
+        self.clone()
+            .format(format)
+            .write_as(scene, format!("scene.{extension}"))
+    }
+
+    /// The files that [`Exporter::export`] would write to `path`, in memory.
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where the format, or the extension of `path`, is none that is written;
+    /// [`Code::Unrepresentable`], with the joint, where the format cannot hold the scene; [`Code::FrameTime`] where
+    /// ticks per second are not above 0; [`Code::NoMotion`] where there is no animation and the format needs one;
+    /// [`Code::ErrorBound`] where the largest error cannot be kept; [`Code::InvalidValue`] where an option is not
+    /// valid; [`Code::LimitExceeded`] and [`Code::NumberRange`] where the file is too large for its format, or would be
+    /// refused when it is read; [`Code::MissingFeature`] where this build has no meshopt.
+    pub fn write_as(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
+        let path = path.as_ref();
+        let row = match self.format {
+            Some(format) => Some(FormatInfo::of(format)),
+            None if is_vrm(path) => Some(vrm_row(scene, path)?),
+            None => FormatInfo::of_output(path),
+        };
+        let Some((row, write)) = row.and_then(|row| Some((row, row.write?))) else {
+            return Err(unknown(self.format, path));
+        };
+        let options = WriteOptions {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            ..self.options.clone()
+        };
+        // Of a file that is passed through the nodes stay as they are.
+        let is_lost = !row.keeps_shear && scene.original.is_none();
+        let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
+        let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
+        let mut written = match is_at_rest_for(scene, row) {
+            true => write(scene, &options)?,
+            false => {
+                let mut at_rest = scene.clone();
+                process::zero_rest_rotations(&mut at_rest)?;
+                write(&at_rest, &options)?
+            }
+        };
+        written
+            .warnings
+            .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
+        read_back::check(&row.read, &written.files, &scene.nodes, scene.animations.iter())
+            .map_err(|error| error.with_path(path))?;
+        Ok(written)
+    }
+}
+
+/// The length of the vector of a quaternion above which a rest pose is rotated: the rounding of a decomposed matrix.
+const ROTATED: f32 = 1e-4;
+
+/// The warning of a format whose nodes have translation, rotation and scale alone.
+fn lost_shear(row: &FormatInfo, unsheared: &process::Unsheared) -> Diagnostic {
+    let nodes = match unsheared.nodes {
+        1 => "a node".to_owned(),
+        nodes => format!("{nodes} nodes"),
+    };
+    let message = format!(
+        "the axes of {nodes} shear at rest, which {} cannot say: they are up to {:.2} degrees from right angles, and at \
+         right angles in the file",
+        row.name, unsheared.degrees
+    );
+    Diagnostic::new(Code::Unrepresentable, message)
+        .in_joint(&unsheared.most)
+        .help("write .usda, which keeps them; or apply the transforms where the file was made")
+}
+
+/// Whether a format can have the rest pose of a scene. Where it cannot, joints get frames along the axes of the world,
+/// in which the rest pose has no rotations; nothing moves by that.
+#[doc(hidden)]
+pub fn is_at_rest_for(scene: &Scene, row: &FormatInfo) -> bool {
+    let is_rotated = |node: &Node| {
+        let rotation = Trs::from_matrix(node.transform).rotation;
+        rotation.xyz().length() > ROTATED
+    };
+    row.has_rest_rotations || !scene.nodes.iter().any(is_rotated) || process::can_zero_rest_rotations(scene).is_err()
+}
+
+fn is_vrm(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("vrm"))
+}
+
+/// The row of a `.vrm`, which is glTF that keeps the humanoid and the meshes of a VRM file.
+fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
+    if scene.original.as_ref().is_some_and(Original::is_vrm) {
+        return Ok(FormatInfo::of(Format::Gltf));
+    }
+    let message = "a .vrm keeps the character of a VRM file, and the motion is from another file";
+    let diagnostic = Diagnostic::new(Code::Unrepresentable, message)
+        .help("write .glb or .vrma, or put the motion on a character: mocap retarget MOTION HERO.vrm");
+    Err(Error::from(diagnostic).with_path(path))
+}
+
+/// The error of an output that no format writes.
+fn unknown(format: Option<Format>, path: &Path) -> Error {
+    let found = match (format, path.extension()) {
+        (Some(format), _) => format!("the format {format}"),
+        (None, Some(extension)) => format!(".{}", extension.to_string_lossy()),
+        (None, None) => "no extension".to_owned(),
+    };
+    let message = "the output is in no format that is written";
+    let diagnostic = Diagnostic::new(Code::UnknownFormat, message)
+        .expected_found(FormatInfo::written_extensions(), found)
+        .help("change the extension, or name the format: Exporter::format");
+    Error::from(diagnostic).with_path(path)
+}

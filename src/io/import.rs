@@ -1,0 +1,286 @@
+//! From a file to a scene: the only module of the library that opens input files.
+
+mod body;
+mod clips;
+mod contents;
+mod large;
+mod memory;
+mod options;
+mod reading;
+mod sha256;
+mod solved;
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+pub use self::clips::Clips;
+use self::contents::{Input, list_siblings};
+pub use self::memory::MemoryFile;
+use mocap_formats::gltf::Character;
+use mocap_formats::{ReadOptions, Source, mesh_surface, read_robot};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, Scene, Topic};
+use mocap_solve::Lengths;
+
+/// Imports a motion file with the default options.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// assert_eq!(scene.animations[0].channels[2].node_name, "Wrist");
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// Whatever [`Importer::import`] returns.
+pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
+    Importer::new().import(path)
+}
+
+/// Imports motion files with options.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::{Importer, RootOffset};
+///
+/// let scene = Importer::new()
+///     .root_offset(RootOffset::Replace)
+///     .retime(60.0)
+///     .import("fixtures/real/lecture_Test.bvh")?;
+/// assert_eq!(scene.animations[0].ticks_per_second, 60.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Importer {
+    read: ReadOptions,
+    format: Option<Format>,
+    skeleton: Option<PathBuf>,
+    skeleton_mesh: SkeletonMesh,
+    collapse_keys: bool,
+    strict: bool,
+    hash: bool,
+    clips: Clips,
+    joints: Option<String>,
+    lengths: Option<Lengths>,
+    markers: Option<String>,
+    standing: Option<PathBuf>,
+    body: Option<PathBuf>,
+    robot_meshes: bool,
+}
+
+impl Default for Importer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Importer {
+    /// An importer with the default options.
+    pub fn new() -> Self {
+        Self {
+            read: ReadOptions::default(),
+            format: None,
+            skeleton: None,
+            skeleton_mesh: SkeletonMesh::default(),
+            robot_meshes: false,
+            collapse_keys: true,
+            strict: false,
+            hash: true,
+            clips: Clips::All,
+            joints: None,
+            lengths: None,
+            markers: None,
+            standing: None,
+            body: None,
+        }
+    }
+
+    /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB.
+    ///
+    /// # Errors
+    /// [`Code::Io`] where the file, or a second file that it needs, cannot be opened; [`Code::UnknownFormat`] where the
+    /// format is unknown; other codes where the contents are not valid.
+    pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
+        let path = path.as_ref();
+        let input = contents::open(path, &self.read.limits, self.format.is_some())?;
+        let source = Source {
+            bytes: match &input {
+                Input::Whole(bytes) => bytes,
+                Input::Large(file) => file.beginning(),
+            },
+            blocks: None,
+            name: path,
+            release: &|_| {},
+            open: &|other| self.open(other),
+            list: &|extension| match &self.skeleton {
+                Some(named) => vec![named.clone()],
+                None => list_siblings(path, extension),
+            },
+        };
+        match &input {
+            Input::Whole(_) => self.read_source(&source),
+            Input::Large(file) => self.read_large(file, &source),
+        }
+    }
+
+    /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`; and
+    /// with curves sampled at `rate` where the file's own rate makes more frames than the limits allow. `import`
+    /// imports it with the importer that it is given.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::Importer;
+    ///
+    /// let scene = Importer::new().at_rate(Some(30.0), |importer| importer.import("fixtures/real/cmu_02_01.amc"))?;
+    /// assert_eq!(scene.animations[0].ticks_per_second, 30.0); // an .amc states no rate
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `import`.
+    pub fn at_rate(&self, rate: Option<f64>, import: impl Fn(&Self) -> Result<Scene>) -> Result<Scene> {
+        let assumes_rate = |scene: &Scene| {
+            let mut assumptions = scene.metadata.assumptions.iter();
+            assumptions.any(|assumption| assumption.topic == Topic::FrameRate)
+        };
+        let at = |rate| import(&self.clone().retime(rate));
+        match (import(self), rate) {
+            (Err(error), Some(rate)) if error.code() == Code::FrameTime => at(rate),
+            (Ok(scene), Some(rate)) if assumes_rate(&scene) => at(rate),
+            (Err(error), Some(rate)) if error.code() == Code::LimitExceeded => {
+                import(&self.clone().sampling_rate(rate)).map_err(|_| error)
+            }
+            (result, _) => result,
+        }
+    }
+
+    /// Reads a glTF or VRM file that gets further animations and is otherwise passed through.
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
+        self.with_file(path.as_ref(), |source| self.character(source))
+    }
+
+    /// Reads a file that names the other files that it needs.
+    fn with_file<T>(&self, path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T>) -> Result<T> {
+        let bytes = self.open(path)?;
+        read(&Source {
+            bytes: &bytes,
+            blocks: None,
+            name: path,
+            release: &|_| {},
+            open: &|other| self.open(other),
+            list: &|_| Vec::new(),
+        })
+    }
+
+    fn character(&self, source: &Source<'_>) -> Result<Character> {
+        let path = source.name;
+        if self.find_format(source.bytes, path)?.format != Format::Gltf {
+            let message = "only glTF and VRM files can be passed through";
+            return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
+        }
+        let mut character = Character::read(source, &self.read).map_err(|error| error.with_path(path))?;
+        let sha256 = match self.hash {
+            true => sha256::Sha256Sum::of(source.bytes),
+            false => String::new(),
+        };
+        let scene = self.finish(std::mem::take(&mut character.scene), source, sha256);
+        character.scene = scene.map_err(|error| error.with_path(path))?;
+        Ok(character)
+    }
+
+    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes, which
+    /// [`Importer::import`] leaves out of the scene.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// assert_eq!(robot.dof_names().len(), 19);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    pub fn import_robot(&self, path: impl AsRef<Path>) -> Result<Robot> {
+        self.with_file(path.as_ref(), |source| self.robot(source))
+    }
+
+    /// As [`import_robot`](Self::import_robot), from bytes; `name` is for errors. Meshes are not looked for.
+    ///
+    /// # Errors
+    /// As [`Importer::import_robot`].
+    pub fn read_robot(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Robot> {
+        self.robot(&Source::of_bytes(bytes, name.as_ref()))
+    }
+
+    /// As [`read_robot`](Self::read_robot), with other files: its meshes are looked for among them.
+    ///
+    /// # Errors
+    /// As [`Importer::import_robot`].
+    pub fn read_robot_among(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Robot> {
+        self.among(file, others, |source| self.robot(source))
+    }
+
+    fn robot(&self, source: &Source<'_>) -> Result<Robot> {
+        let format = self.find_format(source.bytes, source.name);
+        let read = format.and_then(|format| match format.format {
+            Format::Urdf | Format::Mjcf => read_robot(source, &self.read.limits),
+            other => {
+                let message = format!("the file is {other}, not a robot");
+                Err(Diagnostic::new(Code::UnknownFormat, message)
+                    .expected_found("urdf or mjcf", other.as_str())
+                    .into())
+            }
+        });
+        let mut robot = read.map_err(|error| error.with_path(source.name))?;
+        if self.robot_meshes {
+            mesh_surface::add(&mut robot, source.open);
+        }
+        Ok(robot)
+    }
+
+    /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
+    /// [`Limits::max_bytes`] if that is less; a stream whose beginning belongs to no known format is not read on,
+    /// unless [`Importer::format`] or the extension of `name` names one.
+    ///
+    /// ```
+    /// let text = &b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n"[..];
+    /// let importer = mocap::Importer::new();
+    /// let bytes = importer.read_stream(text, "standard input")?;
+    /// let scene = importer.read(&bytes, "standard input")?;
+    /// assert_eq!(scene.nodes[0].name, "a");
+    ///
+    /// let error = importer.read_stream(std::io::repeat(0), "zeros").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-format");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::Io`], [`Code::LimitExceeded`] and [`Code::UnknownFormat`].
+    pub fn read_stream(&self, stream: impl Read, name: impl AsRef<Path>) -> Result<Vec<u8>> {
+        let name = name.as_ref();
+        let is_known = self.format.is_some() || contents::format_of_extension(name).is_some();
+        contents::read_stream(stream, name, &self.read.limits, is_known)
+    }
+
+    /// The bytes of a regular file, if there are not more than the limits allow.
+    #[doc(hidden)]
+    pub fn open(&self, path: &Path) -> Result<Vec<u8>> {
+        contents::open_named(path, &self.read.limits)
+    }
+}
+
+/// The text of a small file that a job names beside its motions.
+#[doc(hidden)]
+pub fn read_text(path: &Path) -> Result<String> {
+    let bytes = contents::open_named(path, &Limits::default())?;
+    String::from_utf8(bytes).map_err(|_| {
+        let message = "the file is not UTF-8 text";
+        Error::from(Diagnostic::new(Code::BinaryFile, message)).with_path(path)
+    })
+}

@@ -1,0 +1,72 @@
+//! The body of arrays of rotations, from a file.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::Importer;
+use super::solved::is_array;
+use mocap_figure::convert::Conversion;
+use mocap_figure::robot_bones::robot_scene;
+use mocap_figure::vrm_humanoid;
+use mocap_formats::{Body, ReadOptions, Source, body_model};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Format, HumanoidBone, Scene};
+
+impl Importer {
+    /// The options of the reader, with the body where one was named.
+    pub(super) fn read_options(&self, source: &Source<'_>) -> Result<ReadOptions> {
+        let mut options = self.read.clone();
+        if let Some(path) = &self.body {
+            let bytes = (source.open)(path)?;
+            let file = Source {
+                bytes: &bytes,
+                name: path,
+                blocks: None,
+                ..*source
+            };
+            let body = self.body_of(&file).map_err(|error| error.with_path(path))?;
+            options.body = Some(Arc::new(body));
+        }
+        Ok(options)
+    }
+
+    /// A model of SMPL's family, a robot, or the bones of a figure in any format.
+    fn body_of(&self, file: &Source<'_>) -> Result<Body> {
+        if let Some(model) = body_model(file.bytes, &self.read.limits)? {
+            return Ok(Body::Model(model));
+        }
+        let importer = Self::new().limits(self.read.limits).gltf_meshes(false);
+        let format = importer.find_format(file.bytes, file.name).map(|row| row.format);
+        if matches!(format, Ok(Format::Urdf | Format::Mjcf)) {
+            let robot = importer.robot(file)?;
+            // A robot without legs takes no rotations of people, but it has joints.
+            let bones = bones(robot_scene(&robot)).unwrap_or_default();
+            return Ok(Body::Robot(Box::new(robot), bones));
+        }
+        bones(importer.read(file.bytes, file.name)?).map(Body::Bones)
+    }
+
+    /// Refuses a body for a file that needs none.
+    pub(super) fn check_body(&self, scene: &Scene) -> Result<()> {
+        if self.body.is_none() || is_array(scene) {
+            return Ok(());
+        }
+        let message = "--body gives lengths to arrays of rotations, and this file has a skeleton";
+        let help = "leave --body out; mocap retarget puts the motion on another body";
+        Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+    }
+}
+
+/// Where the bones of a figure are in its T-pose.
+fn bones(mut scene: Scene) -> Result<BTreeMap<HumanoidBone, Vec3>> {
+    Conversion::new().apply(&mut scene)?;
+    let body = vrm_humanoid(&scene, None)?;
+    let rest = Pose::rest(&body);
+    let position =
+        |(index, bone): (usize, Option<HumanoidBone>)| Some((bone?, rest.node_to_world[index].w_axis.truncate()));
+    let bones = body.nodes.iter().map(|node| node.humanoid_bone).enumerate();
+    Ok(bones.filter_map(position).collect())
+}

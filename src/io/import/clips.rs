@@ -1,0 +1,111 @@
+//! Which animations of a file are kept.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{AppliedStep, Scene};
+
+/// Which animations of a file to keep.
+///
+/// [`Importer::clips`](crate::Importer::clips) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "ClipText", into = "String")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(with = "ClipText"))]
+#[non_exhaustive]
+pub enum Clips {
+    /// All of them.
+    #[default]
+    All,
+    /// The one with this index, from 0.
+    Index(usize),
+    /// The first one of this name.
+    Name(String),
+}
+
+impl FromStr for Clips {
+    type Err = std::convert::Infallible;
+
+    /// `all`, an index from 0, or else a name.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match (text, text.parse()) {
+            ("all", _) => Self::All,
+            (_, Ok(index)) => Self::Index(index),
+            (name, Err(_)) => Self::Name(name.to_owned()),
+        })
+    }
+}
+
+/// As [`Clips::from_str`] reads it.
+impl fmt::Display for Clips {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("all"),
+            Self::Index(index) => index.fmt(f),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+impl From<Clips> for String {
+    fn from(clips: Clips) -> Self {
+        clips.to_string()
+    }
+}
+
+/// What a JSON file has: a name, or a number from 0.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a clip, or its number from 0")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+enum ClipText {
+    Index(usize),
+    Name(String),
+}
+
+impl From<ClipText> for Clips {
+    fn from(text: ClipText) -> Self {
+        match text {
+            ClipText::Index(index) => Self::Index(index),
+            ClipText::Name(name) => match name.parse() {
+                Ok(clips) => clips,
+                Err(never) => match never {},
+            },
+        }
+    }
+}
+
+/// Drops all animations but the chosen one.
+pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
+    let index = match clips {
+        Clips::All => return Ok(()),
+        Clips::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
+        Clips::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
+    };
+    let Some(index) = index else {
+        let names = scene.animations.iter().enumerate();
+        let known: Vec<_> = names
+            .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
+            .collect();
+        let found = match clips {
+            Clips::Name(name) => format!("\"{name}\""),
+            Clips::Index(index) => format!("{index}"),
+            Clips::All => String::new(),
+        };
+        let known = if known.is_empty() {
+            "no clip".to_owned()
+        } else {
+            known.join(", ")
+        };
+        return Err(Diagnostic::new(Code::InvalidValue, "the file does not have this clip")
+            .expected_found(known, found)
+            .into());
+    };
+    scene.animations = vec![scene.animations.swap_remove(index)];
+    for animations in scene.weight_keys().filter(|animations| index < animations.len()) {
+        *animations = vec![animations.swap_remove(index)];
+    }
+    scene.metadata.steps.push(AppliedStep::SelectClip { index });
+    Ok(())
+}

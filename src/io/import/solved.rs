@@ -1,0 +1,150 @@
+//! Points of a file that become a skeleton: where the caller names their joints, and where an array has those of SMPL.
+
+use std::path::Path;
+
+use super::Importer;
+use mocap_formats::Source;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::{Format, NodeKind, Scene};
+use mocap_solve::JointSet;
+use mocap_solve::markers::{Known, solve_markers};
+
+/// Formats of arrays, whose points may have no names of their own.
+const ARRAYS: [Format; 6] = [
+    Format::Npz,
+    Format::Npy,
+    Format::Torch,
+    Format::Pickle,
+    Format::Csv,
+    Format::Parquet,
+];
+
+/// Labels of markers are looked up in the known sets; with a colon and a name, those of that subject alone.
+const AUTO: &str = "auto";
+
+impl Importer {
+    /// Solves rotations from the positions of a scene without a skeleton.
+    pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
+        // A trial of somebody who stands is of no use but for a skeleton from markers.
+        let implied = self.standing.as_ref().filter(|_| self.joints.is_none()).map(|_| AUTO);
+        let markers = self.markers.as_deref().or(implied);
+        let set = match &self.joints {
+            _ if markers.is_some() => None,
+            Some(joints) => Some(joint_set(joints, source)?),
+            None if is_array(scene) && is_points(scene) => set_of_names(scene),
+            None => None,
+        };
+        match (set, self.lengths, markers) {
+            (Some(set), lengths, _) => set.lengths(lengths.unwrap_or_default()).solve(scene),
+            (None, Some(_), _) => Err(needless_lengths()),
+            (None, None, Some(names)) => self.solve_markers(scene, names, source),
+            (None, None, None) => Ok(()),
+        }
+    }
+
+    fn solve_markers(&self, scene: &mut Scene, names: &str, source: &Source<'_>) -> Result<()> {
+        check_markers(scene)?;
+        let mut known = Known::default();
+        if let Some(subject) = names.strip_prefix(AUTO).and_then(|rest| rest.strip_prefix(':')) {
+            known = known.subject(subject);
+        } else if names != AUTO {
+            let bytes = (source.open)(Path::new(names))?;
+            let text = String::from_utf8(bytes)
+                .map_err(|_| Diagnostic::new(Code::BinaryFile, format!("{names} is not UTF-8 text")))?;
+            known = known.named(names, &text)?;
+        }
+        if let Some(standing) = &self.standing {
+            let bytes = (source.open)(standing)?;
+            let importer = Self {
+                format: None,
+                markers: None,
+                standing: None,
+                joints: None,
+                lengths: None,
+                ..self.clone()
+            };
+            let trial = importer.read(&bytes, standing)?;
+            check_markers(&trial).map_err(|error| error.with_path(standing))?;
+            known = known.standing(trial);
+        }
+        solve_markers(scene, &known)
+    }
+}
+
+/// The error of lengths where no positions of joints are solved.
+fn needless_lengths() -> Error {
+    let message = "--lengths is for rotations that are solved from positions of joints, and none are here";
+    let help = "name the joints with --joints, or leave --lengths out";
+    Diagnostic::new(Code::InvalidValue, message).help(help).into()
+}
+
+/// A set by its name, or that of a JSON file.
+fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
+    if let Some(set) = JointSet::named(joints) {
+        return Ok(set);
+    }
+    let unknown = |why: String| -> Error {
+        Diagnostic::new(Code::InvalidValue, format!("\"{joints}\" is no set of joints"))
+            .expected_found(format!("{}, or a JSON file", JointSet::names()), why)
+            .into()
+    };
+    let bytes = (source.open)(Path::new(joints)).map_err(|error| unknown(error.diagnostic().message.clone()))?;
+    let text = String::from_utf8(bytes).map_err(|_| unknown("a file that is not UTF-8 text".to_owned()))?;
+    JointSet::from_json(joints, &text)
+}
+
+/// Refuses what is no group of points.
+fn check_markers(scene: &Scene) -> Result<()> {
+    if is_points(scene) {
+        return Ok(());
+    }
+    if scene.animations.is_empty() && is_group(scene) {
+        return Err(no_frame(scene).into());
+    }
+    let message = "the file has no markers: it has a skeleton, or nothing that moves";
+    let help = "mocap convert takes files with a skeleton; --joints names the joints of arrays";
+    Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+}
+
+/// The error of markers without a frame. Where the file is cut off, its reader has said what it states and what is
+/// there.
+fn no_frame(scene: &Scene) -> Diagnostic {
+    let cut = scene.warnings.iter().find(|warning| warning.code == Code::FrameCount);
+    let markers = scene.nodes.len() - 1;
+    let Some(cut) = cut else {
+        let message = format!("the file has no frames: it names {markers} markers, and has no position of any");
+        return Diagnostic::new(Code::NoMotion, message).help("export the take again, with its frames");
+    };
+    Diagnostic {
+        code: Code::UnexpectedEnd,
+        message: format!(
+            "the file is cut off before its first frame is whole: of its {markers} markers it has labels alone"
+        ),
+        help: Some("export or download the file again".to_owned()),
+        ..cut.clone()
+    }
+}
+
+/// Whether the scene was read from a file of arrays.
+pub(super) fn is_array(scene: &Scene) -> bool {
+    scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format))
+}
+
+/// Whether the scene is a group of points that move.
+fn is_points(scene: &Scene) -> bool {
+    !scene.animations.is_empty() && is_group(scene)
+}
+
+/// Whether all that the scene has stands in one group.
+fn is_group(scene: &Scene) -> bool {
+    scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
+}
+
+/// The set whose joints have the names of the points.
+fn set_of_names(scene: &Scene) -> Option<JointSet> {
+    let names: Vec<&str> = scene.nodes.iter().skip(1).map(|node| node.name.as_str()).collect();
+    ["smpl22", "smpl24"]
+        .into_iter()
+        .filter_map(JointSet::named)
+        .find(|set| set.has_points(&names))
+}

@@ -1,0 +1,263 @@
+//! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
+//!
+//! [`Arrays::of`](crate::arrays::Arrays::of) makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the
+//! feature `arrow` tables, and with `parquet` files of them. Functions such as [`robot_csv`] write the motion of a
+//! robot, contacts, a distance matrix and columns over time.
+//!
+//! | array | shape | values |
+//! |---|---|---|
+//! | [`Arrays::positions`] | frames x joints x 3 | x, y, z in the unit and the axes of the output |
+//! | [`Arrays::rotations`] | frames x joints x [`Rotation::width`] | see [`Rotation`] |
+//! | [`Arrays::velocities`] | frames x joints x 3 | of the positions, in units per second |
+//! | [`Arrays::contacts`] | frames x joints | whether a foot stands on the ground |
+//!
+//! Each is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
+//! infinity in the file are replaced by the last finite value, and
+//! [`Importer::root_offset`](mocap_io::Importer::root_offset) decides how a root's OFFSET is used; both happen when the
+//! file is read, and are in the scene's warnings and in the provenance.
+
+#[cfg(feature = "npz")]
+mod body;
+mod chain;
+mod contacts;
+mod csv;
+mod frame;
+mod joints;
+mod lanes;
+#[cfg(feature = "npz")]
+pub(crate) mod npz;
+mod options;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod pickle;
+mod robot;
+mod rotation;
+mod rows;
+#[cfg(feature = "arrow")]
+pub mod table;
+mod timeline;
+#[cfg_attr(
+    not(feature = "npz"),
+    expect(dead_code, reason = "files of training code are archives of NumPy")
+)]
+pub(crate) mod trainers;
+
+use serde::Serialize;
+
+use mocap_formats::gltf::Provenance;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::math::velocity;
+use mocap_scene::scene::{Scene, UpAxis};
+
+#[cfg(feature = "npz")]
+pub use self::body::{BodyArrays, BodyLayout};
+pub use self::joints::Joint;
+#[cfg(feature = "npz")]
+pub use self::npz::{contacts_npz, matrix_npy, robot_npz, robot_qpos_npz};
+pub use self::options::{ArrayOptions, Contacts, Space};
+#[cfg(feature = "parquet")]
+pub use self::parquet::time_series_parquet;
+pub use self::robot::{robot_csv, robot_pickle};
+pub use self::rotation::{Rotation, RotationSpace};
+pub use mocap_figure::convert::Moment;
+pub use mocap_scene::files::csv_field;
+
+/// A motion as arrays, and their description.
+///
+/// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Arrays {
+    /// The meaning and the origin of the numbers.
+    pub header: Header,
+    /// The number of frames; 0 where the file has no motion.
+    pub frames: usize,
+    /// Frames x joints x 3.
+    pub positions: Vec<f32>,
+    /// Frames x joints x [`Rotation::width`].
+    pub rotations: Vec<f32>,
+    /// Frames x joints x 3, if asked for.
+    pub velocities: Option<Vec<f32>>,
+    /// Frames x joints, if asked for. `false` for joints that are not feet.
+    pub contacts: Option<Vec<bool>>,
+}
+
+impl Arrays {
+    /// The joints, in the order of the second axis.
+    pub fn joints(&self) -> &[Joint] {
+        &self.header.joints
+    }
+
+    /// Frames per second; 0 where there is no motion.
+    pub fn frame_rate(&self) -> f64 {
+        self.header.frame_rate
+    }
+
+    /// Refuses numbers that are not finite: positions far from the origin can add up to them.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`], with the joint.
+    fn check(&self) -> Result<()> {
+        let columns = [
+            ("position", self.positions.as_slice(), 3),
+            ("rotation", &self.rotations, self.header.rotation.width()),
+            ("velocity", self.velocities.as_deref().unwrap_or_default(), 3),
+        ];
+        for (what, values, width) in columns {
+            let Some(wrong) = values.iter().position(|value| !value.is_finite()) else {
+                continue;
+            };
+            let row = wrong / width;
+            let (frame, joint) = (row / self.header.joints.len(), row % self.header.joints.len());
+            let message = format!("the {what} in frame {frame} is not finite");
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .in_joint(&self.header.joints[joint].name)
+                .help("positions add up to more than 32-bit numbers hold: check the unit and the scales of the file")
+                .into());
+        }
+        Ok(())
+    }
+
+    /// Frames x joints: the rows of a table with one row for each.
+    pub fn rows(&self) -> usize {
+        self.frames * self.header.joints.len()
+    }
+}
+
+/// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
+///
+/// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Header {
+    /// Frames per second; 0 where there is no motion.
+    pub frame_rate: f64,
+    /// Metres per unit of length of the output; absent where neither the file nor the options state it.
+    pub metres_per_unit: Option<f64>,
+    /// The up axis of the output; absent where neither the file nor the options state it.
+    pub up: Option<UpAxis>,
+    /// What positions are relative to.
+    pub space: Space,
+    /// The representation of rotations.
+    pub rotation: Rotation,
+    /// What rotations are relative to.
+    pub rotation_space: RotationSpace,
+    /// The thresholds for contacts, where contacts were asked for.
+    pub contacts: Option<Contacts>,
+    /// The joints, in the order of the second axis.
+    pub joints: Vec<Joint>,
+    /// The file, and all decisions and changes.
+    pub provenance: Provenance,
+}
+
+impl Header {
+    /// The header as JSON on one line.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("a header has string keys only, and numbers that JSON has")
+    }
+}
+
+impl Arrays {
+    /// The first animation of `scene` as arrays. Long motions are computed by several threads; the values do not depend
+    /// on their number.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::arrays::{ArrayOptions, Arrays};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let motion = Arrays::of(&scene, &ArrayOptions::default())?;
+    /// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
+    /// assert_eq!(motion.joints()[1].name, "Elbow");
+    /// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and rotated by 5 degrees.
+    /// let elbow = &motion.positions[3..6];
+    /// assert!((f64::from(elbow[0]) - (0.1 + 2.0 * 5f64.to_radians().cos())).abs() < 1e-6);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where an option is not valid, such as a pattern that matches no joint's name, or a part
+    /// that begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the
+    /// default [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not
+    /// finite.
+    pub fn of(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
+        let mut provenance = Provenance::of(scene);
+        let frame = frame::Frame::new(scene, options, &mut provenance)?;
+        let joints = joints::Selection::new(scene, options, frame.scale)?;
+        let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
+        let width = 6 + options.rotation.width();
+        check_size(&timeline, joints.nodes.len() * width)?;
+        provenance.frames = timeline.frames as u64;
+        provenance.frame_time = timeline.frame_time();
+
+        let rows = timeline.frames * joints.nodes.len();
+        let mut positions = vec![0.0; rows * 3];
+        let mut rotations = vec![0.0; rows * options.rotation.width()];
+        let mut feet = contacts::Feet::new(scene, &frame, &joints, options, timeline.frames)?;
+        if let Some(animation) = scene.animations.first().filter(|_| rows > 0) {
+            let source = rows::Source {
+                scene,
+                animation,
+                options,
+                frame: &frame,
+                joints: &joints,
+                timeline: &timeline,
+                feet: &feet.joints,
+            };
+            source.fill(rows::Rows {
+                positions: &mut positions,
+                rotations: &mut rotations,
+                feet: &mut feet.positions,
+            });
+        }
+        let frame_rate = timeline.frame_rate;
+        let velocities = options
+            .velocities
+            .then(|| velocity::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
+        let arrays = Arrays {
+            frames: timeline.frames,
+            positions,
+            rotations,
+            velocities,
+            contacts: feet.contacts(&frame, frame_rate),
+            header: Header {
+                frame_rate,
+                metres_per_unit: frame.metres_per_unit,
+                up: frame.up,
+                space: options.space,
+                rotation: options.rotation,
+                rotation_space: options.rotation_space,
+                contacts: options.contacts.clone(),
+                joints: joints.joints,
+                provenance,
+            },
+        };
+        arrays.check()?;
+        Ok(arrays)
+    }
+}
+
+/// A frame rate of the caller decides the memory, so it is checked like a count in a file.
+fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<()> {
+    let values = |frames: usize| (frames as u64).saturating_mul(values_per_frame as u64);
+    let limit = Limits::default().expanded_values(values(timeline.frames_in_file));
+    let values = values(timeline.frames);
+    if values > limit {
+        let diagnostic = Diagnostic::new(
+            Code::LimitExceeded,
+            "the arrays would have more values than the limits allow",
+        )
+        .expected_found(format!("at most {limit} values"), format!("{values} values"))
+        .help("select a part of the motion, or fewer frames per second");
+        return Err(diagnostic.into());
+    }
+    Ok(())
+}
+
+/// The error for an option that is not valid.
+fn unknown_option(message: impl Into<String>, expected: &str, found: impl Into<String>) -> Error {
+    Diagnostic::new(Code::InvalidValue, message)
+        .expected_found(expected, found)
+        .into()
+}

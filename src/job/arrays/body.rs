@@ -1,0 +1,321 @@
+//! Motions of humanoids in the layouts of others: AMASS, SMPL-X, Kimodo, HumanML3D.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
+
+use super::npz;
+use mocap_figure::convert::Conversion;
+use mocap_figure::vrm_humanoid;
+use mocap_formats::SMPL_ROOT;
+use mocap_formats::humanml3d;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::math::up_axis::turn_to_y_up;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::joint_tables::{Joint, smpl};
+use mocap_scene::scene::{HumanoidBone as Bone, Scene, UpAxis};
+
+/// A layout of arrays for the motion of a humanoid. [`BodyArrays`] has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BodyLayout {
+    /// AMASS: `poses` (frames, 165) of SMPL-X and `trans`, +Z up.
+    Amass,
+    /// SMPL-X's dictionary: `global_orient`, `body_pose`, hands, jaw, eyes, `transl`, +Y up.
+    Smplx,
+    /// Kimodo: `posed_joints`, `global_rot_mats`, `local_rot_mats`, `root_positions` of the 22 joints of SMPL-X.
+    Kimodo,
+    /// HumanML3D: 263 numbers a frame, at 20 frames a second.
+    HumanMl3d,
+}
+
+impl BodyLayout {
+    /// Every layout.
+    pub const ALL: [Self; 4] = [Self::Amass, Self::Smplx, Self::Kimodo, Self::HumanMl3d];
+
+    /// The name that users type.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Amass => "amass",
+            Self::Smplx => "smplx",
+            Self::Kimodo => "kimodo",
+            Self::HumanMl3d => "humanml3d",
+        }
+    }
+
+    /// The extension of its files.
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::HumanMl3d => "npy",
+            _ => "npz",
+        }
+    }
+}
+
+impl FromStr for BodyLayout {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|layout| layout.as_str() == name)
+            .ok_or_else(|| {
+                Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is no layout of arrays"))
+                    .expected_found("amass, smplx, kimodo or humanml3d", name)
+                    .into()
+            })
+    }
+}
+
+/// The motion of a humanoid on the joints of SMPL-X, whose rotations are those of the T-pose.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::arrays::{BodyArrays, BodyLayout};
+///
+/// let scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// let body = BodyArrays::new(&scene)?;
+/// assert_eq!((body.frames, body.poses.len()), (75, 75 * 55 * 3));
+/// assert!(body.write(BodyLayout::Amass)?.starts_with(b"PK"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BodyArrays {
+    /// Frames of the motion.
+    pub frames: usize,
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// Rotations of the 55 joints of SMPL-X to their parents, as vectors along the axis as long as the angle in
+    /// radians: frames x 55 x 3, +Y up. Fingers begin at a flat hand; joints that the body lacks have none.
+    pub poses: Vec<f64>,
+    /// Where the pelvis is, in metres, +Y up: frames x 3.
+    pub root: Vec<f64>,
+    /// Where the joints are at rest, in the axes of SMPL's template: 55 x 3, in metres.
+    pub rest_joints: Vec<f64>,
+    joints: Vec<Joint>,
+}
+
+/// The joints of SMPL-X, and those of its body.
+const ALL_JOINTS: usize = 55;
+const BODY_JOINTS: usize = 22;
+
+impl BodyArrays {
+    /// The first animation of a scene, in any unit and with any axis up.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where no humanoid is found; [`Code::NoMotion`] where there is no motion.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let mut scene = scene.clone();
+        scene.animations.truncate(1);
+        Conversion::new().apply(&mut scene)?;
+        let body = vrm_humanoid(&scene, None)?;
+        let Some(animation) = body.animations.first() else {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion to write").into());
+        };
+        let joints = smpl(ALL_JOINTS).unwrap_or_default();
+        let nodes: BTreeMap<Bone, usize> = (body.nodes.iter().enumerate())
+            .filter_map(|(index, node)| Some((node.humanoid_bone?, index)))
+            .collect();
+        let node = |joint: &Joint| joint.bone.and_then(|bone| nodes.get(&bone).copied());
+        let rest = rest_joints(&joints, &Pose::rest(&body), &node);
+        let frames = animation.frame_count();
+        let mut made = Self {
+            frames,
+            frame_rate: animation.ticks_per_second,
+            poses: Vec::with_capacity(frames * ALL_JOINTS * 3),
+            root: Vec::with_capacity(frames * 3),
+            rest_joints: rest
+                .iter()
+                .flat_map(|root_position| root_position.as_dvec3().to_array())
+                .collect(),
+            joints,
+        };
+        for frame in 0..frames {
+            let Some(pose) = Pose::at_tick(&body, 0, frame as f64) else {
+                break;
+            };
+            let mut world: Vec<DQuat> = Vec::with_capacity(ALL_JOINTS);
+            for joint in &made.joints {
+                let above = joint.parent.map_or(DQuat::IDENTITY, |parent| world[parent]);
+                let own = node(joint).map_or(above, |node| {
+                    Quat::from_mat4(&pose.node_to_world[node]).as_dquat().normalize()
+                });
+                world.push(own);
+                made.poses
+                    .extend(rotation_vector((above.inverse() * own).normalize()).to_array());
+            }
+            let hips = made
+                .joints
+                .first()
+                .and_then(node)
+                .map_or(Vec3::ZERO, |node| pose.node_to_world[node].w_axis.truncate());
+            made.root.extend(hips.as_dvec3().to_array());
+        }
+        Ok(made)
+    }
+
+    /// The file of a layout.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where HumanML3D's has no second frame.
+    pub fn write(&self, layout: BodyLayout) -> Result<Vec<u8>> {
+        match layout {
+            BodyLayout::Amass => Ok(self.amass()),
+            BodyLayout::Smplx => Ok(self.smplx()),
+            BodyLayout::Kimodo => Ok(self.kimodo()),
+            BodyLayout::HumanMl3d => self.humanml3d(),
+        }
+    }
+
+    fn vector(&self, frame: usize, joint: usize) -> DVec3 {
+        DVec3::from_slice(&self.poses[3 * (frame * ALL_JOINTS + joint)..][..3])
+    }
+
+    fn rest(&self, joint: usize) -> DVec3 {
+        DVec3::from_slice(&self.rest_joints[3 * joint..][..3])
+    }
+
+    fn root_position(&self, frame: usize) -> DVec3 {
+        DVec3::from_slice(&self.root[3 * frame..][..3])
+    }
+
+    /// The columns of joints `first..last` in every frame.
+    fn columns(&self, first: usize, last: usize) -> Vec<f64> {
+        let row = |frame: usize| &self.poses[3 * (frame * ALL_JOINTS + first)..3 * (frame * ALL_JOINTS + last)];
+        (0..self.frames).flat_map(row).copied().collect()
+    }
+
+    fn amass(&self) -> Vec<u8> {
+        let to_z_up = turn_to_y_up(UpAxis::Z).inverse();
+        let mut poses = self.poses.clone();
+        let mut trans = Vec::with_capacity(self.root.len());
+        for frame in 0..self.frames {
+            let root = to_z_up * DQuat::from_scaled_axis(self.vector(frame, 0));
+            poses[3 * frame * ALL_JOINTS..][..3].copy_from_slice(&rotation_vector(root.normalize()).to_array());
+            trans.extend((to_z_up * self.root_position(frame) - self.rest(0)).to_array());
+        }
+        let frames = self.frames;
+        npz::of_doubles(
+            &[
+                ("poses", &[frames, 3 * ALL_JOINTS], &poses),
+                ("trans", &[frames, 3], &trans),
+                ("betas", &[16], &[0.0; 16]),
+                ("mocap_frame_rate", &[], &[self.frame_rate]),
+                ("rest_joints", &[ALL_JOINTS, 3], &self.rest_joints),
+            ],
+            &[("gender", "neutral"), ("surface_model_type", "smplx")],
+        )
+    }
+
+    fn smplx(&self) -> Vec<u8> {
+        let frames = self.frames;
+        let transl: Vec<f64> = (0..frames)
+            .flat_map(|frame| (self.root_position(frame) - self.rest(0)).to_array())
+            .collect();
+        let parts = [
+            ("global_orient", 0, 1),
+            ("body_pose", 1, 22),
+            ("jaw_pose", 22, 23),
+            ("leye_pose", 23, 24),
+            ("reye_pose", 24, 25),
+            ("left_hand_pose", 25, 40),
+            ("right_hand_pose", 40, 55),
+        ];
+        let columns = parts.map(|(name, first, last)| (name, [frames, 3 * (last - first)], self.columns(first, last)));
+        let mut arrays: Vec<(&str, &[usize], &[f64])> = columns
+            .iter()
+            .map(|(name, shape, values)| (*name, &shape[..], &values[..]))
+            .collect();
+        let (shape, rate) = ([frames, 3], [self.frame_rate]);
+        arrays.extend([
+            ("transl", &shape[..], &transl[..]),
+            ("betas", &[10][..], &[0.0; 10][..]),
+            ("fps", &[][..], &rate[..]),
+            ("rest_joints", &[ALL_JOINTS, 3][..], &self.rest_joints[..]),
+        ]);
+        npz::of_doubles(&arrays, &[("gender", "neutral")])
+    }
+
+    /// Rotations to the world and positions of the joints of the body in a frame.
+    fn posed(&self, frame: usize) -> ([DQuat; BODY_JOINTS], [DVec3; BODY_JOINTS]) {
+        let (mut world, mut positions) = ([DQuat::IDENTITY; BODY_JOINTS], [self.root_position(frame); BODY_JOINTS]);
+        for joint in 0..BODY_JOINTS {
+            let own = DQuat::from_scaled_axis(self.vector(frame, joint));
+            match self.joints[joint].parent {
+                None => world[joint] = own,
+                Some(parent) => {
+                    world[joint] = world[parent] * own;
+                    positions[joint] = positions[parent] + world[parent] * (self.rest(joint) - self.rest(parent));
+                }
+            }
+        }
+        (world, positions)
+    }
+
+    fn kimodo(&self) -> Vec<u8> {
+        let matrix = |rotation: DQuat| DMat3::from_quat(rotation).transpose().to_cols_array();
+        let (mut joints, mut global, mut local) = (Vec::new(), Vec::new(), Vec::new());
+        for frame in 0..self.frames {
+            let (world, positions) = self.posed(frame);
+            joints.extend(positions.iter().flat_map(glam::DVec3::to_array));
+            global.extend(world.iter().flat_map(|rotation| matrix(*rotation)));
+            local.extend((0..BODY_JOINTS).flat_map(|joint| matrix(DQuat::from_scaled_axis(self.vector(frame, joint)))));
+        }
+        let frames = self.frames;
+        npz::of_doubles(
+            &[
+                ("posed_joints", &[frames, BODY_JOINTS, 3], &joints),
+                ("global_rot_mats", &[frames, BODY_JOINTS, 3, 3], &global),
+                ("local_rot_mats", &[frames, BODY_JOINTS, 3, 3], &local),
+                ("root_positions", &[frames, 3], &self.root),
+                ("fps", &[], &[self.frame_rate]),
+            ],
+            &[],
+        )
+    }
+
+    /// At 20 frames a second: the frame nearest to each time.
+    fn humanml3d(&self) -> Result<Vec<u8>> {
+        let step = self.frame_rate / humanml3d::RATE;
+        let count = ((self.frames.max(1) - 1) as f64 / step) as usize + 1;
+        let nearest = |index: usize| ((index as f64 * step).round() as usize).min(self.frames - 1);
+        let frames: Vec<[DVec3; BODY_JOINTS]> = (0..count).map(|index| self.posed(nearest(index)).1).collect();
+        let rows = humanml3d::numbers(&frames);
+        if rows.is_empty() {
+            let message = "the numbers of HumanML3D are those from one frame to the next, and there is one frame";
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        }
+        let values: Vec<f32> = rows.iter().flatten().copied().collect();
+        Ok(npz::npy_of_floats(&[rows.len(), humanml3d::NUMBERS], &values))
+    }
+}
+
+/// Where the joints are at rest: those of the body, and those that it lacks where the joint above is. The pelvis is
+/// where SMPL's template has it.
+fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<usize>) -> Vec<Vec3> {
+    let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
+    let neck = joints
+        .iter()
+        .find(|joint| joint.bone == Some(Bone::Neck))
+        .and_then(node);
+    let neck = neck.map(|node| rest.node_to_world[node].w_axis.truncate());
+    for joint in joints {
+        let own = node(joint).map(|node| rest.node_to_world[node].w_axis.truncate());
+        let above = joint.parent.map_or(Vec3::ZERO, |parent| positions[parent]);
+        // A spine with fewer joints: half of what is left up to the neck.
+        let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
+        let lacking = || {
+            if is_spine {
+                neck.map_or(above, |neck| above.midpoint(neck))
+            } else {
+                above
+            }
+        };
+        positions.push(own.unwrap_or_else(lacking));
+    }
+    let shift = SMPL_ROOT - positions.first().copied().unwrap_or_default();
+    positions.iter().map(|root_position| *root_position + shift).collect()
+}

@@ -1,0 +1,232 @@
+//! Forward kinematics of a block of frames, node by node.
+//!
+//! [`Pose`](mocap_scene::pose::Pose) goes frame by frame, which suits whoever shows one moment. Where all frames are wanted,
+//! the keys of a track are read one after the other, as they lie in memory, and a node is chained to its parent in
+//! [many frames at once](super::lanes).
+
+use glam::{Mat4, Quat, Vec3};
+
+use crate::arrays::lanes::{LANES, Rotations, Transforms};
+use mocap_scene::pose::{Binding, Trs, forward_kinematics};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+/// What to chain.
+pub(super) struct Wanted<'a> {
+    /// The nodes whose transforms are asked for.
+    pub(super) nodes: &'a [NodeId],
+    /// Whether their axes in the world are asked for too.
+    pub(super) axes: bool,
+    /// The scene's axes to those of the world.
+    pub(super) turn: Option<Mat4>,
+}
+
+/// A skeleton in the frames of a block.
+pub(super) struct Chain<'a> {
+    links: Vec<Link<'a>>,
+    to_world: Vec<Transforms>,
+    turn: Option<Transforms>,
+}
+
+/// A node that is wanted, or one above it.
+struct Link<'a> {
+    node: NodeId,
+    /// The index of its parent in the chain.
+    parent: Option<usize>,
+    /// What moves it. Tracks with one key are read when the chain is made.
+    positions: Option<&'a Keys<Vec3>>,
+    rotations: Option<&'a Keys<Quat>>,
+    scalings: Option<&'a Keys<Vec3>>,
+    still_scale: Vec3,
+    to_parent: Transforms,
+    rotation: Rotations,
+    /// Whether anything needs its axes in the world.
+    needs_axes: bool,
+}
+
+impl<'a> Chain<'a> {
+    /// `animation` is one of `scene`, and `binding` its own.
+    pub(super) fn new(scene: &Scene, animation: &'a Animation, binding: &Binding, wanted: &Wanted<'_>) -> Self {
+        let mut channels: Vec<Option<&'a Channel>> = vec![None; scene.nodes.len()];
+        for (node, channel) in binding.driven() {
+            channels[node.index()] = animation.channels.get(channel);
+        }
+        let mut is_wanted = vec![false; scene.nodes.len()];
+        let mut has_children = vec![false; scene.nodes.len()];
+        for node in wanted.nodes {
+            is_wanted[node.index()] = true;
+        }
+        let is_asked_for = is_wanted.clone();
+        for (index, node) in scene.nodes.iter().enumerate().rev() {
+            if let (true, Some(parent)) = (is_wanted[index], node.parent) {
+                is_wanted[parent.index()] = true;
+                has_children[parent.index()] = true;
+            }
+        }
+        // Nodes that are left out are not among the links.
+        let mut link_of = vec![None; scene.nodes.len()];
+        let mut links = Vec::with_capacity(scene.nodes.len());
+        for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| is_wanted[*index]) {
+            link_of[index] = Some(links.len());
+            let parent = node.parent.and_then(|parent| link_of[parent.index()]);
+            let needs_axes = has_children[index] || (wanted.axes && is_asked_for[index]);
+            links.push(Link::new(
+                NodeId::new(index),
+                parent,
+                node.transform,
+                channels[index],
+                needs_axes,
+            ));
+        }
+        Self {
+            to_world: vec![Transforms::splat(Mat4::IDENTITY); links.len()],
+            links,
+            turn: wanted.turn.map(Transforms::splat),
+        }
+    }
+
+    /// The index of a wanted node in the chain, for the methods below.
+    pub(super) fn index(&self, node: NodeId) -> usize {
+        self.links.partition_point(|link| link.node < node)
+    }
+
+    /// Moves to the ticks of a block.
+    pub(super) fn sample(&mut self, ticks: &[f64; LANES]) {
+        let first_key = first_of_whole_ticks(ticks);
+        for link in &mut self.links {
+            link.sample(ticks, first_key);
+        }
+        let links = &self.links;
+        forward_kinematics(
+            &mut self.to_world,
+            |index| links[index].parent,
+            |index, parent, to_world| {
+                let link = &links[index];
+                let Some(parent) = parent.or(self.turn.as_ref()) else {
+                    to_world.clone_from(&link.to_parent);
+                    return;
+                };
+                to_world.set_product_of_origins(parent, &link.to_parent);
+                if link.needs_axes {
+                    to_world.set_product_of_axes(parent, &link.to_parent);
+                }
+            },
+        );
+    }
+
+    /// Node to world.
+    pub(super) fn to_world(&self, index: usize) -> &Transforms {
+        &self.to_world[index]
+    }
+
+    /// Node to the parent in the scene.
+    pub(super) fn to_parent(&self, index: usize) -> &Transforms {
+        &self.links[index].to_parent
+    }
+
+    /// The rotation of the node to the parent in the scene.
+    #[inline]
+    pub(super) fn rotation(&self, index: usize, frame: usize) -> Quat {
+        self.links[index].rotation.get(frame)
+    }
+
+    /// Node to an ancestor, through the nodes between them.
+    pub(super) fn to_ancestor(&self, index: usize, ancestor: usize, frame: usize) -> Mat4 {
+        let mut matrix = self.to_parent(index).matrix(frame);
+        let mut above = self.links[index].parent;
+        while let Some(between) = above.filter(|&above| above != ancestor) {
+            matrix = self.to_parent(between).matrix(frame) * matrix;
+            above = self.links[between].parent;
+        }
+        matrix
+    }
+}
+
+impl<'a> Link<'a> {
+    fn new(
+        node: NodeId,
+        parent: Option<usize>,
+        transform: Mat4,
+        channel: Option<&'a Channel>,
+        needs_axes: bool,
+    ) -> Self {
+        let rest = Trs::from_matrix(transform);
+        let still = channel.map_or(rest, |channel| channel.sample(0.0, rest));
+        // A matrix that nothing drives may shear, as no translation, rotation and scale can.
+        let to_parent = channel.map_or(transform, |_| still.matrix());
+        Self {
+            node,
+            parent,
+            positions: channel
+                .map(|channel| &channel.position_keys)
+                .filter(|keys| keys.len() > 1),
+            rotations: channel
+                .map(|channel| &channel.rotation_keys)
+                .filter(|keys| keys.len() > 1),
+            scalings: channel
+                .map(|channel| &channel.scaling_keys)
+                .filter(|keys| keys.len() > 1),
+            still_scale: still.scale,
+            to_parent: Transforms::splat(to_parent),
+            rotation: Rotations::splat(still.rotation),
+            needs_axes,
+        }
+    }
+
+    /// Brings `rotation` and `to_parent` to the ticks of a block.
+    fn sample(&mut self, ticks: &[f64; LANES], first_key: Option<usize>) {
+        if let Some(keys) = self.positions {
+            let transforms = &mut self.to_parent;
+            for_each_value(keys, ticks, first_key, Keys::<Vec3>::sample, |frame, value| {
+                transforms.set_origin(frame, value);
+            });
+        }
+        if let Some(keys) = self.rotations {
+            let rotations = &mut self.rotation;
+            for_each_value(keys, ticks, first_key, Keys::<Quat>::sample, |frame, value| {
+                rotations.set(frame, value);
+            });
+        }
+        if self.rotations.is_some() || self.scalings.is_some() {
+            self.to_parent.set_rotations(&self.rotation);
+            let transforms = &mut self.to_parent;
+            if let Some(keys) = self.scalings {
+                for_each_value(keys, ticks, first_key, Keys::<Vec3>::sample, |frame, value| {
+                    transforms.scale(frame, value);
+                });
+            } else if self.still_scale != Vec3::ONE {
+                (0..LANES).for_each(|frame| transforms.scale(frame, self.still_scale));
+            }
+        }
+    }
+}
+
+/// The first of `ticks` as a number, if they are whole and count up one by one.
+fn first_of_whole_ticks(ticks: &[f64; LANES]) -> Option<usize> {
+    let first = ticks[0] as usize;
+    let counts_up = ticks.iter().zip(first..).all(|(&tick, count)| tick == count as f64);
+    counts_up.then_some(first)
+}
+
+/// Gives `take` the value of a track in every frame. Where frames are keys, it is a key.
+#[inline]
+fn for_each_value<T: Copy>(
+    keys: &Keys<T>,
+    ticks: &[f64; LANES],
+    first_key: Option<usize>,
+    sample: impl Fn(&Keys<T>, f64) -> Option<T>,
+    mut take: impl FnMut(usize, T),
+) {
+    if let (Some(first), None) = (first_key, &keys.ticks)
+        && let Some(values) = keys.values.get(first..first + LANES)
+    {
+        for (frame, value) in values.iter().enumerate() {
+            take(frame, *value);
+        }
+        return;
+    }
+    for (frame, &tick) in ticks.iter().enumerate() {
+        if let Some(value) = sample(keys, tick) {
+            take(frame, value);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Motion and columns over time as Parquet files.
+
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::Schema;
+
+use crate::arrays::Arrays;
+use mocap_io::export::parquet::{field, to_parquet};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_solve::biomechanics::TimeSeries;
+
+impl Arrays {
+    /// A Parquet file of [`to_table_with_header`](Self::to_table_with_header).
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`] where Parquet cannot hold the table.
+    pub fn to_parquet(&self, clip: &str) -> Result<Vec<u8>> {
+        to_parquet(&[self.to_table_with_header(clip)])
+    }
+}
+
+/// Columns over time as a Parquet file: `time` in seconds, then the columns, whose fields have their `unit` as
+/// metadata.
+///
+/// # Errors
+/// As [`Arrays::to_parquet`].
+pub fn time_series_parquet(series: &TimeSeries) -> Result<Vec<u8>> {
+    let times = (0..series.frames()).map(|frame| frame as f64 / series.frame_rate);
+    let mut fields = vec![field("time", "s")];
+    let mut columns: Vec<ArrayRef> = vec![Arc::new(times.collect::<Float64Array>())];
+    for (index, (name, unit)) in std::iter::zip(&series.columns, &series.units).enumerate() {
+        let values = series.values.chunks(series.columns.len()).map(|row| row[index]);
+        fields.push(field(name, unit));
+        columns.push(Arc::new(values.collect::<Float64Array>()));
+    }
+    let table = RecordBatch::try_new(Arc::new(Schema::new(fields)), columns);
+    let table = table.map_err(|error| Diagnostic::new(Code::Unrepresentable, error.to_string()))?;
+    to_parquet(&[table])
+}

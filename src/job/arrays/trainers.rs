@@ -1,0 +1,201 @@
+//! The motion of a robot as the files that training code reads. `docs/robots.md` has the keys, shapes and orders of
+//! each, and where they are from.
+
+use glam::DVec3;
+
+use crate::arrays::pickle::Pickle;
+use crate::arrays::robot::pickle_base;
+use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::Placement;
+
+/// An array with a name.
+pub(crate) struct Named {
+    pub(super) name: &'static str,
+    pub(super) shape: Vec<usize>,
+    pub(super) values: Values,
+}
+
+/// The values of an array.
+pub(crate) enum Values {
+    Int(i64),
+    Floats(Vec<f64>),
+    Doubles(Vec<f64>),
+    Texts(Vec<String>),
+}
+
+impl Named {
+    fn floats(name: &'static str, shape: &[usize], values: Vec<f64>) -> Self {
+        Self {
+            name,
+            shape: shape.to_vec(),
+            values: Values::Floats(values),
+        }
+    }
+
+    fn doubles(name: &'static str, shape: &[usize], values: Vec<f64>) -> Self {
+        Self {
+            name,
+            shape: shape.to_vec(),
+            values: Values::Doubles(values),
+        }
+    }
+
+    fn texts(name: &'static str, texts: &[String]) -> Self {
+        Self {
+            name,
+            shape: vec![texts.len()],
+            values: Values::Texts(texts.to_vec()),
+        }
+    }
+
+    fn text(name: &'static str, text: &str) -> Self {
+        Self {
+            name,
+            shape: Vec::new(),
+            values: Values::Texts(vec![text.to_owned()]),
+        }
+    }
+
+    /// A rate: an int where it is one.
+    fn rate(fps: f64, shape: &[usize]) -> Self {
+        let whole = fps.round() as i64;
+        Self {
+            name: "fps",
+            shape: shape.to_vec(),
+            values: match fps == whole as f64 {
+                true => Values::Int(whole),
+                false => Values::Floats(vec![fps]),
+            },
+        }
+    }
+}
+
+fn flat(vectors: &[DVec3]) -> Vec<f64> {
+    vectors.iter().flat_map(DVec3::to_array).collect()
+}
+
+/// Rotations as w, x, y and z.
+fn wxyz<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    let rotations = links.into_iter().map(|transform| transform.rotation);
+    rotations.flat_map(|turn| [turn.w, turn.x, turn.y, turn.z]).collect()
+}
+
+fn positions<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    links
+        .into_iter()
+        .flat_map(|transform| transform.translation.to_array())
+        .collect()
+}
+
+/// What mjlab and BeyondMimic train on: positions and velocities of joints and bodies, depth-first as MuJoCo has
+/// them.
+pub(crate) fn for_mjlab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
+    let links = LinkMotion::new(robot, motion, LinkOrder::DepthFirst);
+    let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
+    vec![
+        Named::rate(motion.fps, &[1]),
+        Named::floats("joint_pos", &[frames, joints], motion.dof_pos.clone()),
+        Named::floats("joint_vel", &[frames, joints], motion.dof_velocities()),
+        Named::floats("body_pos_w", &[frames, count, 3], positions(&links.transforms)),
+        Named::floats("body_quat_w", &[frames, count, 4], wxyz(&links.transforms)),
+        Named::floats("body_lin_vel_w", &[frames, count, 3], flat(&links.velocities)),
+        Named::floats("body_ang_vel_w", &[frames, count, 3], flat(&links.angular_velocities)),
+        Named::texts("joint_names", &motion.dof_names),
+        Named::texts("body_names", &links.names),
+        Named::text("metadata", metadata),
+    ]
+}
+
+/// What the AMP tasks of Isaac Lab train on: joints and bodies breadth-first, as PhysX has them.
+pub(crate) fn for_isaac_lab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
+    let links = LinkMotion::new(robot, motion, LinkOrder::BreadthFirst);
+    let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
+    let names: Vec<String> = links
+        .joints
+        .iter()
+        .map(|joint| motion.dof_names[*joint].clone())
+        .collect();
+    let velocities = links.ordered(&motion.dof_velocities());
+    vec![
+        Named::rate(motion.fps, &[]),
+        Named::texts("dof_names", &names),
+        Named::texts("body_names", &links.names),
+        Named::floats("dof_positions", &[frames, joints], links.ordered(&motion.dof_pos)),
+        Named::floats("dof_velocities", &[frames, joints], velocities),
+        Named::floats("body_positions", &[frames, count, 3], positions(&links.transforms)),
+        Named::floats("body_rotations", &[frames, count, 4], wxyz(&links.transforms)),
+        Named::floats("body_linear_velocities", &[frames, count, 3], flat(&links.velocities)),
+        Named::floats(
+            "body_angular_velocities",
+            &[frames, count, 3],
+            flat(&links.angular_velocities),
+        ),
+        Named::text("metadata", metadata),
+    ]
+}
+
+/// The inverse dynamics as MuJoCo has them: `qpos`, `qvel`, `qacc` and `qfrc_inverse`.
+pub(crate) fn for_dynamics(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
+    let found = InverseDynamics::new(robot, motion);
+    let (frames, joints) = (motion.frames(), motion.dof_names.len());
+    let of_velocities = [found.velocities.len() / (6 + joints), 6 + joints];
+    vec![
+        Named::rate(motion.fps, &[]),
+        Named::texts("dof_names", &motion.dof_names),
+        Named::doubles("qpos", &[frames, 7 + joints], motion.qpos()),
+        Named::doubles("qvel", &of_velocities, found.velocities),
+        Named::doubles("qacc", &of_velocities, found.accelerations),
+        Named::doubles("qfrc_inverse", &of_velocities, found.forces),
+        Named::text("metadata", metadata),
+    ]
+}
+
+/// What ProtoMotions converts, as PyRoki writes it.
+pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Named> {
+    let (frames, joints) = (motion.frames(), motion.dof_names.len());
+    vec![
+        Named::floats("base_frame_pos", &[frames, 3], motion.root_pos()),
+        Named::floats("base_frame_wxyz", &[frames, 4], wxyz(&motion.root)),
+        Named::floats("joint_angles", &[frames, joints], motion.dof_pos.clone()),
+        Named::texts("joint_names", &motion.dof_names),
+        Named::rate(motion.fps, &[]),
+        Named::text("metadata", metadata),
+    ]
+}
+
+/// What the motion library of TWIST loads: a pickle of GMR with the positions of the links in the frame of the
+/// base.
+pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<u8> {
+    let links = LinkMotion::new(robot, motion, LinkOrder::DepthFirst);
+    Pickle::dictionary(|pickle| {
+        pickle_base(motion, pickle);
+        pickle.text("local_body_pos");
+        pickle.floats(&links.within_base(), &[motion.frames(), links.names.len(), 3]);
+        pickle.text("link_body_list");
+        pickle.texts(&links.names);
+        pickle.text("metadata");
+        pickle.text(metadata);
+    })
+}
+
+/// What MimicKit loads: rows with the position of the base, its rotation as axis times angle, and the joints. The
+/// motion ends where it ends: `loop_mode` is 0, clamp.
+pub(crate) fn for_mimic_kit(motion: &RobotMotion, metadata: &str) -> Vec<u8> {
+    let mut rows = Vec::with_capacity(motion.frames() * (6 + motion.dof_names.len()));
+    for (frame, root) in motion.root.iter().enumerate() {
+        rows.extend(root.translation.to_array());
+        rows.extend(rotation_vector(root.rotation).to_array());
+        rows.extend(motion.dof_of(frame));
+    }
+    Pickle::dictionary(|pickle| {
+        pickle.text("loop_mode");
+        pickle.number(0.0);
+        pickle.text("fps");
+        pickle.number(motion.fps);
+        pickle.text("frames");
+        pickle.array(&rows, &[motion.frames(), 6 + motion.dof_names.len()]);
+        pickle.text("metadata");
+        pickle.text(metadata);
+    })
+}

@@ -1,0 +1,349 @@
+//! What lies on purpose between a source and a file: where its points are.
+
+use glam::{DMat4, DQuat, DVec3};
+
+use super::chain::Skeleton;
+use super::pairs::Pairs;
+use super::{Finding, FindingKind};
+use mocap_edit::{EditStep, StepInput};
+use mocap_figure::Humanoid;
+use mocap_retarget::retargeting::second_motion;
+use mocap_scene::error::Result;
+use mocap_scene::limits::Limits;
+use mocap_scene::process;
+use mocap_scene::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
+
+/// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and that of the
+/// CMU database, an inch divided by 0.45.
+const UNITS: [f64; 7] = [0.001, 0.01, 0.1, 1.0, 0.0254, 0.3048, 0.0254 / 0.45];
+
+/// How far a joint at rest may be from where that of the source is, as a fraction of the body: what decimals round.
+const SAME_REST: f64 = 1e-3;
+
+/// How far a ratio of lengths may be from that of two units, as a fraction of it: what a lossy file rounds.
+const SAME_UNIT: f64 = 0.01;
+
+/// The shortest distance of two joints that says anything about a unit, as a fraction of the longest.
+const SHORTEST_LINK: f64 = 1e-4;
+
+/// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
+/// source too. `None` without an edit. `second` imports the second motion of a step.
+pub(super) fn edited(
+    source: &Scene,
+    steps: &[AppliedStep],
+    second: &dyn Fn(&SecondMotion) -> Result<Scene>,
+) -> Result<Option<(Scene, usize)>> {
+    let is_edit = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. });
+    let Some(last) = steps.iter().rposition(is_edit) else {
+        return Ok(None);
+    };
+    let mut scene = source.clone();
+    apply(&mut scene, &steps[..=last], second)?;
+    Ok(Some((scene, last + 1)))
+}
+
+fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion) -> Result<Scene>) -> Result<()> {
+    for step in steps {
+        match step {
+            AppliedStep::ConvertUnits {
+                metres_per_unit,
+                up,
+                out_metres_per_unit,
+                out_up,
+            } => {
+                process::convert_units_to(scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
+                scene.metadata.metres_per_unit = Some(*out_metres_per_unit);
+                scene.metadata.up = Some(*out_up);
+            }
+            AppliedStep::Trim { first, last } => scene.trim(*first, *last),
+            AppliedStep::Resample { frames_per_second } => {
+                scene.resample(*frames_per_second, &Limits::default())?;
+            }
+            AppliedStep::InPlace => scene.put_in_place(),
+            AppliedStep::RootMotion => drop(scene.extract_root_motion()),
+            AppliedStep::Retime { .. }
+            | AppliedStep::SelectClip { .. }
+            | AppliedStep::VrmHumanoid { .. }
+            | AppliedStep::Retarget { .. }
+            | AppliedStep::NameJoints { .. }
+            | AppliedStep::ZeroRestRotations => {}
+            AppliedStep::Edit { edit, with, bones } => {
+                let mut other = match with {
+                    Some(with) => {
+                        let mut other = second(with)?;
+                        apply(&mut other, &with.steps, second)?;
+                        Some(other)
+                    }
+                    None => None,
+                };
+                let known = match bones.is_empty() {
+                    true => None,
+                    false => Some(Humanoid::of(scene).with_map(scene, bones.clone())?),
+                };
+                // One of another skeleton was retargeted.
+                if let Some(second) = &other
+                    && let Some(fitted) = second_motion(scene, bones, second)?
+                {
+                    other = Some(fitted.scene);
+                }
+                let input = StepInput::new().other(other.as_ref()).humanoid(known.as_ref());
+                EditStep::from_value(edit)?.apply(scene, &input)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The scene with the names that joints were given, where some were: a file is compared by them.
+pub(super) fn named(scene: &Scene, steps: &[AppliedStep]) -> Option<Scene> {
+    let mut named = None;
+    for step in steps {
+        if let AppliedStep::NameJoints { joints } = step {
+            mocap_figure::apply_names(named.get_or_insert_with(|| scene.clone()), joints);
+        }
+    }
+    named
+}
+
+/// What lies on purpose between a source and a file.
+pub(super) struct Change {
+    /// Units of the file in one of the source.
+    pub(super) metres_per_unit: f64,
+    /// The axis that points up in the source, and in the file.
+    up: (UpAxis, UpAxis),
+    pub(super) in_place: bool,
+    pub(super) has_root_motion: bool,
+    /// Metres in a unit of the file, where it was converted to one.
+    pub(super) out_metres_per_unit: Option<f64>,
+    /// Where only the bones of a humanoid are left: how the figure was rotated, and by which offset it was moved.
+    pub(super) humanoid: Option<(DQuat, DVec3)>,
+    /// The steps that change times, in their order.
+    pub(super) times: Vec<AppliedStep>,
+    /// Whether the lengths of the file are those of the source in another unit of length, or in its own.
+    has_unit: bool,
+}
+
+impl Change {
+    fn none() -> Self {
+        Self {
+            metres_per_unit: 1.0,
+            up: (UpAxis::Y, UpAxis::Y),
+            in_place: false,
+            has_root_motion: false,
+            out_metres_per_unit: None,
+            humanoid: None,
+            times: Vec::new(),
+            has_unit: true,
+        }
+    }
+
+    /// Lengths of the file are in a unit of so many metres, instead of in metres.
+    pub(super) fn in_unit_of(mut self, metres: Option<f64>) -> Self {
+        self.metres_per_unit /= metres.unwrap_or(1.0);
+        self
+    }
+
+    /// What was done, step by step.
+    pub(super) fn recorded(steps: &[AppliedStep]) -> Self {
+        let mut change = Self::none();
+        let mut is_turned = false;
+        for step in steps {
+            match *step {
+                AppliedStep::ConvertUnits {
+                    metres_per_unit,
+                    up,
+                    out_metres_per_unit,
+                    out_up,
+                } => {
+                    change.metres_per_unit *= metres_per_unit / out_metres_per_unit;
+                    change.up = (if is_turned { change.up.0 } else { up }, out_up);
+                    change.out_metres_per_unit = Some(out_metres_per_unit);
+                    is_turned = true;
+                }
+                AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
+                AppliedStep::InPlace => change.in_place = true,
+                AppliedStep::RootMotion => change.has_root_motion = true,
+                AppliedStep::VrmHumanoid { heading, lift } => {
+                    change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
+                }
+                AppliedStep::Retime { .. }
+                | AppliedStep::SelectClip { .. }
+                | AppliedStep::Retarget { .. }
+                | AppliedStep::Edit { .. }
+                | AppliedStep::NameJoints { .. }
+                | AppliedStep::ZeroRestRotations => {}
+            }
+        }
+        change
+    }
+
+    /// The unit from the lengths of the links in the first moment in which they have any, and the up axis that brings
+    /// the joints closer. Lengths of a lossy file are a little off: where they are near to those of a unit of length,
+    /// that is it. `metres` is the unit of the source, and `stated` that of the file in it, where it is known.
+    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, metres: f64, stated: Option<f64>) -> Self {
+        let seen = moments(ours, theirs);
+        let mut change = Self::none();
+        let of_links = ratio_of_lengths(&pairs.list, &seen);
+        if let Some(ratio) = of_links.or_else(|| ratio_of_distances(&pairs.list, &seen)) {
+            let is_near = |unit: &f64| (ratio / unit - 1.0).abs() < SAME_UNIT;
+            let of_source = UNITS.iter().map(|unit| metres / unit);
+            let of_any = UNITS.iter().flat_map(|from| UNITS.iter().map(move |to| from / to));
+            let unit = stated
+                .into_iter()
+                .chain([1.0])
+                .chain(of_source)
+                .chain(of_any)
+                .find(is_near);
+            change.has_unit = unit.is_some();
+            change.metres_per_unit = unit.unwrap_or(ratio);
+        }
+        let position = |world: &[DMat4], node: usize| world[node].w_axis.truncate();
+        let distance = |change: &Self| -> f64 {
+            let distances = seen.iter().flat_map(|(here, there)| {
+                let pairs = pairs.list.iter();
+                pairs.map(|(a, b)| change.apply(position(here, *a)).distance(position(there, *b)))
+            });
+            distances.sum()
+        };
+        // The first of equal ones is kept, so that +Y is the usual answer.
+        let mut nearest = (f64::INFINITY, UpAxis::Y);
+        for up in UpAxis::ALL {
+            change.up.0 = up;
+            let found = distance(&change);
+            if found < nearest.0 {
+                nearest = (found, up);
+            }
+        }
+        change.up.0 = nearest.1;
+        change
+    }
+
+    /// Says so where the lengths of the file are in no unit.
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let message = || {
+            format!(
+                "lengths in the file are {:.6} of those in its source, which is the ratio of no two units of length",
+                self.metres_per_unit
+            )
+        };
+        (!self.has_unit).then(|| Finding::new(FindingKind::Unit, message()))
+    }
+
+    /// Whether another axis points up in the file.
+    pub(super) fn has_another_up(&self) -> bool {
+        self.up.0 != self.up.1
+    }
+
+    /// Where a point of the source is in the file.
+    pub(super) fn apply(&self, point: DVec3) -> DVec3 {
+        let lift = self.humanoid.map_or(DVec3::ZERO, |(_, lift)| lift);
+        self.turn(point * self.metres_per_unit) + lift
+    }
+
+    /// Where a direction of the source points in the file.
+    pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
+        let DVec3 { x, y, z } = direction;
+        let (from, to) = self.up;
+        let y_up = match from {
+            UpAxis::Y => direction,
+            UpAxis::Z => DVec3::new(x, z, -y),
+            UpAxis::NegY => DVec3::new(x, -y, -z),
+            UpAxis::NegZ => DVec3::new(x, -z, y),
+        };
+        let y_up = self.humanoid.map_or(y_up, |(heading, _)| heading * y_up);
+        let DVec3 { x, y, z } = y_up;
+        match to {
+            UpAxis::Y => y_up,
+            UpAxis::Z => DVec3::new(x, -z, y),
+            UpAxis::NegY => DVec3::new(x, -y, -z),
+            UpAxis::NegZ => DVec3::new(x, z, -y),
+        }
+    }
+
+    /// Whether joints of the file rest elsewhere than those of its source, seen from the first one. In BVH, whose
+    /// joints all rest without a rotation, their axes are others then too.
+    pub(super) fn rests_elsewhere(&self, pairs: &Pairs, ours: &Skeleton, theirs: &Skeleton) -> bool {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(0.0, &mut here);
+        theirs.world(0.0, &mut there);
+        let at = |&(a, b): &(usize, usize)| {
+            let (a, b) = (here[a].w_axis.truncate(), there[b].w_axis.truncate());
+            (self.apply(a), b)
+        };
+        let Some(first) = pairs.list.first().map(at) else {
+            return false;
+        };
+        let seen: Vec<_> = pairs
+            .list
+            .iter()
+            .map(at)
+            .map(|(a, b)| (a - first.0, b - first.1))
+            .collect();
+        let size = seen.iter().map(|(a, _)| a.length()).fold(0.0, f64::max);
+        seen.iter().any(|(a, b)| a.distance(*b) > SAME_REST * size)
+    }
+
+    /// The part of an offset in the file that is over the ground.
+    pub(super) fn over_ground(&self, offset: DVec3) -> DVec3 {
+        match self.up.1 {
+            UpAxis::Y | UpAxis::NegY => DVec3::new(offset.x, 0.0, offset.z),
+            UpAxis::Z | UpAxis::NegZ => DVec3::new(offset.x, offset.y, 0.0),
+        }
+    }
+}
+
+/// Where the joints of both are at a few moments, evenly over the motion: in the first frame alone all markers of a
+/// capture may be hidden, and stand in one point.
+fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
+    const PARTS: u32 = 4;
+    let at = |seconds: f64| {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(seconds, &mut here);
+        theirs.world(seconds, &mut there);
+        (here, there)
+    };
+    let parts = if ours.end > 0.0 { PARTS } else { 0 };
+    (0..=parts)
+        .map(|part| at(ours.end * f64::from(part) / f64::from(PARTS)))
+        .collect()
+}
+
+/// The ratio of the distances from the origin, where it is farthest: of a single joint, or of joints that are always in
+/// one point, nothing else has a length.
+fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
+    let length = |world: &[DMat4], node: usize| world[node].w_axis.truncate().length();
+    let distances = seen.iter().flat_map(|(here, there)| {
+        let pairs = pairs.iter();
+        pairs.map(|(a, b)| (length(here, *a), length(there, *b)))
+    });
+    let (ours, theirs) = distances.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let ratio = theirs / ours;
+    (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+}
+
+/// The median of the ratios of lengths between neighbouring pairs, in the first moment that has any. One that is broken
+/// does not change it.
+fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
+    let length = |world: &[DMat4], from: usize, to: usize| world[from].w_axis.distance(world[to].w_axis);
+    let lengths = |(here, there): &(Vec<DMat4>, Vec<DMat4>)| -> Vec<(f64, f64)> {
+        let pairs = pairs.windows(2).map(|pair| {
+            let [(a, b), (next_a, next_b)] = [pair[0], pair[1]];
+            (length(here, a, next_a), length(there, b, next_b))
+        });
+        pairs.collect()
+    };
+    let lengths: Vec<_> = seen.iter().map(lengths).collect();
+    let longest = lengths
+        .iter()
+        .flatten()
+        .fold(0.0, |longest: f64, (ours, _)| longest.max(*ours));
+    let median = |lengths: &Vec<(f64, f64)>| {
+        // Joints in one position have a distance of mere roundings.
+        let lengths = lengths.iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
+        let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios.get(ratios.len() / 2).copied();
+        median.filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+    };
+    lengths.iter().find_map(median)
+}

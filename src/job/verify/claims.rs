@@ -1,0 +1,84 @@
+//! What a file says of itself: how its source was read, which file that was, how many frames it has.
+
+use std::path::Path;
+
+use super::change::Change;
+use super::timeline::Timeline;
+use super::{Finding, FindingKind};
+use mocap_formats::gltf::Provenance;
+use mocap_io::import::{Clips, Importer};
+use mocap_scene::error::Result;
+use mocap_scene::scene::{AppliedStep, Origin, Scene};
+
+/// Imports the source as it was read for the conversion.
+pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, source: &Path) -> Result<Scene> {
+    if let Some(used) = &provenance.root_offset {
+        importer = importer.root_offset(used.policy);
+    }
+    let mut is_retimed = false;
+    for step in &provenance.steps {
+        match step {
+            AppliedStep::SelectClip { index } => importer = importer.clips(Clips::Index(*index)),
+            AppliedStep::Retime { frames_per_second } => {
+                importer = importer.retime(*frames_per_second);
+                is_retimed = true;
+            }
+            _ => {}
+        }
+    }
+    if is_retimed {
+        return importer.import(source);
+    }
+    let Some(recorded) = provenance.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
+        return importer.import(source);
+    };
+    // Files of earlier versions say by this time alone that another rate was given for all clips of the source.
+    let found = importer.import(source);
+    let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
+    match &found {
+        Ok(scene) if scene.metadata.origin.as_ref().is_some_and(has_rate) => found,
+        _ => importer.retime(recorded.frame_time.recip()).import(source),
+    }
+}
+
+/// How near, as a fraction, two frame rates are that are one.
+const SAME_RATE: f64 = 1e-9;
+
+/// Whether two files are one: by their hashes, else by their names.
+pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
+    match a.sha256.is_empty() || b.sha256.is_empty() {
+        true => a.name == b.name,
+        false => a.sha256 == b.sha256,
+    }
+}
+
+/// Holds what a file says of its frames against what is to be in it.
+pub(super) fn claims(
+    original: &Scene,
+    source: &Scene,
+    provenance: &Provenance,
+    change: &Change,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let found = original.metadata.origin.as_ref().map_or("", |origin| &origin.sha256);
+    let claimed = provenance.source.as_ref().map_or("", |origin| &origin.sha256);
+    if !claimed.is_empty() && !found.is_empty() && claimed != found {
+        let message = format!("the file says that it was made from another file, of the SHA-256 {claimed}");
+        findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+    let mut claim = |what: &str, claimed: u64, found: u64| {
+        if claimed != found {
+            let message = format!("the file says that {what} {claimed} frames, but there are {found}");
+            findings.push(Finding::new(FindingKind::Provenance, message));
+        }
+    };
+    let frames = |scene: &Scene| scene.animations.first().map_or(0, |clip| clip.frame_count() as u64);
+    if let Some(origin) = &provenance.source {
+        claim("its source has", origin.frames, frames(original));
+    }
+    if !source.animations.is_empty() {
+        let timeline = Timeline::new(source, Some(0), change)?;
+        claim("it has", provenance.frames, timeline.frame_count());
+    }
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! Reads `.csv` files as this crate's `fk` writes them, without the code that writes them: a comment with the header as
+//! JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
+
+use serde::Deserialize;
+
+use super::arrays::{ArrayFile, Header, invalid};
+use mocap_scene::error::Result;
+
+/// What else is needed of the header.
+#[derive(Deserialize)]
+struct Motion {
+    frame_rate: f64,
+    joints: Vec<Joint>,
+}
+
+#[derive(Deserialize)]
+struct Joint {
+    #[doc(hidden)]
+    pub name: String,
+    #[doc(hidden)]
+    pub parent: Option<usize>,
+    end_site: bool,
+    rotation_order: Option<String>,
+    offset: [f32; 3],
+}
+
+/// Whether the file begins with a header in a comment, which is one cell for a spreadsheet.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"# {") || bytes.starts_with(b"\"# {\"\"")
+}
+
+/// The arrays of a file.
+///
+/// # Errors
+/// [`Code::InvalidArrays`](mocap_scene::Code::InvalidArrays).
+pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
+    let text = std::str::from_utf8(bytes).map_err(|_| invalid("the file is not text"))?;
+    let mut records = Records { rest: text, line: 0 };
+    let comment = match text.starts_with('#') {
+        true => records.comment()?,
+        false => records.next()?.unwrap_or_default().concat(),
+    };
+    let json = comment.strip_prefix("# ").unwrap_or_default();
+    let header = Header::from_json(json)?;
+    let motion: Motion =
+        serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
+    let misplaced = |(joint, found): (usize, &Joint)| found.parent.is_some_and(|parent| parent >= joint);
+    if motion.joints.iter().enumerate().any(misplaced) {
+        return Err(invalid("a parent in the header does not stand before its child"));
+    }
+    let rotation = header.rotation.columns();
+    let columns = records.next()?.unwrap_or_default();
+    let expected: Vec<&str> = ["frame", "time", "joint", "x", "y", "z"]
+        .into_iter()
+        .chain(rotation.iter().copied())
+        .collect();
+    if !columns
+        .iter()
+        .map(String::as_str)
+        .take(expected.len())
+        .eq(expected.iter().copied())
+    {
+        return Err(invalid(format!("the columns do not begin with {}", expected.join(","))));
+    }
+    let (mut positions, mut rotations) = (Vec::new(), Vec::new());
+    let count = motion.joints.len();
+    let mut row = 0;
+    while let Some(record) = records.next()? {
+        let (frame, joint) = (row / count.max(1), row % count.max(1));
+        let at_line = format!("line {}", records.line);
+        if record.len() != columns.len() {
+            return Err(invalid(format!(
+                "{at_line} has {} cells, not {}",
+                record.len(),
+                columns.len()
+            )));
+        }
+        // A spreadsheet would calculate some names, which have a mark before them.
+        let name = motion.joints.get(joint).map_or("", |joint| &joint.name);
+        let is_name = record[2] == name || record[2].strip_prefix('\'') == Some(name);
+        let time = record[1].parse::<f64>().unwrap_or(f64::NAN);
+        let is_time = (time * motion.frame_rate - frame as f64).abs() < 1e-6;
+        if record[0] != frame.to_string() || !is_time || !is_name {
+            let found = record[..3].join(",");
+            return Err(invalid(format!(
+                "{at_line} is not frame {frame} of joint {name:?}, but {found:?}"
+            )));
+        }
+        let numbers = record[3..expected.len()].iter().map(|cell| cell.parse::<f32>());
+        let numbers = numbers.collect::<Result<Vec<_>, _>>();
+        let numbers = numbers.map_err(|_| invalid(format!("{at_line} has a cell that is not a number")))?;
+        positions.extend(&numbers[..3]);
+        rotations.extend(&numbers[3..]);
+        row += 1;
+    }
+    if row % count.max(1) != 0 {
+        return Err(invalid("the last frame does not have all joints"));
+    }
+    Ok(ArrayFile {
+        header,
+        frame_rate: motion.frame_rate,
+        frames: row / count.max(1),
+        names: motion.joints.iter().map(|joint| joint.name.clone()).collect(),
+        parents: motion.joints.iter().map(|joint| joint.parent).collect(),
+        end_sites: motion.joints.iter().map(|joint| joint.end_site).collect(),
+        offsets: motion.joints.iter().map(|joint| joint.offset).collect(),
+        rotation_orders: (motion.joints.into_iter())
+            .map(|joint| joint.rotation_order.unwrap_or_default())
+            .collect(),
+        positions,
+        rotations,
+        width: rotation.len(),
+    })
+}
+
+/// The rest of a file, record by record.
+struct Records<'a> {
+    rest: &'a str,
+    /// Of the record that was read last, from 1.
+    #[doc(hidden)]
+    pub line: usize,
+}
+
+impl Records<'_> {
+    /// The next line, not split into cells.
+    fn comment(&mut self) -> Result<String> {
+        let (line, rest) = self
+            .rest
+            .split_once('\n')
+            .ok_or_else(|| invalid("the file is cut off"))?;
+        self.rest = rest;
+        self.line += 1;
+        Ok(line.to_owned())
+    }
+
+    /// The cells of the next record, of which each has an end.
+    fn next(&mut self) -> Result<Option<Vec<String>>> {
+        if self.rest.is_empty() {
+            return Ok(None);
+        }
+        self.line += 1;
+        let mut cells = vec![String::new()];
+        let mut is_quoted = false;
+        let mut characters = self.rest.char_indices().peekable();
+        while let Some((at, character)) = characters.next() {
+            let cell = cells.last_mut().expect("there is always one");
+            match character {
+                '"' if is_quoted && characters.next_if(|&(_, next)| next == '"').is_some() => cell.push('"'),
+                '"' => is_quoted = !is_quoted,
+                ',' if !is_quoted => cells.push(String::new()),
+                '\n' if !is_quoted => {
+                    self.rest = &self.rest[at + 1..];
+                    return Ok(Some(cells));
+                }
+                _ => cell.push(character),
+            }
+        }
+        Err(invalid(format!("line {} is cut off", self.line)))
+    }
+}

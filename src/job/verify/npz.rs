@@ -1,0 +1,205 @@
+//! Reads `.npz` files as this crate's `fk` writes them, without the code that writes them: a zip archive that is not
+//! compressed, of `.npy` files of the versions 1.0 to 3.0 of `numpy.lib.format`.
+
+use std::io::{Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::arrays::{ArrayFile, HELP, Header, invalid};
+use crate::arrays::Rotation;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+
+/// One array: its dtype, its shape, and its bytes.
+struct Array {
+    name: &'static str,
+    dtype: String,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+/// Whether the file is a zip archive.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04")
+}
+
+/// The arrays of a file.
+///
+/// # Errors
+/// [`Code::InvalidArrays`].
+pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
+    let mut archive =
+        ZipArchive::new(Cursor::new(bytes)).map_err(|error| invalid(format!("the archive is broken: {error}")))?;
+    let mut array = |name: &'static str| Array::read(&mut archive, name, bytes.len());
+    let header = array("header")?.strings()?.swap_remove(0);
+    let header = Header::from_json(&header)?;
+    let names = array("names")?.strings()?;
+    let count = names.len();
+    let parents = array("parents")?.integers(count)?;
+    let parents = parents.into_iter().enumerate().map(|(joint, parent)| match parent {
+        -1 => Ok(None),
+        parent => match usize::try_from(parent) {
+            Ok(parent) if parent < joint => Ok(Some(parent)),
+            _ => Err(invalid(format!(
+                "the parent of joint {joint} is {parent}, not -1 or a joint before it"
+            ))),
+        },
+    });
+    let parents = parents.collect::<Result<Vec<_>, Error>>()?;
+    let end_sites = array("end_sites")?.bools(count)?;
+    let rotation_orders = array("rotation_orders")?.strings()?;
+    let rotation_orders = exactly(count, rotation_orders, "rotation_orders")?;
+    let offsets = array("offsets")?.floats(&[count, 3])?;
+    let frame_rate = array("frame_rate")?.number()?;
+    let positions = array("positions")?;
+    let frames = positions.shape.first().copied().unwrap_or_default();
+    let positions = positions.floats(&[frames, count, 3])?;
+    let rotations = array("rotations")?;
+    let width = header.rotation.width();
+    let rotations = match header.rotation {
+        Rotation::Matrix => rotations.floats(&[frames, count, 3, 3])?,
+        _ => rotations.floats(&[frames, count, width])?,
+    };
+    Ok(ArrayFile {
+        header,
+        frame_rate,
+        frames,
+        names,
+        parents,
+        end_sites,
+        rotation_orders,
+        offsets: offsets.as_chunks().0.to_vec(),
+        positions,
+        rotations,
+        width,
+    })
+}
+
+fn exactly<T>(count: usize, values: Vec<T>, name: &str) -> Result<Vec<T>> {
+    match values.len() == count {
+        true => Ok(values),
+        false => Err(invalid(format!(
+            "`{name}` has {} values for {count} joints",
+            values.len()
+        ))),
+    }
+}
+
+impl Array {
+    /// `most_bytes` is the length of the archive, which is not compressed.
+    fn read(archive: &mut ZipArchive<Cursor<&[u8]>>, name: &'static str, most_bytes: usize) -> Result<Self> {
+        let file = archive
+            .by_name(&format!("{name}.npy"))
+            .map_err(|error| invalid(format!("there is no array `{name}`: {error}")))?;
+        let mut bytes = Vec::new();
+        // A length in the archive is a claim.
+        let read = file.take(most_bytes as u64).read_to_end(&mut bytes);
+        read.map_err(|error| invalid(format!("the array `{name}` cannot be read: {error}")))?;
+        let broken = || invalid(format!("the array `{name}` has no NumPy header"));
+        let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(broken)?;
+        // Two bytes of a version, then the length of the header in two bytes, from version 2 on in four.
+        let (length, start) = match *rest {
+            [1, 0, a, b, ..] => (usize::from(u16::from_le_bytes([a, b])), 4),
+            [2 | 3, 0, a, b, c, d, ..] => (u32::from_le_bytes([a, b, c, d]) as usize, 6),
+            _ => return Err(broken()),
+        };
+        let literal = rest
+            .get(start..)
+            .and_then(|rest| rest.get(..length))
+            .ok_or_else(broken)?;
+        let literal = std::str::from_utf8(literal).map_err(|_| broken())?;
+        let dtype = between(literal, "'descr':", "'", "'").ok_or_else(broken)?.to_owned();
+        let is_in_c_order = literal
+            .split("'fortran_order':")
+            .nth(1)
+            .map(|rest| rest.trim_start().starts_with("False"));
+        if is_in_c_order != Some(true) {
+            return Err(invalid(format!("the array `{name}` is not in C order")));
+        }
+        let shape = between(literal, "'shape':", "(", ")").ok_or_else(broken)?;
+        let axes = shape.split(',').map(str::trim).filter(|axis| !axis.is_empty());
+        let shape = axes
+            .map(str::parse)
+            .collect::<Result<Vec<usize>, _>>()
+            .map_err(|_| broken())?;
+        let bytes = rest[start + length..].to_vec();
+        Ok(Self {
+            name,
+            dtype,
+            shape,
+            bytes,
+        })
+    }
+
+    fn wrong(&self, expected: &str) -> Error {
+        let found = format!("{} of shape {:?}, {} bytes", self.dtype, self.shape, self.bytes.len());
+        let message = format!("the array `{}` is another than expected", self.name);
+        let diagnostic = Diagnostic::new(Code::InvalidArrays, message).expected_found(expected, found);
+        diagnostic.help(HELP).into()
+    }
+
+    /// The values, `N` bytes each, of this type and shape.
+    fn values<const N: usize>(&self, dtype: &str, shape: &[usize]) -> Result<&[[u8; N]]> {
+        let expected = || self.wrong(&format!("{dtype} of shape {shape:?}"));
+        let (values, rest) = self.bytes.as_chunks::<N>();
+        let count = shape.iter().try_fold(1_usize, |count, axis| count.checked_mul(*axis));
+        let fits = self.dtype == dtype && self.shape == shape && rest.is_empty() && count == Some(values.len());
+        if fits { Ok(values) } else { Err(expected()) }
+    }
+
+    fn floats(&self, shape: &[usize]) -> Result<Vec<f32>> {
+        let values = self.values("<f4", shape)?;
+        Ok(values.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+    }
+
+    fn integers(&self, count: usize) -> Result<Vec<i32>> {
+        let values = self.values("<i4", &[count])?;
+        Ok(values.iter().map(|bytes| i32::from_le_bytes(*bytes)).collect())
+    }
+
+    fn bools(&self, count: usize) -> Result<Vec<bool>> {
+        let values = self.values("|b1", &[count])?;
+        Ok(values.iter().map(|[byte]| *byte != 0).collect())
+    }
+
+    fn number(&self) -> Result<f64> {
+        let values = self.values("<f8", &[])?;
+        values
+            .first()
+            .map(|bytes| f64::from_le_bytes(*bytes))
+            .ok_or_else(|| self.wrong("a number"))
+    }
+
+    /// Texts of `<U` and a length, four bytes a character, filled up with zeros. Never empty for a scalar.
+    fn strings(&self) -> Result<Vec<String>> {
+        let wrong = || self.wrong("texts");
+        let length: usize = self
+            .dtype
+            .strip_prefix("<U")
+            .and_then(|length| length.parse().ok())
+            .ok_or_else(wrong)?;
+        let count = match *self.shape {
+            [] => 1,
+            [count] => count,
+            _ => return Err(wrong()),
+        };
+        let text_bytes = length.checked_mul(4).filter(|bytes| *bytes > 0).ok_or_else(wrong)?;
+        if text_bytes.checked_mul(count) != Some(self.bytes.len()) {
+            return Err(wrong());
+        }
+        let text = |bytes: &[u8]| {
+            let (characters, _) = bytes.as_chunks::<4>();
+            let characters = characters.iter().map(|bytes| u32::from_le_bytes(*bytes));
+            let characters = characters.map(|code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER));
+            let text: String = characters.collect();
+            text.trim_end_matches('\0').to_owned()
+        };
+        Ok(self.bytes.chunks(text_bytes).map(text).collect())
+    }
+}
+
+/// What stands between `open` and `close` after `key`.
+fn between<'a>(text: &'a str, key: &str, open: &str, close: &str) -> Option<&'a str> {
+    let (_, rest) = text.split_once(key)?;
+    let (_, rest) = rest.split_once(open)?;
+    Some(rest.split_once(close)?.0)
+}

@@ -1,0 +1,310 @@
+//! A file that was written, as its reader gives it.
+
+use std::path::Path;
+
+use super::chain::Skeleton;
+use super::change::Change;
+use super::claims::is_same_file;
+use super::{Finding, FindingKind, skin};
+use mocap_figure::Figure;
+use mocap_formats::Sidecar;
+use mocap_formats::fbx;
+use mocap_formats::gltf::{File, Provenance};
+use mocap_formats::usd;
+use mocap_io::import::Importer;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::process::{self, SkeletonMesh};
+use mocap_scene::scene::{AppliedStep, Format, Scene};
+
+/// A file that was written.
+pub(super) enum Output<'a> {
+    /// A glTF file, and, where this crate wrote it and it has a skin, its scene with the meshes.
+    Gltf(Box<File<'a>>, Option<Box<Scene>>),
+    /// Another format, as its reader gives it, and what the file says of itself.
+    Scene(Box<Scene>, Option<Box<Provenance>>),
+}
+
+impl<'a> Output<'a> {
+    /// `rate` is the frame rate at which curves are sampled; else it is that of the file.
+    pub(super) fn read(
+        bytes: &'a [u8],
+        name: &Path,
+        open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+        rate: Option<f64>,
+    ) -> Result<Self> {
+        if File::sniff(bytes) {
+            let file = File::read(bytes, open, &Limits::default())?;
+            // A skin that was kept is that of the source.
+            let is_new = file.provenance().is_some() && file.provenance_of_kept().is_none();
+            let skinned = match is_new && file.has_skin() {
+                true => Some(Box::new(skin::read(bytes, name, open)?)),
+                false => None,
+            };
+            return Ok(Self::Gltf(Box::new(file), skinned));
+        }
+        let mut importer = Importer::new().hash(false);
+        if let Some(rate) = rate {
+            importer = importer.sampling_rate(rate);
+        }
+        let provenance = fbx::provenance(bytes).or_else(|| usd::provenance(bytes)).map(Box::new);
+        // The skin is looked at in files of this crate alone.
+        let has_meshes = provenance.is_some();
+        importer = importer.skeleton_mesh(if has_meshes {
+            SkeletonMesh::Own
+        } else {
+            SkeletonMesh::None
+        });
+        if fbx::provenance(bytes).is_some() && !fbx::is_whole(bytes) {
+            let message = "the file does not end with the footer that every FBX file has";
+            return Err(Diagnostic::new(Code::UnexpectedEnd, message)
+                .help("it was cut off, or changed, after it was written; write it again")
+                .into());
+        }
+        let scene = importer.read(bytes, name)?;
+        if scene.metadata.format == Some(Format::Vmd) {
+            let message = "a VMD has no skeleton, so where its joints are is not known";
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .help("write the motion as .glb too, and verify that")
+                .into());
+        }
+        let sidecar = match scene.metadata.format {
+            Some(Format::Bvh) => sidecar(bytes, name, open)?,
+            _ => None,
+        };
+        Ok(Self::Scene(Box::new(scene), provenance.or(sidecar)))
+    }
+
+    pub(super) fn provenance(&self) -> Option<Provenance> {
+        match self {
+            Self::Gltf(file, _) => file.provenance_of_kept().or_else(|| file.provenance()),
+            Self::Scene(_, provenance) => provenance.as_deref().cloned(),
+        }
+    }
+
+    /// Whether the file has other clips of its source too, beside the one that was changed.
+    pub(super) fn keeps_other_clips(&self) -> bool {
+        let is_choice = |step: &AppliedStep| matches!(step, AppliedStep::SelectClip { .. });
+        let Self::Gltf(file, _) = self else { return false };
+        file.provenance_of_kept()
+            .is_some_and(|provenance| provenance.steps.iter().any(is_choice))
+    }
+
+    /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
+    pub(super) fn check_not_retargeted(&self, source: &Scene) -> Result<()> {
+        // Other animations of a character may still be compared with what it was before.
+        let is_source = |provenance: &Provenance| {
+            let origins = (provenance.source.as_ref(), source.metadata.origin.as_ref());
+            matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
+        };
+        let added: Vec<Provenance> = match self {
+            Self::Gltf(file, _) => file.provenances_of_animations().filter(is_source).collect(),
+            Self::Scene(..) => Vec::new(),
+        };
+        let all = self.provenance().into_iter().chain(added);
+        let Some(onto) = all.filter_map(|provenance| provenance.onto().cloned()).next() else {
+            return Ok(());
+        };
+        let name = onto
+            .source
+            .map_or_else(String::new, |origin| format!(" of \"{}\"", origin.name));
+        let message = format!("the motion is on the skeleton{name}, so its joints are elsewhere than in the source");
+        Err(Diagnostic::new(Code::Unrepresentable, message)
+            .help("mocap retarget measures how far the limbs of both are apart: see --json and --max-angle")
+            .into())
+    }
+
+    /// The nodes and the keys of a clip; without one, the rest pose.
+    pub(super) fn skeleton(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
+        match self {
+            Self::Gltf(file, _) => Skeleton::of_file(file, clip),
+            Self::Scene(scene, _) => Ok(Skeleton::of_scene(scene, clip)),
+        }
+    }
+
+    /// Says so where a VRM animation lacks bones that it must have.
+    pub(super) fn missing_bones(&self) -> Option<Finding> {
+        let Self::Gltf(file, _) = self else { return None };
+        let missing = file.missing_bones();
+        let message = || {
+            format!(
+                "no node is the bone {}, which a VRM animation must have",
+                missing.join(", ")
+            )
+        };
+        (!missing.is_empty()).then(|| Finding::new(FindingKind::MissingJoint, message()))
+    }
+
+    /// Whether this crate wrote the file, and the file says so.
+    pub(super) fn is_ours(&self) -> bool {
+        self.provenance().is_some()
+    }
+
+    /// The file with its meshes, where this crate wrote it.
+    pub(super) fn skinned(&self) -> Option<&Scene> {
+        match self {
+            Self::Gltf(_, skinned) => skinned.as_deref(),
+            // The meshes of USD are not read.
+            Self::Scene(scene, _) if scene.metadata.format == Some(Format::Usd) => None,
+            Self::Scene(scene, provenance) => provenance.is_some().then_some(scene),
+        }
+    }
+
+    pub(super) fn format(&self) -> Option<Format> {
+        let Self::Scene(scene, _) = self else {
+            return Some(Format::Gltf);
+        };
+        scene.metadata.format
+    }
+
+    /// Whether the format has names of clips.
+    pub(super) fn names_clips(&self) -> bool {
+        !matches!(
+            self.format(),
+            Some(Format::Bvh | Format::AsfAmc | Format::C3d | Format::Trc | Format::Bip | Format::Mclip)
+        )
+    }
+
+    /// Takes the clips of these indices as `other` has them.
+    pub(super) fn take_clips(&mut self, other: Self, is_taken: impl Fn(usize) -> bool) {
+        let (Self::Scene(scene, _), Self::Scene(other, _)) = (self, other) else {
+            return;
+        };
+        let clips = scene.animations.iter_mut().zip(other.animations).enumerate();
+        let taken = clips.filter(|(index, _)| is_taken(*index));
+        taken.for_each(|(_, (clip, other))| *clip = other);
+    }
+
+    pub(super) fn clip_names(&self) -> Vec<String> {
+        match self {
+            Self::Gltf(file, _) => {
+                let clips = file.animations();
+                clips.map(|clip| clip.name.clone().unwrap_or_default()).collect()
+            }
+            Self::Scene(scene, _) => scene.animations.iter().map(|clip| clip.name.clone()).collect(),
+        }
+    }
+
+    /// Units of the file in one of the source, where the file states its unit.
+    pub(super) fn stated_unit(&self, source: &Scene) -> Option<f64> {
+        let Self::Scene(scene, _) = self else { return None };
+        scene.metadata.metres_per_unit.map(|metres| metres_of(source) / metres)
+    }
+
+    /// Metres in a unit of the file, where its writer converts metres to a unit that readers keep.
+    pub(super) fn written_unit(&self) -> Option<f64> {
+        let Self::Scene(scene, _) = self else { return None };
+        scene.metadata.metres_per_unit.filter(|_| self.is_of_points())
+    }
+
+    /// Whether the format has keys at any time, and its reader keeps their times. Others have a pose for each frame.
+    pub(super) fn has_key_times(&self) -> bool {
+        matches!(self.format(), Some(Format::Gltf | Format::Usd | Format::Mclip))
+    }
+
+    /// Whether the format has points, which have no parents.
+    pub(super) fn is_of_points(&self) -> bool {
+        self.format() == Some(Format::Trc)
+    }
+
+    /// Metres in a unit of the file: what the file says, else the unit of the source.
+    pub(super) fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
+        let Self::Scene(scene, _) = self else { return 1.0 };
+        match scene.metadata.metres_per_unit {
+            Some(metres) => metres,
+            None => change
+                .out_metres_per_unit
+                .unwrap_or_else(|| metres_of(source) / change.metres_per_unit),
+        }
+    }
+
+    /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are
+    /// those of the scene, and in BVH that was made of BVH.
+    pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
+        match self {
+            Self::Gltf(..) => self.is_ours(),
+            Self::Scene(scene, Some(provenance)) if scene.metadata.format != Some(Format::Bvh) => {
+                provenance.up.is_none()
+            }
+            // A packed clip has the joints of its source, and only this crate writes one.
+            Self::Scene(scene, None) if scene.metadata.format == Some(Format::Mclip) => true,
+            Self::Scene(scene, _) => {
+                scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
+            }
+        }
+    }
+}
+
+/// The frame rates of the clips of a scene, where there are some.
+pub(super) fn several_rates(scene: &Scene) -> Vec<f64> {
+    /// A file is read again for each.
+    const MOST: usize = 16;
+    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
+    rates.sort_by(f64::total_cmp);
+    rates.dedup();
+    if (2..=MOST).contains(&rates.len()) {
+        rates
+    } else {
+        Vec::new()
+    }
+}
+
+/// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
+pub(super) fn common_rate(scene: &Scene, steps: &[AppliedStep]) -> Option<f64> {
+    /// Frames per second at most.
+    const MOST: u64 = 6000;
+    let greatest_divisor = |mut a: u64, mut b: u64| {
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
+    for step in steps {
+        if let AppliedStep::Resample { frames_per_second } = step {
+            // Both sides of a cut keep their ticks.
+            rates
+                .iter_mut()
+                .for_each(|rate| *rate = process::rate_before(*rate, *frames_per_second));
+            rates.push(*frames_per_second);
+        }
+    }
+    let mut common = 1;
+    for &rate in &rates {
+        let whole = rate.round();
+        if (rate - whole).abs() > 1e-6 * rate || !(1.0..=MOST as f64).contains(&whole) {
+            return None;
+        }
+        let whole = whole as u64;
+        common = common / greatest_divisor(common, whole) * whole;
+        if common > MOST {
+            return None;
+        }
+    }
+    rates.iter().any(|rate| *rate != rates[0]).then_some(common as f64)
+}
+
+/// What the file beside a BVH file says of it.
+fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Option<Box<Provenance>>> {
+    let beside = Sidecar::path(name);
+    let found = open(beside.file_name().unwrap_or_default().as_ref());
+    let Some(sidecar) = found.ok().and_then(|bytes| Sidecar::read(&bytes)) else {
+        return Ok(None);
+    };
+    if sidecar.is_about_bytes(bytes) {
+        return Ok(Some(Box::new(sidecar.mocap)));
+    }
+    let message = format!(
+        "\"{}\" is about another file: its SHA-256 is not that of this one",
+        beside.display()
+    );
+    Err(Diagnostic::new(Code::InvalidValue, message)
+        .help("the file was changed after it was written: write it again, or remove the file beside it")
+        .into())
+}
+
+/// Metres in a unit of the source: what it states, else what is guessed.
+pub(super) fn metres_of(source: &Scene) -> f64 {
+    let stated = source.metadata.metres_per_unit;
+    stated.unwrap_or_else(|| Figure::new(source).survey.unit.value.metres())
+}

@@ -1,0 +1,347 @@
+//! Which joint of one skeleton is which of the other.
+
+use std::collections::{HashMap, VecDeque};
+
+use super::chain::{Joint, Skeleton};
+use super::{Finding, FindingKind};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{HumanoidBone, NodeKind, Scene};
+
+/// Names that are told at most, of many findings of one kind.
+const MOST_NAMES: usize = 8;
+
+/// Joints of one name among which the right parent is looked for, so that a file in which all have one name takes no
+/// time beyond measure.
+const MOST_CANDIDATES: usize = 256;
+
+/// The joints that two skeletons have in common.
+pub(super) struct Pairs {
+    /// The indices in the source and in the file.
+    pub(super) list: Vec<(usize, usize)>,
+    /// Of every joint of the source and of the file, its index in the list.
+    of_ours: Vec<Option<usize>>,
+    of_theirs: Vec<Option<usize>>,
+}
+
+/// Which pairs can be compared in a file that has only some joints of its source.
+pub(super) struct Rigid {
+    /// Those whose position depends on no other joint.
+    pub(super) has_position: Vec<bool>,
+    /// Those whose rotation depends on no other joint.
+    pub(super) has_rotation: Vec<bool>,
+}
+
+impl Pairs {
+    /// Pairs joints of equal names; names may differ in case and in all that is neither letter nor digit where more
+    /// joints find their pair so.
+    ///
+    /// # Errors
+    /// Where there is no pair.
+    pub(super) fn new(ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
+        let simplified = |name: &str| {
+            name.chars()
+                .filter(|c| c.is_alphanumeric())
+                .flat_map(char::to_lowercase)
+                .collect()
+        };
+        let exact = match_names(ours, theirs, std::borrow::ToOwned::to_owned);
+        let loose = match_names(ours, theirs, simplified);
+        let list = if loose.len() > exact.len() { loose } else { exact };
+        Self::of_list(list, ours, theirs)
+    }
+
+    /// The pairs that are bones, in a VRM animation of `source`. Its nodes have the names of the joints that they were
+    /// made of; one for a bone that the source lacks has the bone's own name, and is no joint of the source.
+    ///
+    /// # Errors
+    /// Where there is no pair.
+    pub(super) fn of_bones(self, source: &Scene, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
+        let states_bones = source.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        let is_bone = |&(a, b): &(usize, usize)| {
+            let (joint, name) = (&source.nodes[a], &theirs.joints[b].name);
+            let is_of_source = !states_bones || joint.humanoid_bone.is_some();
+            joint.name == *name && (is_of_source || HumanoidBone::ALL.iter().all(|bone| bone.as_str() != name))
+        };
+        Self::of_list(self.list.into_iter().filter(is_bone).collect(), ours, theirs)
+    }
+
+    fn of_list(list: Vec<(usize, usize)>, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
+        // A scene without a node has nothing to pair.
+        let is_empty = ours.joints.is_empty() && theirs.joints.is_empty();
+        if list.is_empty() && !is_empty {
+            let message = "the file has no joint of its source";
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .help("compare it with the file it was made from")
+                .into());
+        }
+        let mut of_ours = vec![None; ours.joints.len()];
+        let mut of_theirs = vec![None; theirs.joints.len()];
+        for (index, &(a, b)) in list.iter().enumerate() {
+            of_ours[a] = Some(index);
+            of_theirs[b] = Some(index);
+        }
+        Ok(Self {
+            list,
+            of_ours,
+            of_theirs,
+        })
+    }
+
+    /// The joints of one kind that the file does not have.
+    pub(super) fn missing(&self, ours: &Skeleton, kind: NodeKind) -> Vec<String> {
+        let joints = ours.joints.iter().zip(&self.of_ours);
+        let missing = joints.filter(|(joint, pair)| joint.kind == kind && pair.is_none());
+        missing.map(|(joint, _)| joint.name.clone()).collect()
+    }
+
+    /// Finds joints that are missing, called otherwise, or on another parent; in a file of this crate, which leaves
+    /// nothing out and adds nothing, also end sites that are missing, and joints that are too many.
+    pub(super) fn find(
+        &self,
+        ours: &Skeleton,
+        theirs: &Skeleton,
+        is_ours: bool,
+        has_root_motion: bool,
+        findings: &mut Vec<Finding>,
+    ) {
+        let mut find = |kind, names: Vec<String>, singular: &str, plural: &str| {
+            if !names.is_empty() {
+                let verb = if names.len() == 1 { singular } else { plural };
+                findings.push(Finding::new(kind, format!("{} {verb}", listed(&names))));
+            }
+        };
+        let mut missing = self.missing(ours, NodeKind::Joint);
+        if is_ours {
+            missing.extend(self.missing(ours, NodeKind::EndSite));
+        }
+        find(
+            FindingKind::MissingJoint,
+            missing,
+            "is not in the file",
+            "are not in the file",
+        );
+        let renamed = self.list.iter().filter_map(|&(a, b)| {
+            let is_named_by_parent = is_named_by_parent(theirs, b);
+            let (ours, theirs) = (&ours.joints[a].name, &theirs.joints[b].name);
+            let is_renamed = !is_kept(ours, theirs) && !is_named_by_parent;
+            is_renamed.then(|| format!("\"{ours}\" as \"{theirs}\""))
+        });
+        find(
+            FindingKind::RenamedJoint,
+            renamed.collect(),
+            "is called otherwise in the file",
+            "are called otherwise in the file",
+        );
+        let moved = self
+            .list
+            .iter()
+            .filter(|(a, b)| self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b));
+        find(
+            FindingKind::MovedJoint,
+            moved.map(|(a, _)| quoted(&ours.joints[*a])).collect(),
+            "has another parent in the file",
+            "have other parents in the file",
+        );
+        if is_ours {
+            let is_group = |name: &str| {
+                ours.joints
+                    .iter()
+                    .any(|joint| joint.kind == NodeKind::Group && joint.name == name)
+            };
+            // The joint for the path over the ground stands above the first root.
+            let mut added = usize::from(has_root_motion);
+            let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
+                let is_extra =
+                    pair.is_none() && !joint.shows && joint.kind != NodeKind::Group && !is_group(&joint.name);
+                let is_expected = is_extra && added > 0;
+                added -= usize::from(is_expected);
+                is_extra && !is_expected
+            });
+            let extra = extra.map(|(joint, _)| quoted(joint)).collect();
+            find(
+                FindingKind::ExtraJoint,
+                extra,
+                "is not in the source",
+                "are not in the source",
+            );
+        }
+    }
+
+    /// What can be compared where a file has only some joints of its source, each with another rest pose.
+    pub(super) fn rigid(&self, ours: &Skeleton, theirs: &Skeleton) -> Rigid {
+        // A joint whose offset from the one above in a pair is that of the rest pose, at all times.
+        let is_attached = |&(a, b): &(usize, usize)| {
+            let above = self.above(ours, &self.of_ours, a);
+            let mut between = std::iter::successors(ours.joints[a].parent, |joint| ours.joints[*joint].parent)
+                .take_while(|joint| self.of_ours[*joint].is_none());
+            above == self.above(theirs, &self.of_theirs, b)
+                && (above.is_none()
+                    || ours.joints[a].keeps_place() && between.all(|joint| ours.joints[joint].is_still()))
+        };
+        let mut rigid = Rigid {
+            has_position: Vec::with_capacity(self.list.len()),
+            has_rotation: vec![true; self.list.len()],
+        };
+        // In the order of the source, so that those above come first.
+        for pair in &self.list {
+            let (above, is_attached) = (self.above(ours, &self.of_ours, pair.0), is_attached(pair));
+            let is_below_place = above.is_none_or(|above| rigid.has_position[above]);
+            rigid.has_position.push(is_attached && is_below_place);
+            if let Some(above) = above.filter(|_| !is_attached) {
+                rigid.has_rotation[above] = false;
+            }
+        }
+        rigid
+    }
+
+    /// The pair of the nearest joint above that is in a pair.
+    fn above(&self, skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
+        paired_above(skeleton, pair_of, joint).and_then(|above| pair_of[above])
+    }
+}
+
+/// The joints of the file that have one key, in their order, without those at the front that have a pair.
+#[derive(Default)]
+struct Candidates(VecDeque<usize>);
+
+/// The pairs of two skeletons while they are found.
+struct Matching<'a, 'b> {
+    ours: &'a Skeleton<'b>,
+    theirs: &'a Skeleton<'b>,
+    /// Of every joint the other of its pair.
+    of_ours: Vec<Option<usize>>,
+    of_theirs: Vec<Option<usize>>,
+}
+
+/// Pairs joints of equal keys. Of several with one key, a joint goes with one below the pair of the joint above it, so
+/// that the hand of the left arm is that of the left arm; those for which there is none follow in their order.
+fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
+    // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
+    let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
+    let key = |joint: &Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
+    let mut candidates: HashMap<(String, bool), Candidates> = HashMap::new();
+    for (index, joint) in theirs.joints.iter().enumerate() {
+        candidates.entry(key(joint)).or_default().0.push_back(index);
+    }
+    let counts: HashMap<_, _> = candidates
+        .iter()
+        .map(|(key, found)| (key.clone(), found.0.len()))
+        .collect();
+    let keys: Vec<_> = ours.joints.iter().map(key).collect();
+    let mut wanted: HashMap<&(String, bool), usize> = HashMap::new();
+    for key in &keys {
+        *wanted.entry(key).or_default() += 1;
+    }
+    let mut matching = Matching {
+        ours,
+        theirs,
+        of_ours: vec![None; ours.joints.len()],
+        of_theirs: vec![None; theirs.joints.len()],
+    };
+    for by_parent in [true, false] {
+        for (index, key) in keys.iter().enumerate() {
+            let Some(found) = candidates.get_mut(key) else { continue };
+            let count = counts[key];
+            // Many formats leave groups out. What they leave is then the joint of that name, not the group.
+            let is_left_out = ours.joints[index].kind == NodeKind::Group && count < wanted[key];
+            if is_left_out || matching.of_ours[index].is_some() {
+                continue;
+            }
+            let is_only_one = count == 1 && wanted[key] == 1;
+            // Nothing but its parent tells a joint without a name.
+            let needs_parent = !is_only_one && (by_parent || key.0.is_empty());
+            matching.pair_first(index, found, needs_parent);
+        }
+    }
+    let unnamed = (0..ours.joints.len()).filter(|index| is_unnamed(&ours.joints[*index]));
+    let mut all = Candidates((0..theirs.joints.len()).collect());
+    for index in unnamed {
+        if matching.of_ours[index].is_none() && ours.joints[index].kind != NodeKind::Group {
+            matching.pair_first(index, &mut all, true);
+        }
+    }
+    let pairs = matching.of_ours.iter().enumerate();
+    // A file may have a motion and no joint: its groups are all there is to compare.
+    let has_joints = ours.joints.iter().any(|joint| joint.kind != NodeKind::Group);
+    pairs
+        .filter(|(index, _)| !has_joints || ours.joints[*index].kind != NodeKind::Group)
+        .filter_map(|(index, pair)| Some((index, (*pair)?)))
+        .collect()
+}
+
+impl Matching<'_, '_> {
+    /// Pairs a joint of the source with the first of `candidates` that is free.
+    fn pair_first(&mut self, ours: usize, candidates: &mut Candidates, needs_parent: bool) {
+        while candidates
+            .0
+            .front()
+            .is_some_and(|first| self.of_theirs[*first].is_some())
+        {
+            candidates.0.pop_front();
+        }
+        let above = needs_parent.then(|| paired_above(self.ours, &self.of_ours, ours));
+        let is_below = |theirs: usize| {
+            let Some(above) = above else { return true };
+            let parent = paired_above(self.theirs, &self.of_theirs, theirs);
+            above.and_then(|above| self.of_ours[above]) == parent
+        };
+        let free = candidates
+            .0
+            .iter()
+            .take(MOST_CANDIDATES)
+            .filter(|theirs| self.of_theirs[**theirs].is_none() && is_below(**theirs));
+        // The root of every FBX file is a group that may have the name of a joint below it.
+        let is_group = |skeleton: &Skeleton, joint: usize| skeleton.joints[joint].kind == NodeKind::Group;
+        let is_alike = |theirs: &&usize| is_group(self.theirs, **theirs) == is_group(self.ours, ours);
+        if let Some(&theirs) = free.clone().find(is_alike).or_else(|| free.clone().next()) {
+            self.of_ours[ours] = Some(theirs);
+            self.of_theirs[theirs] = Some(ours);
+        }
+    }
+}
+
+/// The nearest joint above that has a pair.
+fn paired_above(skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
+    let above = |joint: &usize| skeleton.joints[*joint].parent;
+    std::iter::successors(above(&joint), above).find(|joint| pair_of[*joint].is_some())
+}
+
+fn is_unnamed(joint: &Joint) -> bool {
+    joint.name.trim().is_empty()
+}
+
+/// Whether a name is another only in what a name in some formats cannot have: control characters and braces, for which
+/// `_` or the replacement character stands, and space around it. A joint without a name may have any.
+fn is_kept(ours: &str, theirs: &str) -> bool {
+    ours.trim().is_empty() || kept_of(ours) == kept_of(theirs)
+}
+
+/// What is left of a name in every format.
+pub(super) fn kept_of(name: &str) -> String {
+    let is_replaced = |c: char| c.is_control() || "{}\u{fffd}".contains(c);
+    let stands_for = |c: char| if is_replaced(c) { '_' } else { c };
+    name.trim().chars().map(stands_for).collect()
+}
+
+/// Whether it is an end site with the name that it has where a format gives it none, as in BVH.
+fn is_named_by_parent(skeleton: &Skeleton, joint: usize) -> bool {
+    let joint = &skeleton.joints[joint];
+    let parent = joint.parent.map_or("", |parent| &skeleton.joints[parent].name);
+    joint.kind == NodeKind::EndSite && joint.name.strip_prefix("EndSite_") == Some(parent)
+}
+
+fn quoted(joint: &Joint) -> String {
+    format!("\"{}\"", joint.name)
+}
+
+fn listed(names: &[String]) -> String {
+    let shown = names.iter().take(MOST_NAMES).map(|name| match name.starts_with('"') {
+        true => name.clone(),
+        false => format!("\"{name}\""),
+    });
+    let shown: Vec<_> = shown.collect();
+    match names.len().checked_sub(MOST_NAMES) {
+        None | Some(0) => shown.join(", "),
+        Some(more) => format!("{} and {more} more", shown.join(", ")),
+    }
+}

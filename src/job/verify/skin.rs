@@ -1,0 +1,171 @@
+//! Whether the joints of a skin are tied to it where they stand: the inverse bind matrices.
+//!
+//! What is compared is where the first joint of a mesh stands, seen from each other joint of it, when the mesh was
+//! bound. That does not depend on the axes and the unit of the mesh, which no joint tells.
+
+use std::path::Path;
+
+use glam::DMat4;
+
+use super::chain::Skeleton;
+use super::change::Change;
+use super::pairs::Pairs;
+use super::{Finding, FindingKind};
+use mocap_formats::{FormatInfo, ReadOptions, Source};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::scene::{Bone, Format, Mesh, Scene};
+
+/// How far a joint may be from where it was bound, as a fraction of the largest distance of two joints of the mesh, and
+/// its axes as a fraction of their length: what products of 32-bit matrices round.
+const SAME_PLACE: f64 = 1e-3;
+
+/// The scene of a glTF file with its meshes.
+pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Scene> {
+    let folder = name.parent().unwrap_or("".as_ref());
+    let source = Source {
+        bytes,
+        blocks: None,
+        name,
+        release: &|_| (),
+        open: &|path| open(path.strip_prefix(folder).unwrap_or(path)),
+        list: &|_| Vec::new(),
+    };
+    let options = ReadOptions {
+        gltf_meshes: true,
+        // The bind pose is what is to be checked.
+        gltf_rest_of_nodes: true,
+        ..ReadOptions::default()
+    };
+    (FormatInfo::of(Format::Gltf).read)(&source, &options)
+}
+
+/// Finds joints of `output`, which this crate wrote, that stand otherwise in its skin than in the rest pose of the
+/// source; or, where the pose at rest is another on purpose, than in that of the file, or in its first frame; or than
+/// in the skin of the source, which `with_meshes` reads.
+pub(super) fn find(
+    source: &Scene,
+    output: &Scene,
+    (change, keeps_axes): (&Change, bool),
+    with_meshes: &dyn Fn() -> Option<Scene>,
+) -> Option<Finding> {
+    let unread = output.warnings.iter().find(|warning| warning.code == Code::IgnoredMesh);
+    if let Some(warning) = unread {
+        return Some(Finding::new(FindingKind::Skin, warning.message.clone()));
+    }
+    let mut poses = vec![own(output, None)];
+    poses.extend((!output.animations.is_empty()).then(|| own(output, Some(0))));
+    if keeps_axes && change.humanoid.is_none() {
+        poses.extend(of_source(source, output, change.metres_per_unit, at_rest));
+    }
+    let mut wrong = wrong_of_all(output, &poses);
+    if let Some(source) = with_meshes().filter(|_| !wrong.is_empty() && keeps_axes) {
+        poses.extend(of_source(&source, output, change.metres_per_unit, when_bound));
+        wrong = wrong_of_all(output, &poses);
+    }
+    let (first, others) = wrong.split_first()?;
+    let others = match others.len() {
+        0 => String::new(),
+        count => format!(" and {count} more"),
+    };
+    let message =
+        format!("the skin is not tied to \"{first}\"{others} in the rest pose: an inverse bind matrix is another");
+    Some(Finding::new(FindingKind::Skin, message))
+}
+
+/// The names of the bones of all meshes, each mesh in the pose that fits it best.
+fn wrong_of_all(output: &Scene, poses: &[Vec<Option<DMat4>>]) -> Vec<String> {
+    let meshes = output.meshes.iter().filter(|mesh| mesh.bones.len() > 1);
+    let wrong = meshes.filter_map(|mesh| poses.iter().map(|pose| wrong_bones(mesh, pose)).min_by_key(Vec::len));
+    wrong.flatten().collect()
+}
+
+/// Node to world of every node of the file, in its rest pose or at the start of a clip.
+fn own(output: &Scene, clip: Option<usize>) -> Vec<Option<DMat4>> {
+    let mut world = Vec::new();
+    Skeleton::of_scene(output, clip).world(0.0, &mut world);
+    world.into_iter().map(Some).collect()
+}
+
+/// Node to world in the rest pose.
+fn at_rest(source: &Scene) -> Vec<Option<DMat4>> {
+    own(source, None)
+}
+
+/// Node to mesh when it was bound. A node that is no bone of the source, but of the file, is where it rests, seen from
+/// the first bone.
+fn when_bound(source: &Scene) -> Vec<Option<DMat4>> {
+    let mut bound = vec![None; source.nodes.len()];
+    for bone in source.meshes.iter().flat_map(|mesh| &mesh.bones) {
+        bound[bone.node.index()] = Some(bone.offset_matrix.as_dmat4().inverse());
+    }
+    let at_rest = at_rest(source);
+    let mut known = bound.iter().zip(&at_rest);
+    let world_to_mesh = known.find_map(|(bound, rest)| Some((*bound)? * (*rest)?.inverse()));
+    if let Some(world_to_mesh) = world_to_mesh {
+        for (bound, rest) in bound.iter_mut().zip(at_rest) {
+            *bound = bound.or_else(|| Some(world_to_mesh * rest?));
+        }
+    }
+    bound
+}
+
+/// Matrices of the nodes of the source, in the unit of the file, for the nodes of the file.
+fn of_source(
+    source: &Scene,
+    output: &Scene,
+    scale: f64,
+    matrices: fn(&Scene) -> Vec<Option<DMat4>>,
+) -> Option<Vec<Option<DMat4>>> {
+    let pairs = Pairs::new(&Skeleton::of_scene(source, None), &Skeleton::of_scene(output, None)).ok()?;
+    let matrices = matrices(source);
+    let mut found = vec![None; output.nodes.len()];
+    for (a, b) in pairs.list {
+        found[b] = matrices[a].map(|mut matrix| {
+            matrix.w_axis = (matrix.w_axis.truncate() * scale).extend(1.0);
+            matrix
+        });
+    }
+    Some(found)
+}
+
+/// The names of the bones of a mesh that were bound elsewhere than in `pose`, or are not in it.
+fn wrong_bones(mesh: &Mesh, pose: &[Option<DMat4>]) -> Vec<String> {
+    let world_of = |bone: &Bone| pose.get(bone.node.index()).copied().flatten();
+    let (mut known, mut wrong) = (Vec::new(), Vec::new());
+    for bone in &mesh.bones {
+        match world_of(bone) {
+            Some(world) => known.push((bone, world)),
+            None => wrong.push(bone.name.clone()),
+        }
+    }
+    let Some(&(first, first_world)) = known.first() else {
+        return wrong;
+    };
+    let first_bind = first.offset_matrix.as_dmat4().inverse();
+    let others: Vec<_> = known
+        .into_iter()
+        .skip(1)
+        .map(|(bone, world)| {
+            let bound = bone.offset_matrix.as_dmat4() * first_bind;
+            (bone, bound, world.inverse() * first_world)
+        })
+        .collect();
+    let size = others
+        .iter()
+        .map(|(_, _, stands)| stands.w_axis.truncate().length())
+        .fold(0.0, f64::max);
+    let elsewhere = others.into_iter().filter(|(_, bound, stands)| {
+        let axes = [
+            (bound.x_axis, stands.x_axis),
+            (bound.y_axis, stands.y_axis),
+            (bound.z_axis, stands.z_axis),
+        ];
+        let has_axes = axes
+            .into_iter()
+            .all(|(bound, stands)| bound.distance(stands) <= SAME_PLACE * stands.length());
+        let has_position = bound.w_axis.distance(stands.w_axis) <= SAME_PLACE * size;
+        !(has_axes && has_position)
+    });
+    wrong.extend(elsewhere.map(|(bone, ..)| bone.name.clone()));
+    wrong
+}

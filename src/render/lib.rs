@@ -1,0 +1,36 @@
+//! Pictures of motion: contact sheets, films, curves, a terminal screen, and a page with a player.
+//!
+//! Everything is drawn in software from the same scene and kinematics that the rest of the crate uses; the same scene
+//! and options give the same bytes. A picture is a [`Drawing`], which can be written as PNG or SVG; a [`Movie`] is
+//! written as GIF or animated PNG.
+//!
+//! Pictures show the world with +Y up; the up axis of the file is the guess of [`survey`](mocap_figure).
+
+mod camera;
+mod drawing;
+mod euler;
+mod figure;
+mod image_size;
+mod matrix;
+mod movie;
+mod palette;
+mod plot;
+mod raster;
+mod sheet;
+mod surface;
+mod svg;
+mod t_pose;
+mod terminal;
+mod texture;
+mod theme;
+mod view;
+
+pub use self::drawing::Drawing;
+pub use self::figure::Clip;
+pub use self::matrix::distance_matrix_png;
+pub use self::movie::{Movie, MovieOptions};
+pub use self::plot::PlotOptions;
+pub use self::sheet::SheetOptions;
+pub use self::t_pose::TPoseClip;
+pub use self::terminal::ScreenOptions;
+pub use self::view::{ListingEntry, Page, PageClip, PlayerClip};

@@ -1,0 +1,346 @@
+//! Moves the motion of one humanoid onto the skeleton of another.
+//!
+//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
+//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's,
+//! bone by bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
+//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of the
+//! source, scaled by the length of the legs. `docs/retargeting.md` has the formulas.
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::retarget::{RetargetOptions, Retargeter};
+//!
+//! let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let mut target = mocap::import("fixtures/skeletons/human_vrm1.gltf")?;
+//! let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default())?;
+//! target.animations = vec![retargeter.animation(&source, &source.animations[0])];
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod by_names;
+mod clip;
+mod feet;
+mod limb_angles;
+#[cfg(feature = "live")]
+pub mod live;
+mod measure;
+mod plan;
+mod report;
+pub mod retargeting;
+pub mod robot;
+mod root;
+mod rules;
+mod scale_text;
+mod sight;
+mod skin;
+mod solve;
+
+use glam::{Quat, Vec3};
+
+pub(crate) use self::by_names::CreatureRetargeter;
+use self::measure::Moving;
+use self::plan::Plan;
+pub use self::plan::Unmapped;
+pub use self::report::{ByNames, Clamped, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
+pub use self::retargeting::Retargeting;
+use self::root::Root;
+pub use self::sight::{Aspect, Seen};
+use self::solve::Solved;
+use mocap_edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
+pub use mocap_figure::LimbAngles;
+use mocap_figure::body::Body;
+use mocap_figure::ground;
+use mocap_figure::ticks::ticks;
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::options::setters;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
+
+/// How large the steps of the target are.
+///
+/// [`Retargeter`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Scale {
+    /// In the proportion of the legs.
+    #[default]
+    Auto,
+    /// As long as those of the source, in metres.
+    None,
+    /// This many times as long as those of the source, in metres.
+    Factor(f64),
+}
+
+/// How a [`Retargeter`] moves a motion.
+///
+/// [`Retargeter`] has an example.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct RetargetOptions {
+    /// How large the steps of the target are.
+    pub scale: Scale,
+    /// Which joints of the source are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    pub source: Option<Humanoid>,
+    /// Which joints of the target are which bones. Default: as for the source.
+    pub target: Option<Humanoid>,
+}
+
+setters! {
+    RetargetOptions {
+        scale: Scale,
+        source: Option<Humanoid>,
+        target: Option<Humanoid>,
+    }
+}
+
+/// Moves poses of one skeleton onto another.
+///
+/// Everything that does not depend on the pose is computed when it is made. A pose then takes neither a look-up nor an
+/// allocation:
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::retarget::{RetargetOptions, Retargeter};
+/// use mocap::{Binding, Pose};
+///
+/// let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
+/// let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default())?;
+///
+/// let binding = Binding::new(&source, &source.animations[0]);
+/// let (mut from, mut to) = (Pose::rest(&source), Pose::rest(&target));
+/// for tick in 0..10 {
+///     from.sample(&binding, &source.animations[0], f64::from(tick));
+///     retargeter.pose(&from, &mut to);
+/// }
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Retargeter {
+    source: Body,
+    target: Body,
+    plan: Plan,
+    root: Root,
+    /// What is computed of the current pose.
+    solved: Solved<1>,
+}
+
+impl Retargeter {
+    /// Prepares the motion of the skeleton of `source` onto that of `target`. The animations of `source` tell where its
+    /// floor is; both scenes may have any unit, axes and rest pose.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where one of the skeletons is not a humanoid, or has a hierarchy
+    /// onto which no pose can be put.
+    pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
+        let figure = |scene: &Scene, bones: &Option<Humanoid>| {
+            let bones = bones.clone().unwrap_or_else(|| Humanoid::of(scene));
+            Figure::with_bones(scene, bones)
+        };
+        let figures = (figure(source, &options.source), figure(target, &options.target));
+        Self::with_figures((source, figures.0), (target, figures.1), options.scale)
+    }
+
+    /// The same for two figures that are found already.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_figures(
+        (source, from): (&Scene, Figure),
+        (target, to): (&Scene, Figure),
+        scale: Scale,
+    ) -> Result<Self> {
+        let from = Body::of_figure(source, from, "source")?;
+        let to = Body::target(target, to)?;
+        let mut plan = Plan::new(&from, &to, target);
+        let root = Root::new((&from, source), (&to, target), scale, &mut plan.watched)?;
+        Ok(Self {
+            solved: Solved::new(&plan, plan.watched.joints.len()),
+            source: from,
+            target: to,
+            plan,
+            root,
+        })
+    }
+
+    /// Bones that only one of the skeletons has, and others that are not moved, each with the reason.
+    pub fn unmapped(&self) -> &[Unmapped] {
+        &self.plan.unmapped
+    }
+
+    /// How many times as long the steps of the target are, in the units of the two scenes.
+    pub fn scale(&self) -> f64 {
+        f64::from(self.root.scale)
+    }
+
+    /// What is done to a motion of the source, for the record of a file: `target` is the scene of the target.
+    pub fn step(&self, target: &Scene, lock_feet: bool) -> AppliedStep {
+        AppliedStep::Retarget {
+            onto: SecondMotion::of(target),
+            scale: self.scale() * self.target.metres_per_unit / self.source.metres_per_unit,
+            lock_feet,
+        }
+    }
+
+    /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the
+    /// ground too.
+    pub fn driven(&self) -> impl Iterator<Item = NodeId> {
+        self.plan.drives.iter().map(|drive| drive.node)
+    }
+
+    /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose;
+    /// joints without a counterpart keep what they have.
+    pub fn pose(&mut self, source: &Pose, target: &mut Pose) {
+        self.solved.seen.set(0, source, &self.source, &self.plan.watched);
+        self.solved.solve(&self.plan, &self.root);
+        for (drive, rotation) in self.plan.drives.iter().zip(&self.solved.to_parent) {
+            let Some(matrix) = target.node_to_parent.get_mut(drive.node.index()) else {
+                continue;
+            };
+            let mut trs = drive.rest;
+            trs.rotation = Quat::from_array(rotation.lane(0));
+            if drive.node == self.target.hips {
+                trs.translation = Vec3::from_array(self.solved.hips.lane(0));
+            }
+            *matrix = trs.matrix();
+        }
+        target.update_world();
+    }
+
+    /// A whole animation of `source`, the scene from which the retargeter was made, on the target: a key at every tick.
+    /// Joints that are not moved have no channel.
+    pub fn animation(&mut self, source: &Scene, animation: &Animation) -> Animation {
+        clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
+    }
+
+    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as
+    /// high above the floor as they are: contacts are found in the source, and the legs follow as in
+    /// [`foot_lock`](mocap_edit::foot_lock()). `animation` is the index of the source's animation.
+    ///
+    /// A target with other proportions slides where the source does not, although each of its limbs points where that
+    /// of the source points. [`RetargetReport::slides`] says whether it does.
+    ///
+    /// # Errors
+    /// As [`foot_lock`](mocap_edit::foot_lock()); `moved` is then unchanged.
+    pub fn lock_feet(
+        &self,
+        source: &Scene,
+        animation: usize,
+        target: &Scene,
+        moved: &mut Animation,
+    ) -> Result<FootLockReport> {
+        let Some(motion) = source.animations.get(animation) else {
+            return Err(no_animation(animation, source));
+        };
+        let contacts = self.contacts(source, motion)?;
+        let Some(followed) = feet::followed(&self.source, &self.target, target, &self.root, &contacts) else {
+            return Ok(FootLockReport::default());
+        };
+        let mut scene = Scene {
+            nodes: target.nodes.clone(),
+            animations: vec![moved.clone()],
+            metadata: target.metadata.clone(),
+            ..Scene::default()
+        };
+        let report = follow_feet(&mut scene, 0, &self.target.figure, &followed)?;
+        if let Some(locked) = scene.animations.pop() {
+            *moved = locked;
+        }
+        Ok(report)
+    }
+
+    /// The height of the floor of the source over the origin of its file, as high as it is on the target.
+    pub(crate) fn source_floor(&self) -> f64 {
+        let floor = self.root.source_ankle - ground::ankle(&self.source);
+        f64::from(self.root.height_scale * floor)
+    }
+
+    /// The figure of the source.
+    pub(crate) fn source_figure(&self) -> &Figure {
+        &self.source.figure
+    }
+
+    /// The contacts of an animation of `source`, left and right as the body has them.
+    pub(crate) fn contacts(&self, source: &Scene, animation: &Animation) -> Result<DetectedContacts> {
+        contacts_of(source, animation, &self.source.figure)
+    }
+
+    /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
+    /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
+    /// better so.
+    ///
+    /// # Errors
+    /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
+    pub fn clip(
+        &mut self,
+        source: &Scene,
+        index: usize,
+        target: &Scene,
+        lock_feet: bool,
+    ) -> Result<(Animation, RetargetReport)> {
+        let Some(animation) = source.animations.get(index) else {
+            return Err(no_animation(index, source));
+        };
+        let moved = self.animation(source, animation);
+        let found = self.measure(source, animation, target, &moved);
+        if lock_feet && found.feet.is_some() && !found.feet_move_alike() {
+            let mut locked = moved.clone();
+            let lock = self.lock_feet(source, index, target, &mut locked)?;
+            let after = self.measure(source, animation, target, &locked).with_lock(&lock);
+            if after.is_better_locked_than(&found) {
+                return Ok((locked, after));
+            }
+        }
+        Ok((moved, found))
+    }
+
+    /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of
+    /// them posed frame by frame, the directions of arms and legs, and what the feet do.
+    pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
+        let (from, to) = self.moving(source, animation, target, moved);
+        let metres = self.target.metres_per_unit / self.source.metres_per_unit;
+        measure::measure(
+            &from,
+            &to,
+            &ticks(animation),
+            self.scale() * metres,
+            &self.root,
+            &self.plan.unmapped,
+        )
+    }
+
+    /// Both bodies with their motions.
+    fn moving<'a>(
+        &'a self,
+        source: &'a Scene,
+        animation: &'a Animation,
+        target: &'a Scene,
+        moved: &'a Animation,
+    ) -> (Moving<'a>, Moving<'a>) {
+        let moving = |body, scene, animation| Moving { body, scene, animation };
+        (
+            moving(&self.source, source, animation),
+            moving(&self.target, target, moved),
+        )
+    }
+}
+
+fn no_animation(index: usize, source: &Scene) -> Error {
+    let message = format!(
+        "there is no animation {index}: the source has {}",
+        source.animations.len()
+    );
+    Diagnostic::new(Code::NoMotion, message).into()
+}
+
+/// Whether a motion can be put on the figure of `target`, as [`Retargeter::new`] asks.
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
+/// pose can be put.
+pub(crate) fn check_figure(target: &Scene, figure: &Figure) -> Result<()> {
+    // The T-pose is made here, so that every clone of the figure has it.
+    figure.t_pose(target);
+    Body::target(target, figure.clone()).map(|_| ())
+}

@@ -1,0 +1,40 @@
+//! Motion as it comes over a network: the VMC protocol, which programs of VTubers and trackers speak.
+//!
+//! A packet of VMC is Open Sound Control over UDP: the rotation of each bone of a humanoid against its parent, without
+//! rotation in the T-pose, as Unity has it. No socket is opened here: [`VmcRecorder`] takes the bytes of packets and
+//! makes a scene of them, [`VmcPoses`] poses as they come, [`VmcMotion`] makes the packets of a scene at a time,
+//! [`VmcCleaner`] takes the noise out of packets as they come, and [`VmcBridge`] puts them on another body.
+//! `docs/live.md` has the axes.
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::live::{VmcMotion, VmcRecorder};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+//! mocap::Conversion::new().apply(&mut scene)?;
+//! let motion = VmcMotion::new(&scene)?;
+//! let mut recorder = VmcRecorder::new();
+//! for frame in 0..30 {
+//!     let seconds = f64::from(frame) / 60.0;
+//!     for packet in motion.packets(seconds) {
+//!         recorder.hear(&packet, seconds);
+//!     }
+//! }
+//! let recorded = recorder.scene()?;
+//! assert_eq!(recorded.animations[0].ticks_per_second, 60.0);
+//! assert_eq!(recorded.animations[0].duration, 29.0);
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod bridge;
+mod clean;
+mod play;
+mod poses;
+mod record;
+mod vmc;
+
+pub use self::bridge::VmcBridge;
+pub use self::clean::VmcCleaner;
+pub use self::play::VmcMotion;
+pub use self::poses::VmcPoses;
+pub use self::record::{VmcCounts, VmcRecorder};

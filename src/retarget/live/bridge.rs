@@ -1,0 +1,355 @@
+//! Packets onto another body, as they come.
+
+use std::collections::BTreeMap;
+
+use rosc::OscMessage;
+use serde_json::{Map, Value, json};
+
+use super::play::{beginning, bundles, pose_message};
+use super::record::{VmcCounts, VmcRecorder};
+use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
+use crate::robot::{RobotOptions, RobotStream};
+use crate::{RetargetOptions, Retargeter};
+use mocap_figure::vrm_humanoid;
+use mocap_scene::error::{Error, Result};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, HumanoidBone as Bone, Scene};
+
+/// Messages of a packet that go on at most: all of a figure are some hundreds.
+const MOST: usize = 4096;
+
+/// Puts the poses of a stream of VMC on another body while they come: packets in, packets out.
+///
+/// A pose goes out with the packet that has the last of its bones, those that the frame before had; where one is
+/// missing, as the next frame begins. The first frame says how long the bones are.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::live::{VmcBridge, VmcMotion};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// mocap::Conversion::new().apply(&mut scene)?;
+/// let motion = VmcMotion::new(&scene)?;
+/// let hero = mocap::import("fixtures/skeletons/human_vrm1.gltf")?;
+/// let mut bridge = VmcBridge::onto(&hero)?;
+/// let mut poses = 0;
+/// for frame in 0..60 {
+///     let seconds = f64::from(frame) / 60.0;
+///     for packet in motion.packets(seconds) {
+///         poses += bridge.hear(&packet, seconds).len();
+///     }
+/// }
+/// assert!(bridge.counts().frames == 60 && poses >= 60);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct VmcBridge {
+    onto: Onto,
+    says: Says,
+    stage: Option<Stage>,
+    /// Why there is no stage: the bones that came are no body.
+    problem: Option<Error>,
+    /// The bones that came, as they were last, and where they were first.
+    bones: BTreeMap<Bone, BonePose>,
+    offsets: BTreeMap<Bone, BonePose>,
+    root: Option<BonePose>,
+    frame: Frame,
+    /// How many bones the frame before had.
+    complete: usize,
+    counts: VmcCounts,
+}
+
+/// What the poses go onto.
+#[derive(Debug)]
+enum Onto {
+    /// The skeleton of a character in the T-pose, without rotations.
+    Humanoid(Box<Scene>),
+    Robot(Box<Robot>),
+}
+
+/// What goes out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Says {
+    Vmc,
+    Json,
+}
+
+/// The frame that comes in.
+#[derive(Debug, Default)]
+struct Frame {
+    came: Vec<Bone>,
+    is_out: bool,
+    clock: Option<f64>,
+    arrival: f64,
+    /// When the frame before was, by the clock or by arrival.
+    before: Option<f64>,
+}
+
+/// What moves the poses, once the bones of the sender are known.
+#[derive(Debug)]
+struct Stage {
+    from: Pose,
+    nodes: BTreeMap<Bone, usize>,
+    mover: Mover,
+}
+
+#[derive(Debug)]
+enum Mover {
+    /// Onto a character: the pose of its skeleton, and the node of each bone.
+    Humanoid {
+        retargeter: Box<Retargeter>,
+        to: Pose,
+        bones: Vec<(Bone, usize)>,
+    },
+    /// Onto a robot, with the names of its joints.
+    Robot {
+        stream: Box<RobotStream>,
+        dof_names: Vec<String>,
+    },
+}
+
+impl VmcBridge {
+    /// Onto a character, by its scene in metres with +Y up; what goes out is VMC. Messages that are about no bone, as
+    /// those of blend shapes, go on as they are.
+    ///
+    /// # Errors
+    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()): where no humanoid is found in it.
+    pub fn onto(character: &Scene) -> Result<Self> {
+        let mut target = character.clone();
+        target.animations.clear();
+        let mut target = vrm_humanoid(&target, None)?;
+        target.nodes.retain(|node| node.humanoid_bone.is_some());
+        // As in a VRM animation, its rest pose is the T-pose.
+        target.metadata.format = Some(Format::Vrma);
+        Ok(Self::new(Onto::Humanoid(Box::new(target)), Says::Vmc))
+    }
+
+    /// Onto a robot; what goes out is JSON, a packet for each pose.
+    pub fn onto_robot(robot: &Robot) -> Self {
+        Self::new(Onto::Robot(Box::new(robot.clone())), Says::Json)
+    }
+
+    /// JSON goes out instead of VMC, for a character too.
+    #[must_use]
+    pub fn json(mut self) -> Self {
+        self.says = Says::Json;
+        self
+    }
+
+    fn new(onto: Onto, says: Says) -> Self {
+        Self {
+            onto,
+            says,
+            stage: None,
+            problem: None,
+            bones: BTreeMap::new(),
+            offsets: BTreeMap::new(),
+            root: None,
+            frame: Frame::default(),
+            complete: usize::MAX,
+            counts: VmcCounts::default(),
+        }
+    }
+
+    /// What came; a frame is a pose that went out.
+    pub fn counts(&self) -> VmcCounts {
+        self.counts
+    }
+
+    /// Why no pose goes out: the sender's bones are no body yet.
+    pub fn problem(&self) -> Option<&Error> {
+        self.problem.as_ref()
+    }
+
+    /// Takes a packet that arrived at a time, in seconds since any moment, and gives the packets that are due. What is
+    /// malformed is counted.
+    pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
+        self.counts.packets += 1;
+        let Some(messages) = flat(packet) else {
+            self.counts.malformed += 1;
+            return Vec::new();
+        };
+        let (mut given, mut passed) = (Vec::new(), Vec::new());
+        for message in messages.into_iter().take(MOST) {
+            match said(&message) {
+                Said::Time(time) => {
+                    if self.frame.clock.is_some() || !self.frame.came.is_empty() {
+                        self.end_frame(&mut given);
+                    }
+                    self.frame.clock = Some(time);
+                }
+                Said::Root(pose) => self.root = Some(pose),
+                Said::Bone(bone, pose) => {
+                    if self.frame.came.contains(&bone) {
+                        self.end_frame(&mut given);
+                    }
+                    self.bone(bone, pose);
+                }
+                Said::Malformed => self.counts.malformed += 1,
+                Said::Blend(..) => {
+                    self.counts.blend_shapes += 1;
+                    passed.push(message);
+                }
+                Said::Other => {
+                    // Its own state is said with each pose.
+                    if message.addr != STATE {
+                        self.counts.others += u64::from(message.addr != APPLY);
+                        passed.push(message);
+                    }
+                }
+            }
+            self.frame.arrival = seconds;
+        }
+        if self.frame.came.len() >= self.complete && !self.frame.is_out {
+            self.give(&mut given);
+        }
+        if self.says == Says::Vmc && !passed.is_empty() {
+            given.extend(bundles(passed));
+        }
+        given
+    }
+
+    fn bone(&mut self, bone: Bone, pose: BonePose) {
+        self.frame.came.push(bone);
+        self.bones.insert(bone, pose);
+        if self.offsets.insert(bone, pose).is_none() {
+            // Another number of bones is another body.
+            self.stage = None;
+        }
+    }
+
+    fn end_frame(&mut self, given: &mut Vec<Vec<u8>>) {
+        if !self.frame.is_out && !self.frame.came.is_empty() {
+            self.give(given);
+        }
+        self.complete = match self.frame.came.len() {
+            0 => usize::MAX,
+            count => count,
+        };
+        let time = self.frame.clock.unwrap_or(self.frame.arrival);
+        self.frame = Frame {
+            before: Some(time),
+            arrival: self.frame.arrival,
+            ..Frame::default()
+        };
+    }
+
+    /// Gives the pose of the frame.
+    fn give(&mut self, given: &mut Vec<Vec<u8>>) {
+        self.frame.is_out = true;
+        if self.stage.is_none() {
+            match Stage::new(&self.onto, &self.offsets, self.root) {
+                Ok(stage) => (self.stage, self.problem) = (Some(stage), None),
+                Err(error) => self.problem = Some(error),
+            }
+        }
+        let Some(stage) = &mut self.stage else { return };
+        stage.set(&self.bones, self.root);
+        let clock = self.frame.clock.unwrap_or(self.frame.arrival);
+        let seconds = self.frame.before.map_or(0.0, |before| clock - before);
+        self.counts.frames += 1;
+        match &mut stage.mover {
+            Mover::Humanoid { retargeter, to, bones } => {
+                retargeter.pose(&stage.from, to);
+                let poses = posed(bones, to);
+                given.extend(match self.says {
+                    Says::Vmc => vmc(&poses, clock),
+                    Says::Json => vec![json_of_bones(&poses, clock)],
+                });
+            }
+            Mover::Robot { stream, dof_names } => {
+                let (base, positions) = stream.pose(&stage.from, seconds);
+                let joints: Map<String, Value> = (dof_names.iter().zip(positions))
+                    .map(|(name, at)| (name.clone(), json!(at)))
+                    .collect();
+                let root = json!({ "position": base.translation.to_array(), "rotation": base.rotation.to_array() });
+                given.push(
+                    json!({ "time": clock, "root": root, "joints": joints })
+                        .to_string()
+                        .into_bytes(),
+                );
+            }
+        }
+    }
+}
+
+impl Stage {
+    fn new(onto: &Onto, offsets: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) -> Result<Self> {
+        let mut recorder = VmcRecorder::new();
+        recorder.first_frame(offsets, root);
+        let mut source = recorder.scene()?;
+        // The floor is at 0, where the sender has it, and not under the feet of the first frame.
+        source.animations.clear();
+        let mover = match onto {
+            Onto::Humanoid(target) => Mover::Humanoid {
+                retargeter: Box::new(Retargeter::new(&source, target, &RetargetOptions::new())?),
+                to: Pose::rest(target),
+                bones: bones(target).collect(),
+            },
+            Onto::Robot(robot) => {
+                let options = RobotOptions::new().velocity_limits(true);
+                Mover::Robot {
+                    stream: Box::new(RobotStream::new(&source, robot, &options)?),
+                    dof_names: robot.dof_names(),
+                }
+            }
+        };
+        Ok(Self {
+            from: Pose::rest(&source),
+            nodes: bones(&source).collect(),
+            mover,
+        })
+    }
+
+    /// Sets the pose of the source.
+    fn set(&mut self, bones: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) {
+        for (bone, pose) in bones {
+            let Some(&node) = self.nodes.get(bone) else { continue };
+            let matrix = &mut self.from.node_to_parent[node];
+            *matrix = pose.to_parent(*bone, matrix.w_axis.truncate(), root);
+        }
+        self.from.update_world();
+    }
+}
+
+/// The bones of a skeleton, with their nodes.
+fn bones(scene: &Scene) -> impl Iterator<Item = (Bone, usize)> {
+    let nodes = scene.nodes.iter().enumerate();
+    nodes.filter_map(|(index, node)| Some((node.humanoid_bone?, index)))
+}
+
+/// The bones of the target to their parents.
+fn posed(bones: &[(Bone, usize)], to: &Pose) -> Vec<(Bone, BonePose)> {
+    let pose = |node: usize| {
+        let Trs {
+            translation, rotation, ..
+        } = Trs::from_matrix(to.node_to_parent[node]);
+        BonePose {
+            position: translation,
+            rotation,
+        }
+    };
+    bones.iter().map(|(bone, node)| (*bone, pose(*node))).collect()
+}
+
+fn vmc(poses: &[(Bone, BonePose)], clock: f64) -> Vec<Vec<u8>> {
+    let messages: Vec<OscMessage> = beginning(clock)
+        .into_iter()
+        .chain(poses.iter().map(|(bone, pose)| pose_message(*bone, *pose)))
+        .collect();
+    bundles(messages)
+}
+
+fn json_of_bones(poses: &[(Bone, BonePose)], clock: f64) -> Vec<u8> {
+    let bones: Map<String, Value> = (poses.iter())
+        .map(|(bone, pose)| {
+            let mut said = json!({ "rotation": pose.rotation.to_array() });
+            if *bone == Bone::Hips {
+                said["position"] = json!(pose.position.to_array());
+            }
+            (bone.as_str().to_owned(), said)
+        })
+        .collect();
+    json!({ "time": clock, "bones": bones }).to_string().into_bytes()
+}

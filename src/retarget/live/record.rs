@@ -1,0 +1,349 @@
+//! Packets into a scene.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::vmc::{BonePose, Said, messages};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{
+    Animation, Channel, Face, Format, HumanoidBone as Bone, Keys, Node, NodeId, NodeKind, Scene, UpAxis,
+};
+
+/// Rotations and positions that a recording holds: 90 minutes of 55 bones, 60 times a second, in less than a gigabyte.
+const MOST_KEYS: usize = 18_000_000;
+
+/// What came, beside the motion.
+///
+/// The [module](crate::live) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct VmcCounts {
+    /// Packets.
+    pub packets: u64,
+    /// Packets that are no OSC, and messages of VMC whose arguments are not those of their kind.
+    pub malformed: u64,
+    /// Values of blend shapes.
+    pub blend_shapes: u64,
+    /// Messages about other things than a body: cameras, lights, trackers, bones that no humanoid has.
+    pub others: u64,
+    /// Frames.
+    pub frames: usize,
+}
+
+/// Makes a scene of the packets of VMC that come.
+///
+/// The [module](crate::live) has an example.
+///
+/// A frame ends when a bone, or the clock, comes again. The lengths of bones are those of the first frame that has
+/// them; the hips alone move otherwise than by rotation, and what moves the root moves them.
+#[derive(Debug, Default)]
+pub struct VmcRecorder {
+    counts: VmcCounts,
+    /// The seconds of the sender and those of arrival, of every frame.
+    frames: Vec<(Option<f64>, f64)>,
+    root: Option<BonePose>,
+    bones: BTreeMap<Bone, Track>,
+    face: Vec<FaceTrack>,
+    keys: usize,
+}
+
+/// Blend shapes of a recording at most; characters have some dozens, and faces of trackers 52.
+const MOST_SHAPES: usize = 1024;
+/// Bytes of the longest name of one.
+const LONGEST_NAME: usize = 256;
+
+/// The weights of a blend shape.
+#[derive(Debug)]
+struct FaceTrack {
+    #[doc(hidden)]
+    pub face: Face,
+    frames: Vec<u32>,
+    weights: Vec<f32>,
+}
+
+/// The keys of a bone.
+#[derive(Debug, Default)]
+struct Track {
+    /// From its parent, as it was first.
+    offset: Vec3,
+    frames: Vec<u32>,
+    rotations: Vec<Quat>,
+    /// Of the hips alone.
+    positions: Vec<Vec3>,
+}
+
+impl VmcRecorder {
+    /// A recorder that has heard nothing.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What came.
+    pub fn counts(&self) -> VmcCounts {
+        VmcCounts {
+            frames: self.frames.len(),
+            ..self.counts
+        }
+    }
+
+    /// Whether nothing more is kept: the memory of a recording is bounded.
+    pub fn is_full(&self) -> bool {
+        self.keys >= MOST_KEYS
+    }
+
+    /// Takes a packet that arrived at a time, in seconds since any moment. What is malformed is counted.
+    pub fn hear(&mut self, packet: &[u8], seconds: f64) {
+        self.counts.packets += 1;
+        let Some(messages) = messages(packet) else {
+            self.counts.malformed += 1;
+            return;
+        };
+        for said in messages {
+            match said {
+                Said::Time(time) => self.time(time, seconds),
+                Said::Root(bone_pose) => self.root = Some(bone_pose),
+                Said::Bone(bone, bone_pose) => self.bone(bone, bone_pose, seconds),
+                Said::Blend(face, weight) => self.blend(face, weight),
+                Said::Other => self.counts.others += 1,
+                Said::Malformed => self.counts.malformed += 1,
+            }
+        }
+    }
+
+    fn time(&mut self, time: f64, seconds: f64) {
+        if self.is_full() {
+            return;
+        }
+        match self.frames.last_mut() {
+            Some((own @ None, _)) => *own = Some(time),
+            _ => self.frames.push((Some(time), seconds)),
+        }
+        self.keys += 1;
+    }
+
+    /// Weights belong to the frame that they come in.
+    fn blend(&mut self, face: Face, weight: f32) {
+        self.counts.blend_shapes += 1;
+        let Some(frame) = self.frames.len().checked_sub(1).filter(|_| !self.is_full()) else {
+            return;
+        };
+        let own = self.face.iter().position(|track| track.face == face);
+        let is_kept = self.face.len() < MOST_SHAPES && face.name().len() <= LONGEST_NAME;
+        let index = match own {
+            Some(index) => index,
+            None if is_kept => {
+                self.face.push(FaceTrack {
+                    face,
+                    frames: Vec::new(),
+                    weights: Vec::new(),
+                });
+                self.face.len() - 1
+            }
+            None => {
+                self.counts.others += 1;
+                return;
+            }
+        };
+        let track = &mut self.face[index];
+        if track.frames.last() == Some(&(frame as u32)) {
+            track.frames.pop();
+            track.weights.pop();
+        }
+        track.frames.push(frame as u32);
+        track.weights.push(weight);
+        self.keys += 1;
+    }
+
+    /// Takes the first frame of a stream.
+    pub(super) fn first_frame(&mut self, bones: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) {
+        self.root = root;
+        bones.iter().for_each(|(bone, pose)| self.bone(*bone, *pose, 0.0));
+    }
+
+    fn bone(&mut self, bone: Bone, mut bone_pose: BonePose, seconds: f64) {
+        if self.is_full() {
+            return;
+        }
+        let track = self.bones.entry(bone).or_insert_with(|| Track {
+            offset: bone_pose.position,
+            ..Track::default()
+        });
+        let last = self.frames.len().checked_sub(1);
+        let is_again = track.frames.last().map(|frame| *frame as usize) == last;
+        if is_again || last.is_none() {
+            self.frames.push((None, seconds));
+        }
+        track.frames.push((self.frames.len() - 1) as u32);
+        if bone == Bone::Hips {
+            bone_pose = bone_pose.below(self.root);
+            track.positions.push(bone_pose.position);
+        }
+        track.rotations.push(bone_pose.rotation);
+        self.keys += 1;
+    }
+
+    /// The recording: a node for each bone that came, in metres with +Y up, without rotation in the T-pose.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where no bone came.
+    pub fn scene(self) -> Result<Scene> {
+        if !self.bones.contains_key(&Bone::Hips) {
+            let message = "no pose of a humanoid came: /VMC/Ext/Bone/Pos of the hips is missing";
+            return Err(Diagnostic::new(Code::NoMotion, message)
+                .help("let the sender send bones to this address and port, and look whether a firewall is between")
+                .into());
+        }
+        let (rate, ticks) = self.ticks();
+        let nodes = self.nodes();
+        let channels = nodes.iter().filter_map(|node| self.channel(node, &ticks));
+        let mut scene = Scene {
+            animations: vec![Animation {
+                name: "Motion".to_owned(),
+                ticks_per_second: rate,
+                duration: ticks.last().copied().unwrap_or(0.0),
+                channels: channels.collect(),
+            }],
+            ..Scene::default()
+        };
+        for (index, channel) in scene.animations[0].channels.iter_mut().enumerate() {
+            channel.node = Some(NodeId::new(index));
+        }
+        scene.nodes = nodes;
+        self.add_face(&mut scene, &ticks);
+        // As in a VRM animation, the rest pose is the T-pose, whatever it looks like.
+        scene.metadata.format = Some(Format::Vrma);
+        scene.metadata.metres_per_unit = Some(1.0);
+        scene.metadata.up = Some(UpAxis::Y);
+        Ok(scene)
+    }
+
+    /// Adds the blend shapes that are ever seen, and the gaze, which is how the eyes turn: a VRM animation has no eyes.
+    fn add_face(&self, scene: &mut Scene, ticks: &[f64]) {
+        let times = |frames: &[u32]| -> Vec<f64> { frames.iter().map(|frame| ticks[*frame as usize]).collect() };
+        let still = Channel {
+            position_keys: Keys::constant(Vec3::ZERO),
+            rotation_keys: Keys::constant(Quat::IDENTITY),
+            scaling_keys: Keys::constant(Vec3::ONE),
+            ..Channel::default()
+        };
+        for track in self
+            .face
+            .iter()
+            .filter(|track| track.weights.iter().any(|weight| *weight != 0.0))
+        {
+            let positions = track.weights.iter().map(|weight| *weight * Vec3::X).collect();
+            let keys = Channel {
+                position_keys: Keys::at_ticks(positions, times(&track.frames)),
+                ..still.clone()
+            };
+            add_face_node(scene, track.face.clone(), keys);
+        }
+        let eyes = [Bone::LeftEye, Bone::RightEye].map(|eye| self.bones.get(&eye));
+        if let (Some(eye), other) = (eyes[0].or(eyes[1]), eyes[1].or(eyes[0])) {
+            let middle = other.map_or(eye.offset, |other| 0.5 * (eye.offset + other.offset));
+            let keys = Channel {
+                rotation_keys: Keys::at_ticks(eye.rotations.clone(), times(&eye.frames)),
+                ..still
+            };
+            let offset_from_head = Some(middle);
+            add_face_node(scene, Face::LookAt { offset_from_head }, keys);
+        }
+    }
+
+    /// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
+    /// times of a network shake.
+    fn ticks(&self) -> (f64, Vec<f64>) {
+        /// Of a sender without two frames.
+        const USUAL: f64 = 60.0;
+        /// How far a rate may be from a whole one, of it, and be meant as that.
+        const WHOLE: f64 = 2e-3;
+        let has_clock = self.frames.iter().all(|(sender, _)| sender.is_some())
+            && self.frames.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        let times = self.frames.iter().map(|(sender, arrival)| match has_clock {
+            true => sender.unwrap_or(*arrival),
+            false => *arrival,
+        });
+        let times: Vec<f64> = times.collect();
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.retain(|step| *step > 1e-6);
+        steps.sort_by(f64::total_cmp);
+        let rate = steps
+            .get(steps.len().saturating_sub(1) / 2)
+            .map_or(USUAL, |step| 1.0 / step);
+        let rate = match (rate - rate.round()).abs() < WHOLE * rate && rate >= 1.0 {
+            true => rate.round(),
+            false => rate,
+        };
+        let mut ticks: Vec<f64> = Vec::with_capacity(times.len());
+        for time in &times {
+            let tick = ((time - times[0]) * rate).round();
+            ticks.push(ticks.last().map_or(0.0, |last| f64::max(last + 1.0, tick)));
+        }
+        (rate, ticks)
+    }
+
+    /// The bones depth-first, each on the nearest one above it that came.
+    fn nodes(&self) -> Vec<Node> {
+        let has = |bone: &Bone| self.bones.contains_key(bone);
+        let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(has);
+        let mut at_rest: BTreeMap<Bone, (NodeId, Vec3)> = BTreeMap::new();
+        let mut nodes: Vec<Node> = Vec::new();
+        let mut open = vec![Bone::Hips];
+        while let Some(bone) = open.pop() {
+            let above = parent(bone).and_then(|parent| at_rest.get(&parent).copied());
+            let offset = if above.is_some() {
+                self.bones[&bone].offset
+            } else {
+                Vec3::ZERO
+            };
+            let bone_pose = above.map_or(Vec3::ZERO, |(_, bone_pose)| bone_pose) + offset;
+            at_rest.insert(bone, (NodeId::new(nodes.len()), bone_pose));
+            nodes.push(Node {
+                name: bone.as_str().to_owned(),
+                parent: above.map(|(node, _)| node),
+                transform: Mat4::from_translation(offset),
+                humanoid_bone: Some(bone),
+                ..Node::default()
+            });
+            let children = Bone::ALL.iter().rev().copied();
+            open.extend(children.filter(|child| has(child) && parent(*child) == Some(bone)));
+        }
+        // In the T-pose the lowest bone, of the foot, is on the ground.
+        let lowest = at_rest.values().map(|(_, bone_pose)| bone_pose.y).fold(0.0, f32::min);
+        nodes[0].transform = Mat4::from_translation(-lowest * Vec3::Y);
+        nodes
+    }
+
+    fn channel(&self, node: &Node, ticks: &[f64]) -> Option<Channel> {
+        let track = self.bones.get(&node.humanoid_bone?)?;
+        let times: Vec<f64> = track.frames.iter().map(|frame| ticks[*frame as usize]).collect();
+        Some(Channel {
+            node_name: node.name.clone(),
+            node: None,
+            position_keys: match track.positions.is_empty() {
+                true => Keys::constant(node.transform.w_axis.truncate()),
+                false => Keys::at_ticks(track.positions.clone(), times.clone()),
+            },
+            rotation_keys: Keys::at_ticks(track.rotations.clone(), times),
+            scaling_keys: Keys::constant(Vec3::ONE),
+        })
+    }
+}
+
+/// Adds a node of a face below the first, with its keys.
+fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
+    let id = NodeId::new(scene.nodes.len());
+    scene.nodes.push(Node {
+        name: face.name().to_owned(),
+        kind: NodeKind::Group,
+        parent: Some(NodeId(0)),
+        face: Some(face),
+        ..Node::default()
+    });
+    scene.animations[0].channels.push(Channel {
+        node_name: scene.nodes[id.index()].name.clone(),
+        node: Some(id),
+        ..keys
+    });
+}

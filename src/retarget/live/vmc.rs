@@ -1,0 +1,233 @@
+//! The messages of VMC, and Unity's axes.
+//!
+//! Unity is left-handed with +Y up; a figure there faces +Z and has its left hand at -X. A scene of this crate is
+//! right-handed with +Y up; a figure that faces +Z has its left hand at +X. So one is the other in the mirror
+//! S = diag(-1, 1, 1): a position p is S p = (-x, y, z), and a rotation R is S R S. That turns by the same angle the
+//! other way about the mirrored axis, since a mirror swaps left and right turns: the axis a becomes -S a = (x, -y, -z),
+//! and the quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
+
+use glam::{Mat4, Quat, Vec3};
+use rosc::{OscMessage, OscPacket, OscType, decoder};
+
+use mocap_scene::scene::{Face, HumanoidBone as Bone};
+
+pub(super) const TIME: &str = "/VMC/Ext/T";
+pub(super) const STATE: &str = "/VMC/Ext/OK";
+pub(super) const ROOT: &str = "/VMC/Ext/Root/Pos";
+pub(super) const BONE: &str = "/VMC/Ext/Bone/Pos";
+const BLEND: &str = "/VMC/Ext/Blend/Val";
+/// Ends the values of blend shapes.
+pub(super) const APPLY: &str = "/VMC/Ext/Blend/Apply";
+
+/// A position and a rotation, in the axes of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BonePose {
+    pub(super) position: Vec3,
+    pub(super) rotation: Quat,
+}
+
+impl BonePose {
+    /// The hips as the root moves them.
+    pub(super) fn below(self, root: Option<Self>) -> Self {
+        let Some(root) = root else { return self };
+        Self {
+            position: root.position + root.rotation * self.position,
+            rotation: root.rotation * self.rotation,
+        }
+    }
+
+    /// The bone to its parent. Only the hips move as they are sent; other bones stay at their `offset` and turn.
+    pub(super) fn to_parent(self, bone: Bone, offset: Vec3, root: Option<Self>) -> Mat4 {
+        match bone {
+            Bone::Hips => {
+                let hips = self.below(root);
+                Mat4::from_rotation_translation(hips.rotation, hips.position)
+            }
+            _ => Mat4::from_rotation_translation(self.rotation, offset),
+        }
+    }
+}
+
+/// What a message says.
+#[derive(Debug, PartialEq)]
+pub(super) enum Said {
+    /// The sender's clock, in seconds.
+    Time(f64),
+    Root(BonePose),
+    Bone(Bone, BonePose),
+    /// A blend shape and its value.
+    Blend(Face, f32),
+    /// Something that no motion of a body is: cameras, lights, trackers.
+    Other,
+    /// A message of VMC with other arguments than it must have, or with numbers that are none.
+    Malformed,
+}
+
+/// How many bundles there may be, beside each other or within: a packet of a sender has one or a few. Without a limit
+/// a packet of 64 KiB is thousands of them, one in the other.
+const MOST_BUNDLES: usize = 64;
+
+/// What the messages of a packet say; `None` where it is no OSC.
+pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
+    Some(flat(packet)?.iter().map(said).collect())
+}
+
+/// The messages of a packet in their order; `None` where it is no OSC.
+pub(super) fn flat(packet: &[u8]) -> Option<Vec<OscMessage>> {
+    if memchr::memmem::find_iter(packet, b"#bundle\0").count() > MOST_BUNDLES {
+        return None;
+    }
+    let (_, packet) = decoder::decode_udp(packet).ok()?;
+    let mut found = Vec::new();
+    let mut open = vec![packet];
+    while let Some(packet) = open.pop() {
+        match packet {
+            OscPacket::Message(message) => found.push(message),
+            // Backwards, because the last of a stack comes first.
+            OscPacket::Bundle(bundle) => open.extend(bundle.content.into_iter().rev()),
+        }
+    }
+    Some(found)
+}
+
+pub(super) fn said(message: &OscMessage) -> Said {
+    let arguments = message.args.as_slice();
+    let read = match message.addr.as_str() {
+        TIME => number(arguments.first()).filter(|time| *time >= 0.0).map(Said::Time),
+        ROOT => pose(arguments).map(Said::Root),
+        // A bone that no humanoid has is another thing, not a fault.
+        BONE => match arguments.first() {
+            Some(OscType::String(name)) => match bone(name) {
+                Some(bone) => pose(arguments).map(|pose| Said::Bone(bone, pose)),
+                None => Some(Said::Other),
+            },
+            _ => None,
+        },
+        BLEND => match (arguments.first(), number(arguments.get(1))) {
+            (Some(OscType::String(name)), Some(value)) => Some(Said::Blend(face(name), value.clamp(0.0, 1.0) as f32)),
+            _ => None,
+        },
+        _ => Some(Said::Other),
+    };
+    read.unwrap_or(Said::Malformed)
+}
+
+/// The expression of a blend shape; senders write the names of VRM 0 and of VRM 1.0, in any case.
+fn face(name: &str) -> Face {
+    let old = Face::OF_VRM0.iter().find(|(old, _)| name.eq_ignore_ascii_case(old));
+    let preset = old.map(|(_, preset)| *preset);
+    let preset = preset.or_else(|| {
+        Face::PRESETS
+            .into_iter()
+            .find(|preset| name.eq_ignore_ascii_case(preset))
+    });
+    match preset {
+        Some(preset) => Face::Preset(preset.to_owned()),
+        None => Face::Custom(name.to_owned()),
+    }
+}
+
+fn number(argument: Option<&OscType>) -> Option<f64> {
+    match argument? {
+        OscType::Float(number) => Some(f64::from(*number)),
+        OscType::Double(number) => Some(*number),
+        OscType::Int(number) => Some(f64::from(*number)),
+        _ => None,
+    }
+    .filter(|number| number.is_finite())
+}
+
+/// The farthest that a position may be, in metres.
+const FARTHEST: f64 = 1e6;
+
+/// The seven numbers behind a name.
+fn pose(arguments: &[OscType]) -> Option<BonePose> {
+    let mut numbers = [0.0_f32; 7];
+    for (index, into) in numbers.iter_mut().enumerate() {
+        *into = number(arguments.get(index + 1)).filter(|number| number.abs() < FARTHEST)? as f32;
+    }
+    let [x, y, z, qx, qy, qz, qw] = numbers;
+    let rotation = Quat::from_xyzw(qx, qy, qz, qw);
+    // Rotations of senders are of length 1, up to rounding.
+    const SHORTEST: f32 = 0.5;
+    (rotation.length() > SHORTEST).then(|| {
+        mirrored(BonePose {
+            position: Vec3::new(x, y, z),
+            rotation: rotation.normalize(),
+        })
+    })
+}
+
+/// From Unity's axes to those of a scene, and back.
+pub(super) fn mirrored(pose: BonePose) -> BonePose {
+    let (Vec3 { x, y, z }, [qx, qy, qz, w]) = (pose.position, pose.rotation.to_array());
+    BonePose {
+        position: Vec3::new(-x, y, z),
+        rotation: Quat::from_xyzw(qx, -qy, -qz, w),
+    }
+}
+
+/// Unity's names of the thumb's bones against those of VRM 1.0, in which it has a metacarpal and no intermediate bone.
+const THUMBS: [(&str, &str); 3] = [
+    ("humbProximal", "humbMetacarpal"),
+    ("humbIntermediate", "humbProximal"),
+    ("humbDistal", "humbDistal"),
+];
+
+/// The bone of a name of Unity's `HumanBodyBones`, such as `LeftUpperArm`.
+pub(super) fn bone(name: &str) -> Option<Bone> {
+    Bone::ALL.iter().copied().find(|bone| unity_name(*bone) == name)
+}
+
+/// The name of a bone in Unity's `HumanBodyBones`.
+pub(super) fn unity_name(bone: Bone) -> String {
+    let own = bone.as_str();
+    let thumb = THUMBS.iter().find(|(_, vrm)| own.ends_with(vrm));
+    let name = match thumb {
+        Some((unity, vrm)) => format!("{}{unity}", own.trim_end_matches(vrm)),
+        None => own.to_owned(),
+    };
+    let mut letters = name.chars();
+    let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bones_have_the_names_of_unity() {
+        // UnityEngine.HumanBodyBones, of Unity's scripting reference.
+        for (unity, vrm) in [
+            ("Hips", Bone::Hips),
+            ("UpperChest", Bone::UpperChest),
+            ("LeftThumbProximal", Bone::LeftThumbMetacarpal),
+            ("LeftThumbIntermediate", Bone::LeftThumbProximal),
+            ("RightThumbDistal", Bone::RightThumbDistal),
+            ("RightLittleIntermediate", Bone::RightLittleIntermediate),
+        ] {
+            assert_eq!((bone(unity), unity_name(vrm).as_str()), (Some(vrm), unity));
+        }
+        assert_eq!(bone("LastBone"), None);
+    }
+
+    #[test]
+    fn a_turn_in_unity_is_the_other_way_round_here() {
+        // In Unity a positive turn about +Y brings +Z to +X, which is the figure's right; here right is -X.
+        let half = std::f32::consts::FRAC_PI_4;
+        let unity = BonePose {
+            position: Vec3::new(1.0, 2.0, 3.0),
+            rotation: Quat::from_xyzw(0.0, half.sin(), 0.0, half.cos()),
+        };
+        let found = mirrored(unity);
+        assert_eq!(found.position, Vec3::new(-1.0, 2.0, 3.0));
+        assert!((found.rotation * Vec3::Z).distance(Vec3::NEG_X) < 1e-6);
+        // A matrix says the same: S R S.
+        let mirror = glam::Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+        let rotation = Quat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize();
+        let expected = mirror * glam::Mat3::from_quat(rotation) * mirror;
+        let found = mirrored(BonePose { rotation, ..unity }).rotation;
+        assert!(glam::Mat3::from_quat(found).abs_diff_eq(expected, 1e-6));
+    }
+}

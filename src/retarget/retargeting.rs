@@ -1,0 +1,467 @@
+//! The motions of files on another body: a character, a skeleton or a robot.
+//!
+//! A [`Retargeting`] knows the whole recipe and its order: the source is brought to metres with +Y up, its bones are
+//! found, the T-pose is read while a rest pose stands in the first frame, that frame is left out, each motion is moved,
+//! feet are held on the ground where that is better, and every clip gets its own name, its provenance and a report.
+//! `docs/retargeting.md` and `docs/robots.md` have the algorithms. An engine that moves single poses as they come uses
+//! [`Retargeter`] instead.
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::Importer;
+//! use mocap::retargeting::{Retargeting, RetargetingOptions};
+//!
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let hero = Importer::new().gltf_meshes(true).import_character("fixtures/skeletons/human_vrm1.gltf")?;
+//! let retargeting = Retargeting::new(walk, hero, RetargetingOptions::new())?;
+//! for clip in retargeting.clips() {
+//!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
+//! }
+//! let file: Vec<u8> = retargeting.character_file()?.unwrap().into_bytes()?; // the character, and the clips
+//! # let _ = file;
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod clip;
+mod face;
+mod joined;
+mod options;
+mod over_ground;
+mod source;
+mod target;
+
+use std::collections::HashSet;
+
+pub use self::clip::{Report, Retargeted};
+pub use self::joined::apply_steps;
+#[doc(hidden)]
+pub use self::joined::{apply_steps_with_bones, second_motion};
+pub use self::options::RetargetingOptions;
+pub use self::source::SourceMotion;
+#[doc(hidden)]
+pub use self::source::whole;
+use self::source::{Mover, Moving};
+pub use self::target::Target;
+use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
+use crate::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
+use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
+use mocap_figure::{Figure, Humanoid, HumanoidBone};
+use mocap_formats::Written;
+use mocap_formats::gltf::{BufferPlace, GltfOptions, Provenance};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
+
+/// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
+///
+/// [`new`](Self::new) puts one source on a target. For several, [`onto`](Self::onto) takes the target alone, and
+/// [`add`](Self::add) each source; a clone of a retargeting without sources is cheap, so that a thread may have one.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::Importer;
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
+/// let mut retargeting = Retargeting::onto(robot, RetargetingOptions::new())?;
+/// for file in ["fixtures/real/cmu_12_01_walk.bvh", "fixtures/real/cmu_short.bvh"] {
+///     let source = retargeting.prepare(mocap::import(file)?)?;
+///     retargeting.add(source)?;
+/// }
+/// let names: Vec<&str> = retargeting.clips().iter().map(|clip| clip.animation.name.as_str()).collect();
+/// assert_eq!(names, ["cmu_12_01_walk", "cmu_short"]);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Retargeting {
+    /// With a root above the hips, where the options ask for one.
+    target: Target,
+    /// The figure of the target; a robot has its own.
+    figure: Option<Figure>,
+    options: RetargetingOptions,
+    /// The names of clips that stand in the output.
+    names: HashSet<String>,
+    sources: Vec<Moving>,
+    clips: Vec<Retargeted>,
+}
+
+impl Retargeting {
+    /// Puts all motions of `source`, a scene as it was read, on a target: a [`Target`], or what one is made of.
+    ///
+    /// # Errors
+    /// As [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
+    pub fn new(source: Scene, target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+        let mut retargeting = Self::onto(target, options)?;
+        let source = retargeting.prepare(source)?;
+        retargeting.add(source)?;
+        Ok(retargeting)
+    }
+
+    /// Takes a target without a motion yet, and finds its bones.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where it is neither a humanoid nor a creature of a known kind, or no pose can be put on
+    /// its hierarchy;
+    /// [`Code::InvalidValue`] where [`target_bones`](RetargetingOptions::target_bones) names a joint that it lacks.
+    pub fn onto(target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+        let mut target = target.into();
+        let mut bones = bones_of(&target, &options)?;
+        let hips = bones.as_ref().and_then(|bones| bones.joint(HumanoidBone::Hips));
+        if let (RootMotion::Extract, Some(hips)) = (options.root, hips) {
+            target = over_ground::with_root(target, hips)?;
+            bones = bones_of(&target, &options)?;
+        }
+        let scene = target.scene();
+        let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
+        if let Some(figure) = figure.as_ref().filter(|figure| figure.humanoid.creature.is_none()) {
+            check_figure(&scene, figure)?;
+        }
+        // What is written from a scene has the new motions alone.
+        let stay = matches!(target, Target::Character(_)) && !options.replace_animations;
+        let names = scene.animations.iter().filter(|_| stay);
+        let names = names.map(|animation| animation.name.clone()).collect();
+        drop(scene);
+        Ok(Self {
+            target,
+            figure,
+            options,
+            names,
+            sources: Vec::new(),
+            clips: Vec::new(),
+        })
+    }
+
+    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetingOptions::conversion).
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
+    /// [`source_bones`](RetargetingOptions::source_bones) names a joint that the scene lacks.
+    pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
+        let figure = Figure::mapped(&scene, &self.options.source_bones)?;
+        self.prepare_figure(scene, &figure)
+    }
+
+    /// The same for a scene whose figure is known, with [`source_bones`](RetargetingOptions::source_bones).
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`].
+    pub fn prepare_figure(&self, scene: Scene, figure: &Figure) -> Result<SourceMotion> {
+        self.prepare_shown(scene, figure, None)
+    }
+
+    /// The same where other motions of its skeleton, in the space of the scene, show the T-pose too.
+    #[doc(hidden)]
+    pub fn prepare_shown(
+        &self,
+        mut scene: Scene,
+        figure: &Figure,
+        shown: Option<&[Animation]>,
+    ) -> Result<SourceMotion> {
+        let conversion = self.options.conversion.clone();
+        let mut conversion = conversion.bones(self.options.source_bones.clone());
+        let whole = whole(&mut scene, figure, shown, &conversion)?;
+        let has_other_frames = whole.is_some() || conversion.takes_other_frames();
+        let leaves_out_rest_pose = has_other_frames && figure.survey.first_frame_is_rest_pose;
+        // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
+        if leaves_out_rest_pose {
+            conversion = conversion.first_frame(FirstFrame::DropRestPose);
+        }
+        let (assumptions, inserted) = conversion.convert(&mut scene, figure)?;
+        Ok(SourceMotion {
+            assumptions,
+            bones: Some(figure.humanoid.clone().after(inserted)),
+            is_rest_pose_left_out: leaves_out_rest_pose,
+            has_other_frames,
+            whole,
+            ..SourceMotion::converted(scene)
+        })
+    }
+
+    /// Puts all motions of a source on the target, and returns the source as it was moved. A source with one motion
+    /// names its clip; the clips of a source with several keep their names. Where another clip of the output has
+    /// the name, a number is added.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where the source is not a humanoid, or for a creature none of its kind with the names of
+    /// its joints; [`Code::NoMotion`] where it has no animation,
+    /// [`Code::InvalidValue`] where [`source_bones`](RetargetingOptions::source_bones) names a joint that it lacks. The
+    /// clips are then as they were.
+    pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
+        if source.scene.animations.is_empty() {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+        }
+        let (mut moving, names) = (self.moving(source)?, self.names.clone());
+        let (source, first) = (&moving.source, self.clips.len());
+        for index in 0..source.scene.animations.len() {
+            let name = self.free_name(source.clip_name(index));
+            let moved = self.moved(&mut moving.mover, &source.scene, index, name);
+            match moved {
+                Ok(clip) => self.clips.push(clip),
+                Err(error) => {
+                    self.clips.truncate(first);
+                    self.names = names;
+                    return Err(error);
+                }
+            }
+        }
+        moving.clips = first..self.clips.len();
+        self.sources.push(moving);
+        Ok(&self.sources[self.sources.len() - 1].source)
+    }
+
+    /// What moves the motions of a source, which then has no rest pose in its first frame.
+    fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
+        let scene = source.shows_t_pose();
+        let bones = match &source.bones {
+            Some(bones) => bones.clone(),
+            None => Humanoid::of(scene).with_map(scene, self.options.source_bones.clone())?,
+        };
+        let from = Figure::with_bones(scene, bones);
+        let of_scene = from.clone();
+        let mover = match (&self.target, &self.figure) {
+            (Target::Character(_) | Target::Skeleton(_), figure) => {
+                let target = self.target.scene();
+                let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
+                match figure.humanoid.creature {
+                    Some(_) => {
+                        let figures = ((scene, &from), (&*target, &figure));
+                        let creatures = CreatureRetargeter::new(figures.0, figures.1, self.options.scale)?;
+                        Mover::Creature(Box::new(creatures))
+                    }
+                    None => {
+                        let figures = ((scene, from), (&*target, figure));
+                        let retargeter = Retargeter::with_figures(figures.0, figures.1, self.options.scale)?;
+                        Mover::Body(Box::new(retargeter))
+                    }
+                }
+            }
+            (Target::Robot(robot), _) => {
+                let options = RobotOptions {
+                    scale: self.options.scale,
+                    source: Some(from.humanoid),
+                    map: self.options.target_bones.clone(),
+                    velocity_limits: self.options.velocity_limits,
+                    passes: self.options.passes,
+                    floor: self.options.floor,
+                    lock_feet: self.options.lock_feet,
+                };
+                Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))
+            }
+        };
+        // Not before: that frame shows where the T-pose is.
+        source.leave_out_rest_pose(&of_scene)?;
+        Ok(Moving {
+            source,
+            mover,
+            clips: 0..0,
+        })
+    }
+
+    /// A motion of a source on the target.
+    fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<Retargeted> {
+        let mut provenance = Provenance::of_clip(source, index);
+        let lock_feet = self.options.lock_feet;
+        let (mut clip, step) = match (mover, &self.target) {
+            (Mover::Robot(retargeter), Target::Robot(robot)) => {
+                let (motion, report) = retargeter.clip(source, index)?;
+                let step = AppliedStep::Retarget {
+                    onto: SecondMotion::of(&robot_scene(robot)),
+                    scale: report.scale,
+                    lock_feet,
+                };
+                let limbs = retargeter.limb_angles(source, &source.animations[index], &motion);
+                let moved = Retargeted::of_robot(motion.to_animation(robot), report, motion);
+                (moved.with_limb_angles(limbs), step)
+            }
+            (Mover::Body(retargeter), target) => {
+                let target = target.scene();
+                let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
+                let step = retargeter.step(&target, lock_feet);
+                (Retargeted::of_body(animation, report), step)
+            }
+            (Mover::Creature(retargeter), target) => {
+                let target = target.scene();
+                let (animation, report) = retargeter.clip(source, index, &target)?;
+                (Retargeted::of_body(animation, report), retargeter.step(&target))
+            }
+            (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
+        };
+        provenance.steps.push(step);
+        provenance.steps.extend(self.change_over_ground(&mut clip)?);
+        clip.provenance = provenance;
+        clip.set_face(source.face_tracks(&source.animations[index]));
+        clip.rename(name);
+        Ok(clip)
+    }
+
+    /// Takes the motion over the ground out of a clip on a body, or moves it to a node above the hips.
+    fn change_over_ground(&self, clip: &mut Retargeted) -> Result<Option<AppliedStep>> {
+        let step = match self.options.root {
+            RootMotion::Keep => return Ok(None),
+            RootMotion::InPlace => AppliedStep::InPlace,
+            RootMotion::Extract => AppliedStep::RootMotion,
+        };
+        let target = self.target.scene();
+        let hips = self.humanoid().and_then(|bones| bones.joint(HumanoidBone::Hips));
+        let hips = hips.ok_or_else(|| {
+            let message = "the target has no hips, so its motion over the ground is not known";
+            Diagnostic::new(Code::NotHumanoid, message).help("leave out --in-place and --root-motion")
+        })?;
+        over_ground::change(&target, hips, &mut clip.animation, self.options.root);
+        Ok(Some(step))
+    }
+
+    /// Gives the clips names, in their order. Where another clip of the output has the name, a number is added.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where there are not as many names as clips.
+    #[doc(hidden)]
+    pub fn name_clips(&mut self, names: &[String]) -> Result<()> {
+        if names.len() != self.clips.len() {
+            let (names, clips) = (names.len(), self.clips.len());
+            let message = format!("{names} names are given for the clips, and there are {clips} clips");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        for clip in &self.clips {
+            self.names.remove(&clip.animation.name);
+        }
+        for (index, name) in names.iter().enumerate() {
+            let name = self.free_name(name.clone());
+            self.clips[index].rename(name);
+        }
+        Ok(())
+    }
+
+    /// The name, with a number where another clip of the output has it.
+    fn free_name(&mut self, name: String) -> String {
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let mut candidates = std::iter::once(name.clone()).chain(numbered);
+        let free = candidates.find(|candidate| self.names.insert(candidate.clone()));
+        free.unwrap_or(name)
+    }
+
+    /// The clips of all sources, in the order in which they were added.
+    pub fn clips(&self) -> &[Retargeted] {
+        &self.clips
+    }
+
+    /// The same, without a copy.
+    pub fn into_clips(self) -> Vec<Retargeted> {
+        self.clips
+    }
+
+    /// The sources as they were moved: in metres with +Y up, without a rest pose in the first frame.
+    pub fn sources(&self) -> impl Iterator<Item = &SourceMotion> {
+        self.sources.iter().map(|moving| &moving.source)
+    }
+
+    /// The target.
+    pub fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// Which joints of the target are which bones; `None` for a robot, whose links are groups of joints:
+    /// [`robot_bones`].
+    pub fn humanoid(&self) -> Option<&Humanoid> {
+        self.figure.as_ref().map(|figure| &figure.humanoid)
+    }
+
+    /// How far the directions of the limbs of a clip, by its index, are from those of its source at each tick. `None`
+    /// where there is no such clip, and for an animal.
+    pub fn limb_angles(&self, clip: usize) -> Option<Vec<LimbAngles>> {
+        let moving = self.sources.iter().find(|moving| moving.clips.contains(&clip))?;
+        let Mover::Body(retargeter) = &moving.mover else {
+            return self.clips[clip].limb_angles.clone();
+        };
+        let source = &moving.source.scene;
+        let animation = &source.animations[clip - moving.clips.start];
+        let target = self.target.scene();
+        Some(retargeter.limb_angles(source, animation, &target, &self.clips[clip].animation))
+    }
+
+    /// The file of the character with the clips, each with its provenance; everything else in it stays byte by byte.
+    /// `None` for a skeleton and a robot, which have no file. Its notes say what of a face the character cannot show.
+    ///
+    /// # Errors
+    /// As [`Character::with_clips`](mocap_formats::gltf::Character::with_clips).
+    pub fn character_file(&self) -> Result<Option<Written>> {
+        self.character_files(&GltfOptions::new().buffer(BufferPlace::Embedded), "")
+    }
+
+    /// As [`Self::character_file`] for an output of this name, with the clips stored as `options` say.
+    #[doc(hidden)]
+    pub fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Written>> {
+        let Target::Character(character) = &self.target else {
+            return Ok(None);
+        };
+        let clips = self.clips.iter();
+        let clips = clips.map(|clip| (&clip.animation, &clip.provenance, &*clip.face));
+        let replace = self.options.replace_animations;
+        character.clip_files(clips, replace, options, name).map(Some)
+    }
+
+    /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the
+    /// sources that it lacks. It records the motion of the first.
+    pub fn scene(&self) -> Scene {
+        let mut scene = self.body_scene();
+        self.add_faces(&mut scene);
+        scene
+    }
+
+    /// What [`Self::scene`] returns, without nodes for faces.
+    #[doc(hidden)]
+    pub fn body_scene(&self) -> Scene {
+        let mut scene = self.with_clips();
+        self.record(&mut scene);
+        scene
+    }
+
+    /// What [`Self::scene`] returns, in metres with +Y up, as glTF, FBX and VRM animations are written.
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`].
+    pub fn scene_in_metres(&self) -> Result<Scene> {
+        let mut scene = self.scene_converted(&Conversion::new())?;
+        self.add_faces(&mut scene);
+        Ok(scene)
+    }
+
+    /// What [`Self::body_scene`] returns, in the unit and the axes of a conversion.
+    #[doc(hidden)]
+    pub fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
+        let mut scene = self.with_clips();
+        match &self.figure {
+            Some(figure) => {
+                let figure = Figure::with_bones(&scene, figure.humanoid.clone());
+                conversion.convert(&mut scene, &figure)?;
+            }
+            None => drop(conversion.apply(&mut scene)?),
+        }
+        self.record(&mut scene);
+        Ok(scene)
+    }
+
+    /// After the conversion, which is a part of what was done to the skeleton.
+    fn record(&self, scene: &mut Scene) {
+        // A robot's scene has never said where its motion is from.
+        let clip = self.clips.first().filter(|clip| clip.robot_motion.is_none());
+        if let Some(clip) = clip {
+            clip.provenance.record(scene);
+        }
+    }
+}
+
+/// The bones of a target; none of a robot.
+fn bones_of(target: &Target, options: &RetargetingOptions) -> Result<Option<Humanoid>> {
+    let found = match target {
+        Target::Character(character) => character
+            .humanoid()
+            .cloned()
+            .unwrap_or_else(|| Humanoid::of(character.scene())),
+        Target::Skeleton(scene) => Humanoid::of(scene),
+        Target::Robot(robot) => {
+            robot_bones(robot, Some(&options.target_bones))?;
+            return Ok(None);
+        }
+    };
+    found.with_map(&target.scene(), options.target_bones.clone()).map(Some)
+}

@@ -1,0 +1,157 @@
+//! A motion on a target, and how well it sits there.
+
+use serde::Serialize;
+
+use crate::robot::{RobotMotion, RobotReport};
+use crate::{LimbAngles, RetargetReport, Verdict};
+use mocap_formats::gltf::Provenance;
+use mocap_scene::pose::FaceTrack;
+use mocap_scene::scene::{Animation, Face, HumanoidBone};
+
+/// A motion on a target.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+///
+/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
+/// let clip = Retargeting::new(walk, target, RetargetingOptions::new())?.into_clips().remove(0);
+/// assert_eq!(clip.animation.name, "cmu_12_01_walk");
+/// assert_eq!(clip.provenance.source.unwrap().name, "cmu_12_01_walk.bvh");
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Retargeted {
+    /// The motion: of [`Target::scene`](super::Target::scene), with a key at every tick.
+    pub animation: Animation,
+    /// Where it comes from, and every step; the last is the one onto the target.
+    pub provenance: Provenance,
+    /// How well it is the motion of the source.
+    pub report: Report,
+    /// The positions of a robot's joints, where the target is one.
+    pub robot_motion: Option<RobotMotion>,
+    /// The face of the source, where that is a VRM animation with one.
+    pub(crate) face: Vec<FaceTrack>,
+    /// How far its limbs point from those of the source, where the target is a robot.
+    pub(super) limb_angles: Option<Vec<LimbAngles>>,
+}
+
+impl Retargeted {
+    pub(super) fn of_body(animation: Animation, report: RetargetReport) -> Self {
+        Self {
+            animation,
+            provenance: Provenance::default(),
+            report: Report::Body(report),
+            robot_motion: None,
+            face: Vec::new(),
+            limb_angles: None,
+        }
+    }
+
+    pub(super) fn of_robot(animation: Animation, report: RobotReport, motion: RobotMotion) -> Self {
+        Self {
+            animation,
+            provenance: Provenance::default(),
+            report: Report::Robot(report),
+            robot_motion: Some(motion),
+            face: Vec::new(),
+            limb_angles: None,
+        }
+    }
+
+    #[must_use]
+    pub(super) fn with_limb_angles(mut self, angles: Vec<LimbAngles>) -> Self {
+        self.limb_angles = Some(angles);
+        self
+    }
+
+    /// Gives the clip the face of its source. A gaze is that of the eyes; where they cannot turn, the file that is
+    /// written says so.
+    pub(super) fn set_face(&mut self, face: Vec<FaceTrack>) {
+        let has_gaze = face.iter().any(|track| matches!(track.face, Face::LookAt { .. }));
+        if let (Report::Body(report), true) = (&mut self.report, has_gaze) {
+            let is_eye = |bone: HumanoidBone| matches!(bone, HumanoidBone::LeftEye | HumanoidBone::RightEye);
+            report.unmapped.retain(|unmapped| !is_eye(unmapped.bone));
+        }
+        self.face = face;
+    }
+
+    /// Gives the clip a name, wherever it stands.
+    pub(super) fn rename(&mut self, name: String) {
+        match &mut self.report {
+            Report::Body(report) => report.clip.clone_from(&name),
+            Report::Robot(report) => report.clip.clone_from(&name),
+        }
+        if let Some(motion) = &mut self.robot_motion {
+            motion.name.clone_from(&name);
+        }
+        self.animation.name = name;
+    }
+}
+
+/// How well a motion sits on its target. As JSON it is the report that it holds.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::retarget::Verdict;
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+///
+/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
+/// let retargeting = Retargeting::new(walk, target, RetargetingOptions::new())?;
+/// assert_eq!(retargeting.clips()[0].report.verdict(), Verdict::Good);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum Report {
+    /// On the skeleton of a humanoid.
+    Body(RetargetReport),
+    /// On a robot.
+    Robot(RobotReport),
+}
+
+impl Report {
+    /// Whether the motion is good enough to use unchanged.
+    pub fn verdict(&self) -> Verdict {
+        match self {
+            Self::Body(report) => report.verdict,
+            Self::Robot(report) => report.verdict,
+        }
+    }
+
+    /// The name of the clip.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Body(report) => &report.clip,
+            Self::Robot(report) => &report.clip,
+        }
+    }
+
+    /// The mean angle between the limbs of the target and those of the source, in degrees.
+    pub fn mean_degrees(&self) -> f64 {
+        match self {
+            Self::Body(report) => report.mean_degrees,
+            Self::Robot(report) => report.mean_degrees,
+        }
+    }
+
+    /// The report of a motion on a skeleton.
+    pub fn body(&self) -> Option<&RetargetReport> {
+        match self {
+            Self::Body(report) => Some(report),
+            Self::Robot(_) => None,
+        }
+    }
+
+    /// The report of a motion on a robot.
+    pub fn robot(&self) -> Option<&RobotReport> {
+        match self {
+            Self::Body(_) => None,
+            Self::Robot(report) => Some(report),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Steps that take a second motion: it may have any skeleton.
+
+use super::{Retargeting, RetargetingOptions};
+use mocap_edit::{EditReport, EditStep, Fitted};
+use mocap_figure::{Humanoid, HumanoidMap};
+use mocap_scene::error::{Diagnostic, Error, Result};
+use mocap_scene::pose::have_the_same_joints;
+use mocap_scene::scene::Scene;
+
+/// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
+/// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
+/// of the step before. A second motion with another skeleton is retargeted, which the report of its step says.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::edit::{Concat, EditStep, Smooth};
+/// use mocap::retargeting::apply_steps;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let other = mocap::import("fixtures/skeletons/accad_run_turn.bvh")?;
+/// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Concat::new().into()];
+/// let reports = apply_steps(&mut scene, &steps, &[&other], None)?;
+/// assert!(reports[0].to_string().starts_with("smooth: "));
+/// let text = reports[1].to_string();
+/// assert!(text.starts_with("concat with accad_run_turn.bvh, retargeted from another skeleton ("));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// Those of the steps, and of [`EditStep::second_motions`];
+/// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) where a second motion has another skeleton and cannot be
+/// retargeted. `scene` has then the changes of the steps before.
+pub fn apply_steps(
+    scene: &mut Scene,
+    steps: &[EditStep],
+    others: &[&Scene],
+    humanoid: Option<&Humanoid>,
+) -> Result<Vec<EditReport>> {
+    if steps.is_empty() {
+        return EditStep::check_others(others).map(|()| Vec::new());
+    }
+    let found = humanoid.cloned().unwrap_or_else(|| Humanoid::of(scene));
+    Ok(apply_steps_with_bones(scene, steps, others, humanoid.cloned(), found)?.0)
+}
+
+/// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
+#[doc(hidden)]
+pub fn apply_steps_with_bones(
+    scene: &mut Scene,
+    steps: &[EditStep],
+    others: &[&Scene],
+    stated: Option<Humanoid>,
+    found: Humanoid,
+) -> Result<(Vec<EditReport>, Humanoid)> {
+    EditStep::apply_fitted(scene, steps, (others, &second_motion), stated, found)
+}
+
+/// A second motion on the skeleton of `scene`, which has these bones: `None` where it has the joints already.
+#[doc(hidden)]
+pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Result<Option<Fitted>> {
+    let Err(difference) = have_the_same_joints(scene, other) else {
+        return Ok(None);
+    };
+    let options = RetargetingOptions::new().target_bones(bones.clone());
+    let refuse = |error: Error| {
+        let Diagnostic { code, message, .. } = error.diagnostic();
+        let message =
+            format!("the two motions have different skeletons, and the second cannot be retargeted: {message}");
+        let help = format!("give motions of humanoids, or of one skeleton: {difference}");
+        Error::from(Diagnostic::new(*code, message).help(help))
+    };
+    let mut first_alone = other.clone();
+    first_alone.animations.truncate(1);
+    let retargeting = Retargeting::new(first_alone, scene.clone(), options).map_err(refuse)?;
+    let report = &retargeting.clips()[0].report;
+    let quality = format!(
+        "{}, limbs {:.1} degrees off in the mean",
+        report.verdict().as_str(),
+        report.mean_degrees()
+    );
+    let mut moved = retargeting.scene();
+    moved.metadata.origin.clone_from(&other.metadata.origin);
+    moved.metadata.root_offset.clone_from(&other.metadata.root_offset);
+    moved.metadata.steps.clone_from(&other.metadata.steps);
+    Ok(Some(Fitted { scene: moved, quality }))
+}

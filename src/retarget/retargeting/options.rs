@@ -1,0 +1,122 @@
+//! The options of a retargeting.
+
+use crate::Scale;
+use crate::robot::Floor;
+use mocap_figure::HumanoidMap;
+use mocap_figure::convert::{Conversion, RootMotion};
+
+/// How a [`Retargeting`](super::Retargeting) moves motions.
+///
+/// ```
+/// use mocap::retarget::Scale;
+/// use mocap::retargeting::RetargetingOptions;
+///
+/// let options = RetargetingOptions::new().scale(Scale::None).lock_feet(false);
+/// # let _ = options;
+/// ```
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct RetargetingOptions {
+    pub(super) scale: Scale,
+    pub(super) lock_feet: bool,
+    pub(super) source_bones: HumanoidMap,
+    pub(super) target_bones: HumanoidMap,
+    pub(super) conversion: Conversion,
+    pub(super) replace_animations: bool,
+    pub(super) velocity_limits: bool,
+    pub(super) passes: u8,
+    pub(super) floor: Floor,
+    pub(super) root: RootMotion,
+}
+
+impl Default for RetargetingOptions {
+    fn default() -> Self {
+        Self {
+            scale: Scale::Auto,
+            lock_feet: true,
+            source_bones: HumanoidMap::new(),
+            target_bones: HumanoidMap::new(),
+            conversion: Conversion::new(),
+            replace_animations: false,
+            velocity_limits: false,
+            passes: 2,
+            floor: Floor::Auto,
+            root: RootMotion::Keep,
+        }
+    }
+}
+
+impl RetargetingOptions {
+    /// The defaults.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// How large the steps of the target are. Default: [`Scale::Auto`], in the proportion of the legs.
+    pub fn scale(mut self, scale: Scale) -> Self {
+        self.scale = scale;
+        self
+    }
+
+    /// Whether feet are held on the ground where those of the source stand; a foot of a character only where it would
+    /// slide more than that of the source. Default: `true`.
+    pub fn lock_feet(mut self, lock: bool) -> Self {
+        self.lock_feet = lock;
+        self
+    }
+
+    /// Joints of the sources for bones, where the guess of [`Humanoid::of`](mocap_figure::Humanoid::of) is wrong;
+    /// `None` for a bone that they do not have. Default: empty.
+    pub fn source_bones(mut self, bones: HumanoidMap) -> Self {
+        self.source_bones = bones;
+        self
+    }
+
+    /// Joints of the target for bones, or links of a robot. Default: empty.
+    pub fn target_bones(mut self, bones: HumanoidMap) -> Self {
+        self.target_bones = bones;
+        self
+    }
+
+    /// How the sources are converted before: unit and up axis where they are known, a part, another frame rate. The
+    /// output of the conversion stays in metres with +Y up. Default: [`Conversion::new`], which guesses unit and axis.
+    pub fn conversion(mut self, conversion: Conversion) -> Self {
+        self.conversion = conversion;
+        self
+    }
+
+    /// Whether the file of a character loses the animations that it has. Default: `false`, they stay.
+    pub fn replace_animations(mut self, replace: bool) -> Self {
+        self.replace_animations = replace;
+        self
+    }
+
+    /// What becomes of the motion over the ground of clips on a character or a skeleton: it stays in the hips, is taken
+    /// out, or moves with the heading to the uppermost node above the hips. Default: [`RootMotion::Keep`]. Feet are
+    /// locked and measured before.
+    pub fn root(mut self, root: RootMotion) -> Self {
+        self.root = root;
+        self
+    }
+
+    /// Whether the joints of a robot keep within the velocities too that its file allows. Default: `false`. The
+    /// joints of a character have none.
+    pub fn velocity_limits(mut self, limit: bool) -> Self {
+        self.velocity_limits = limit;
+        self
+    }
+
+    /// How often a motion on a robot is solved, 1 or 2: [`RobotOptions::passes`](crate::robot::RobotOptions::passes).
+    /// Default: 2.
+    pub fn passes(mut self, passes: u8) -> Self {
+        self.passes = passes;
+        self
+    }
+
+    /// Where the floor of a motion on a robot is: [`RobotOptions::floor`](crate::robot::RobotOptions::floor). Default:
+    /// [`Floor::Auto`].
+    pub fn floor(mut self, floor: Floor) -> Self {
+        self.floor = floor;
+        self
+    }
+}

@@ -1,0 +1,76 @@
+//! The body that motions are put on.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::robot::{Robot, robot_scene};
+use mocap_formats::gltf::Character;
+use mocap_io::import::Importer;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::scene::Scene;
+
+/// The body that motions are put on. A clone shares it.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::Importer;
+/// use mocap::retargeting::Target;
+///
+/// let hero = Target::import("fixtures/skeletons/human_vrm1.gltf", &Importer::new())?;
+/// assert!(matches!(hero, Target::Character(_)));
+/// let robot = Target::from(Importer::new().import_robot("fixtures/robots/h1.urdf")?);
+/// assert!(robot.scene().nodes.len() > 19);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// A glTF or VRM file, which is passed through byte by byte, with further animations. Read it with
+    /// [`Importer::gltf_meshes`]: the skin shows where the soles of the feet are.
+    Character(Arc<Character>),
+    /// A scene with the skeleton of a humanoid, of any unit, axes and rest pose.
+    Skeleton(Arc<Scene>),
+    /// A robot, whose joints have limits.
+    Robot(Arc<Robot>),
+}
+
+impl Target {
+    /// The character of a glTF or VRM file, with its meshes; of any other file the skeleton, as `importer` reads it.
+    ///
+    /// # Errors
+    /// As [`Importer::import_character`] and [`Importer::import`].
+    pub fn import(path: impl AsRef<Path>, importer: &Importer) -> Result<Self> {
+        let path = path.as_ref();
+        match Importer::new().gltf_meshes(true).import_character(path) {
+            Err(error) if error.code() == Code::UnknownFormat => Ok(importer.import(path)?.into()),
+            read => Ok(read?.into()),
+        }
+    }
+
+    /// Its skeleton: of a character in metres with +Y up, of a robot in metres with +Z up, with a node for each link.
+    pub fn scene(&self) -> Cow<'_, Scene> {
+        match self {
+            Self::Character(character) => Cow::Borrowed(character.scene()),
+            Self::Skeleton(scene) => Cow::Borrowed(scene),
+            Self::Robot(robot) => Cow::Owned(robot_scene(robot)),
+        }
+    }
+}
+
+impl From<Character> for Target {
+    fn from(character: Character) -> Self {
+        Self::Character(Arc::new(character))
+    }
+}
+
+impl From<Scene> for Target {
+    fn from(scene: Scene) -> Self {
+        Self::Skeleton(Arc::new(scene))
+    }
+}
+
+impl From<Robot> for Target {
+    fn from(robot: Robot) -> Self {
+        Self::Robot(Arc::new(robot))
+    }
+}

@@ -1,0 +1,69 @@
+//! Robots, and the motion of humans on them.
+//!
+//! A [`Robot`] is links and joints with their limits, as URDF and MJCF describe them; [`Importer::import_robot`] reads
+//! one. [`RobotRetargeter`] puts the motion of any humanoid on it: positions of joints within their limits, frame by
+//! frame. `docs/robots.md` says how.
+//!
+//! [`Importer::import_robot`]: mocap_io::Importer::import_robot
+//!
+//! ```
+//! # std::env::set_current_dir("../..")?;
+//! use mocap::Importer;
+//! use mocap::robot::{RobotOptions, RobotRetargeter};
+//!
+//! let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let mut retargeter = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?;
+//! let (motion, report) = retargeter.clip(&walk, 0)?;
+//! assert_eq!(motion.dof_names.len(), 29);
+//! assert_eq!(report.limit_violations, 0);
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod band;
+mod branches;
+mod capsule;
+mod collision;
+mod cones;
+mod drawn;
+mod dynamics;
+mod feasibility;
+mod fingers;
+mod floor;
+mod following;
+mod given;
+mod kinematics;
+mod links;
+mod measure;
+mod motion;
+mod report;
+mod retargeter;
+mod smooth_stream;
+mod sole;
+mod solver;
+mod source_rotations;
+mod speed;
+mod terms;
+mod torques;
+mod touches;
+mod twin;
+mod verdict;
+mod window;
+
+pub use self::collision::LinkCollision;
+pub use self::drawn::add_links;
+pub use self::feasibility::Feasibility;
+pub use self::floor::Floor;
+#[doc(hidden)]
+pub use self::links::{LinkMotion, LinkOrder};
+pub use self::motion::RobotMotion;
+pub use self::report::{ClampedJoint, RobotReport};
+pub use self::retargeter::{RobotOptions, RobotRetargeter, RobotStream};
+pub use self::smooth_stream::SmoothRobotStream;
+#[doc(hidden)]
+pub use self::torques::InverseDynamics;
+pub use self::verdict::Criterion;
+pub use mocap_figure::robot_bones::{RobotBone, RobotMap, robot_bones, robot_scene};
+pub use mocap_scene::scene::robot::{
+    Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};

@@ -1,0 +1,505 @@
+//! Branches of a limb's solution: the three hinges of a shoulder can point the arm in one direction by several sets of
+//! angles, and each frame begins at the angles of the frame before, even where these lead into a corner of the limits.
+//! So can those of a hip, where a leg is crossed or raised.
+//!
+//! Where a limb is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
+//! beginnings are tried, forwards and backwards. Of these tracks the best is taken in each frame, with a cost for each
+//! change of joints, so that one becomes another where they agree: the shortest path by dynamic programming
+//! (R. Bellman, 1957).
+
+use glam::DVec3;
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use super::solver::{Bounds, Solver};
+use super::terms::{Goals, Terms};
+use super::twin::Twin;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+/// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
+const SUSPECT: f64 = 0.12;
+const WINDOW: f64 = 0.2;
+
+/// Of how many of its worst moments other beginnings are tried, how far apart these are in seconds, and how much better
+/// such a beginning must be.
+const SEEDS: usize = 3;
+const APART: f64 = 0.5;
+const BETTER: f64 = 0.6;
+
+/// Steps of the solver for a new beginning, and for each frame after it.
+const FIRST_STEPS: usize = 60;
+const STEPS: usize = 8;
+
+/// The square of the weight of an ankle's place, of a metre against a radian: 3 cm are as much as 20 degrees.
+const PLACE: f64 = 130.0;
+
+/// What a change of joints from frame to frame costs at 30 frames a second, in squares of radians, against the error of
+/// a limb in a frame.
+const CHANGE: f64 = 1.0;
+const RATE: f64 = 30.0;
+
+/// An arm or a leg: what it follows, and the positions of its joints.
+#[derive(Clone, Debug)]
+struct Limb {
+    rotations: Vec<usize>,
+    /// The body of a leg's foot, whose places are followed too.
+    foot: Option<usize>,
+    positions: Vec<usize>,
+    solver: Solver,
+}
+
+/// The arms and legs of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct Branches {
+    limbs: Vec<Limb>,
+}
+
+/// The bones of an arm and of a leg.
+const LIMBS: [[Bone; 3]; 2] = [
+    [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
+    [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot],
+];
+
+/// The frames in which limbs may take another branch.
+pub(super) struct Free<'a> {
+    pub(super) goals: &'a [Goals],
+    pub(super) bounds: &'a Bounds,
+    /// The first of them; those before it stay.
+    pub(super) from: usize,
+    /// For how many frames that are to come the last one stands.
+    pub(super) ahead: usize,
+}
+
+/// The positions of a limb in every frame, and its cost there.
+struct Track {
+    positions: Vec<Vec<f64>>,
+    costs: Vec<f64>,
+}
+
+impl Branches {
+    pub(super) fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
+        let bones = LIMBS
+            .iter()
+            .flat_map(|bones| Side::ALL.map(|side| bones.map(|bone| bone.on(side))));
+        let limbs = bones.map(|bones| Limb::new(kinematics, twin, bones));
+        Self {
+            limbs: limbs.filter(|limb| !limb.positions.is_empty()).collect(),
+        }
+    }
+
+    /// Takes for each limb the best path that is found. Returns the positions of those that took another.
+    pub(super) fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> Vec<usize> {
+        let mut changed = Vec::new();
+        for limb in &mut self.limbs {
+            if limb.choose(kinematics, free, motion) {
+                changed.extend(&limb.positions);
+            }
+        }
+        changed
+    }
+}
+
+impl Limb {
+    fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3]) -> Self {
+        let found = twin.bones.iter().enumerate();
+        let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
+        let rotations: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
+        let mut used = vec![false; kinematics.bodies.len() - 1];
+        for joint in found.clone().flat_map(|(_, bone)| &bone.joints) {
+            used[kinematics.body_of(*joint).0 - 1] = true;
+        }
+        let mut feet = found.filter(|(_, bone)| bone.bone.on(Side::Left) == Bone::LeftFoot);
+        Self {
+            rotations,
+            foot: feet.next().map(|(_, bone)| kinematics.body_of(bone.link).0),
+            positions: (0..used.len()).filter(|position| used[*position]).collect(),
+            solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
+        }
+    }
+
+    /// Whether the limb took another branch.
+    fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> bool {
+        // The last frame that must not change comes first: the limb is followed from it.
+        let first = free.from.saturating_sub(1);
+        let goals: Vec<Goals> = free.goals[first..].iter().map(|goals| self.own(goals)).collect();
+        let as_it_is = self.track(kinematics, &goals, motion, first);
+        let suspects = suspects(&as_it_is.costs, motion.fps);
+        if suspects.is_empty() {
+            return false;
+        }
+        let mut follow = Follow {
+            limb: self,
+            kinematics,
+            goals: &goals,
+            bounds: free.bounds,
+            motion,
+            first,
+        };
+        let mut tracks = Vec::new();
+        if let Some(last) = as_it_is.positions.last().cloned() {
+            tracks.push(follow.both_ways(goals.len() - 1, last));
+        }
+        for frame in suspects {
+            let begun = follow.begin(frame);
+            if let Some((_, begun)) = begun.filter(|(cost, _)| *cost < BETTER * as_it_is.costs[frame]) {
+                tracks.push(follow.both_ways(frame, begun));
+            }
+        }
+        if free.from > 0 {
+            tracks.iter_mut().for_each(|track| track.costs[0] = f64::INFINITY);
+        }
+        tracks.insert(0, as_it_is);
+        for track in &mut tracks {
+            track
+                .costs
+                .last_mut()
+                .into_iter()
+                .for_each(|cost| *cost *= 1.0 + free.ahead as f64);
+        }
+        let chosen = shortest(&tracks, CHANGE * motion.fps / RATE);
+        if chosen.iter().all(|track| *track == 0) {
+            return false;
+        }
+        let count = motion.dof_names.len();
+        let mut pose = kinematics.rest();
+        for (frame, track) in chosen.into_iter().enumerate() {
+            let here = first + frame;
+            for (at, value) in self.positions.iter().zip(&tracks[track].positions[frame]) {
+                motion.dof_pos[here * count + at] = *value;
+            }
+            if !kinematics.followers.is_empty() {
+                motion.set(here, kinematics, &mut pose);
+                motion.dof_pos[here * count..(here + 1) * count].copy_from_slice(&pose.positions);
+            }
+        }
+        true
+    }
+
+    /// The limb in the frames of a motion from the first on.
+    fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
+        let mut pose = kinematics.rest();
+        let costs = goals.iter().enumerate().map(|(frame, goals)| {
+            motion.set(first + frame, kinematics, &mut pose);
+            cost(goals, &pose)
+        });
+        let of = |frame: usize| self.positions.iter().map(|at| motion.dof_of(frame)[*at]).collect();
+        Track {
+            costs: costs.collect(),
+            positions: (first..first + goals.len()).map(of).collect(),
+        }
+    }
+
+    /// The goals of this limb alone.
+    fn own(&self, goals: &Goals) -> Goals {
+        let reaches = goals.reaches.iter().filter(|reach| self.foot == Some(reach.body));
+        Goals {
+            rotations: self
+                .rotations
+                .iter()
+                .map(|turn| goals.rotations[*turn].clone())
+                .collect(),
+            reaches: reaches.cloned().collect(),
+        }
+    }
+}
+
+/// Follows a limb; the other joints of the robot keep the angles of a motion.
+struct Follow<'a> {
+    limb: &'a mut Limb,
+    kinematics: &'a Kinematics,
+    goals: &'a [Goals],
+    bounds: &'a Bounds,
+    motion: &'a RobotMotion,
+    /// Which frame of the motion the first of `goals` is.
+    first: usize,
+}
+
+impl Follow<'_> {
+    /// The limb in a frame, from a beginning; returns its cost.
+    fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
+        let mut pose = self.kinematics.rest();
+        pose.root = self.motion.root[self.first + frame];
+        pose.positions.copy_from_slice(self.motion.dof_of(self.first + frame));
+        for (at, value) in self.limb.positions.iter().zip(positions.iter()) {
+            pose.positions[*at] = *value;
+        }
+        let goals = &self.goals[frame];
+        self.limb
+            .solver
+            .solve(self.kinematics, goals, self.bounds, &mut pose, steps);
+        for (at, value) in self.limb.positions.iter().zip(positions) {
+            *value = pose.positions[*at];
+        }
+        cost(goals, &pose)
+    }
+
+    /// The best of several beginnings in a frame: joints near 0, in the middles of their limits, and a quarter off to
+    /// either side.
+    fn begin(&mut self, frame: usize) -> Option<(f64, Vec<f64>)> {
+        let ranges: Vec<[f64; 2]> = self
+            .limb
+            .positions
+            .iter()
+            .map(|at| [self.bounds.lower[*at], self.bounds.upper[*at]].map(|limit| limit.clamp(-3.2, 3.2)))
+            .collect();
+        let along = |fraction: f64| {
+            ranges
+                .iter()
+                .map(move |[low, high]| low + fraction * (high - low))
+                .collect()
+        };
+        let rest = ranges.iter().map(|[low, high]| 0.0_f64.max(*low).min(*high)).collect();
+        let starts: [Vec<f64>; 4] = [rest, along(0.5), along(0.25), along(0.75)];
+        let ends = starts.map(|mut positions| (self.solve(frame, &mut positions, FIRST_STEPS), positions));
+        ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The track that is in this pose in a frame, followed from there to both ends.
+    fn both_ways(&mut self, frame: usize, begun: Vec<f64>) -> Track {
+        let frames = self.goals.len();
+        let mut track = Track {
+            positions: vec![begun.clone(); frames],
+            costs: vec![0.0; frames],
+        };
+        let mut here = begun.clone();
+        for at in (0..=frame).rev() {
+            track.costs[at] = self.solve(at, &mut here, STEPS);
+            track.positions[at].clone_from(&here);
+        }
+        here = begun;
+        for at in frame + 1..frames {
+            track.costs[at] = self.solve(at, &mut here, STEPS);
+            track.positions[at].clone_from(&here);
+        }
+        track
+    }
+}
+
+/// How far a pose is from goals, in squares of radians by their weights.
+fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
+    let rotations = goals.rotations.iter().map(|turn| {
+        let rotation = pose.bodies[turn.body].rotation;
+        let apart = rotation_vector(turn.target * rotation.inverse());
+        let along = (rotation * turn.weight_axes).inverse() * apart;
+        (turn.weights * along * along).element_sum()
+    });
+    let places = goals.reaches.iter().map(|reach| {
+        let apart = reach.target - pose.bodies[reach.body].point(reach.point);
+        (reach.weight.min(DVec3::splat(PLACE)) * apart * apart).element_sum()
+    });
+    rotations.sum::<f64>() + places.sum::<f64>()
+}
+
+/// The worst frames of a limb, where it is far off for a while.
+fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
+    let half = (0.5 * WINDOW * fps).ceil().min(costs.len() as f64) as usize;
+    let mean = |frame: usize| {
+        let near = &costs[frame.saturating_sub(half)..(frame + half + 1).min(costs.len())];
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    let mut bad: Vec<(usize, f64)> = (0..costs.len()).map(|frame| (frame, mean(frame))).collect();
+    bad.retain(|(_, mean)| *mean > SUSPECT);
+    bad.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut found: Vec<usize> = Vec::new();
+    for (frame, _) in bad {
+        if found.len() < SEEDS && found.iter().all(|other| other.abs_diff(frame) as f64 > APART * fps) {
+            found.push(frame);
+        }
+    }
+    found
+}
+
+/// Which track is taken in each frame.
+fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
+    let frames = tracks.first().map_or(0, |track| track.costs.len());
+    let mut sums: Vec<f64> = tracks
+        .iter()
+        .map(|track| track.costs.first().copied().unwrap_or(0.0))
+        .collect();
+    // Of each frame after the first, from which track each comes.
+    let mut from: Vec<Vec<usize>> = Vec::with_capacity(frames);
+    for frame in 1..frames {
+        let (mut next, mut came) = (Vec::with_capacity(tracks.len()), Vec::with_capacity(tracks.len()));
+        for track in tracks {
+            let step = |other: usize| {
+                let pairs = tracks[other].positions[frame - 1].iter().zip(&track.positions[frame]);
+                sums[other] + change * pairs.map(|(was, is)| (is - was).powi(2)).sum::<f64>()
+            };
+            let best = (0..tracks.len()).map(|other| (other, step(other)));
+            let (other, sum) = best.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+            came.push(other);
+            next.push(sum + track.costs[frame]);
+        }
+        from.push(came);
+        sums = next;
+    }
+    let mut here = (0..sums.len())
+        .min_by(|a, b| sums[*a].total_cmp(&sums[*b]))
+        .unwrap_or(0);
+    let mut chosen = vec![here; frames];
+    for frame in (1..frames).rev() {
+        chosen[frame] = here;
+        here = from[frame - 1][here];
+    }
+    if let Some(first) = chosen.first_mut() {
+        *first = here;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mocap_figure::robot_bones::robot_bones;
+
+    /// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
+    #[test]
+    fn the_way_changes_where_tracks_agree() {
+        let track = |positions: [f64; 6], costs: [f64; 6]| Track {
+            positions: positions.map(|position| vec![position]).to_vec(),
+            costs: costs.to_vec(),
+        };
+        let first = track([0.0, 0.1, 2.0, 2.0, 2.0, 0.1], [0.0, 0.0, 0.5, 0.5, 0.5, 0.0]);
+        let second = track([1.5, 0.1, 0.1, 0.1, 0.1, 1.5], [0.9, 0.1, 0.0, 0.0, 0.0, 0.9]);
+        assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
+    }
+
+    /// A leg of the G1 that should be in a pose which joints reach, and is stuck in the corner of the limits that its
+    /// solver comes to from the worst of many beginnings.
+    struct Stuck {
+        kinematics: Kinematics,
+        branches: Branches,
+        goals: Vec<Goals>,
+        bounds: Bounds,
+        motion: RobotMotion,
+    }
+
+    const STUCK_FRAMES: usize = 30;
+
+    fn stuck_leg() -> Stuck {
+        let urdf = std::fs::read("../../fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
+        let robot = mocap_io::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
+        let twin = Twin::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
+        let kinematics = Kinematics::new(&robot);
+        let mut branches = Branches::new(&kinematics, &twin);
+        branches.limbs.retain(|limb| limb.foot.is_some());
+        branches.limbs.truncate(1);
+        let bodies = &kinematics.bodies[1..];
+        let bounds = Bounds {
+            lower: bodies.iter().map(|body| body.limits.lower).collect(),
+            upper: bodies.iter().map(|body| body.limits.upper).collect(),
+        };
+        // The thigh raised and turned out, the knee bent: every joint within its limits.
+        let mut wanted = kinematics.rest();
+        for (name, at) in [("hip_pitch", -1.9), ("hip_roll", 1.3), ("hip_yaw", 1.6), ("knee", 1.9)] {
+            let dof = robot
+                .dof_names()
+                .iter()
+                .position(|dof| *dof == format!("left_{name}_joint"));
+            wanted.positions[dof.unwrap()] = at;
+        }
+        kinematics.update(&mut wanted);
+        let mut goals = super::super::following::Following::new(&robot, &kinematics, &twin).goals;
+        goals
+            .rotations
+            .iter_mut()
+            .for_each(|turn| turn.target = wanted.bodies[turn.body].rotation);
+        for reach in &mut goals.reaches {
+            reach.target = wanted.bodies[reach.body].point(reach.point);
+        }
+        let motion = RobotMotion {
+            fps: 30.0,
+            root: vec![wanted.root; STUCK_FRAMES],
+            dof_pos: [0.0].repeat(STUCK_FRAMES * bodies.len()),
+            dof_names: robot.dof_names(),
+            contacts: vec![[false; 2]; STUCK_FRAMES],
+            ..RobotMotion::default()
+        };
+        let mut stuck = Stuck {
+            goals: vec![goals; STUCK_FRAMES],
+            kinematics,
+            branches,
+            bounds,
+            motion,
+        };
+        stuck.be_stuck();
+        stuck
+    }
+
+    impl Stuck {
+        fn be_stuck(&mut self) {
+            let limb = &mut self.branches.limbs[0];
+            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
+            let positions = limb.positions.clone();
+            let mut follow = Follow {
+                limb,
+                kinematics: &self.kinematics,
+                goals: &goals,
+                bounds: &self.bounds,
+                motion: &self.motion,
+                first: 0,
+            };
+            let corners = (0..1 << positions.len()).map(|corner: usize| {
+                let at = |(index, position): (usize, &usize)| match corner >> index & 1 {
+                    0 => self.bounds.lower[*position],
+                    _ => self.bounds.upper[*position],
+                };
+                let mut begun: Vec<f64> = positions.iter().enumerate().map(at).collect();
+                (follow.solve(0, &mut begun, 200), begun)
+            });
+            let (cost, begun) = corners.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            assert!(cost > 2.0 * SUSPECT, "no corner holds the leg: {cost}");
+            let count = self.motion.dof_names.len();
+            for frame in 0..STUCK_FRAMES {
+                for (at, value) in positions.iter().zip(&begun) {
+                    self.motion.dof_pos[frame * count + at] = *value;
+                }
+            }
+        }
+
+        /// What the leg costs in each frame after another branch was looked for.
+        fn chosen(&mut self, from: usize, ahead: usize) -> Vec<f64> {
+            let free = Free {
+                goals: &self.goals,
+                bounds: &self.bounds,
+                from,
+                ahead,
+            };
+            let changed = self.branches.choose(&self.kinematics, &free, &mut self.motion);
+            assert_eq!(changed, self.branches.limbs[0].positions);
+            let limb = &self.branches.limbs[0];
+            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
+            limb.track(&self.kinematics, &goals, &self.motion, 0).costs
+        }
+    }
+
+    #[test]
+    fn a_leg_leaves_a_corner_of_its_limits() {
+        let costs = stuck_leg().chosen(0, 0);
+        assert!(costs.iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
+    }
+
+    #[test]
+    fn frames_that_were_given_stay() {
+        let mut stuck = stuck_leg();
+        let before = stuck.motion.clone();
+        let costs = stuck.chosen(20, 15);
+        let kept = 20 * before.dof_names.len();
+        assert_eq!(stuck.motion.dof_pos[..kept], before.dof_pos[..kept]);
+        assert!(costs[20..].iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
+    }
+
+    #[test]
+    fn the_worst_moments_are_apart() {
+        let mut costs = vec![0.0; 120];
+        costs[20..30].fill(1.0);
+        costs[90..100].fill(0.5);
+        let found = suspects(&costs, 30.0);
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(
+            (20..40).contains(&found[0]) && (88..102).contains(&found[1]),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,244 @@
+//! Capsules within the shapes of links.
+
+use glam::DVec3;
+
+use super::kinematics::{Kinematics, RobotPose};
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
+
+/// A shape that is thinner than twice this is a mark where the foot touches the floor, not the link, in metres.
+const THIN: f64 = 0.011;
+
+/// The radius of a link without a shape, as a fraction of its length.
+pub(super) const THICKNESS: f64 = 0.125;
+
+/// Capsules side by side in one shape.
+const MOST_BESIDE: usize = 4;
+
+/// All points within a radius of a line between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Capsule {
+    pub(super) ends: [DVec3; 2],
+    pub(super) radius: f64,
+}
+
+/// The capsules of a body, in its frame, and a ball around them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hull {
+    pub(super) capsules: Vec<Capsule>,
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+}
+
+impl Hull {
+    pub(super) fn new(capsules: Vec<Capsule>) -> Self {
+        let points = || {
+            capsules
+                .iter()
+                .flat_map(|capsule| capsule.ends.map(|end| (end, capsule.radius)))
+        };
+        let count = points().count().max(1) as f64;
+        let centre = points().map(|(end, _)| end).sum::<DVec3>() / count;
+        let radius = points()
+            .map(|(end, radius)| end.distance(centre) + radius)
+            .fold(0.0, f64::max);
+        Self {
+            capsules,
+            centre,
+            radius,
+        }
+    }
+}
+
+/// The capsules of the links of one body: of what collides, else of what is seen, else of the boxes that have their
+/// inertia.
+pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Capsule> {
+    for collides in [true, false] {
+        let mut capsules = Vec::new();
+        for (transform, link) in parts {
+            let shapes = robot.links[*link].shapes.iter();
+            for shape in shapes.filter(|shape| shape.collides == collides) {
+                add_capsules(shape, transform, &mut capsules);
+            }
+        }
+        if !capsules.is_empty() {
+            return capsules;
+        }
+    }
+    let mut capsules = Vec::new();
+    for (transform, link) in parts {
+        let inertial = robot.links[*link].inertial;
+        if let Some((within, half_size)) = inertial.and_then(|inertial| inertial.plausible_box()) {
+            add_box(half_size, &transform.then(&within), &mut capsules);
+        }
+    }
+    capsules
+}
+
+/// Capsules from the joint of a body to those of its children, for a body without shapes.
+pub(super) fn add_bones(kinematics: &Kinematics, zero: &RobotPose, body: usize, capsules: &mut Vec<Capsule>) {
+    let transform = zero.bodies[body];
+    let joint = |body: usize| transform.to_inner(kinematics.axis(zero, body).1);
+    for (child, _) in kinematics
+        .bodies
+        .iter()
+        .enumerate()
+        .filter(|(_, other)| other.parent == body)
+    {
+        let ends = [joint(body), joint(child)];
+        let radius = THICKNESS * ends[0].distance(ends[1]);
+        if radius >= THIN {
+            capsules.push(Capsule { ends, radius });
+        }
+    }
+}
+
+fn add_capsules(shape: &RobotShape, transform: &Placement, capsules: &mut Vec<Capsule>) {
+    let transform = transform.then(&shape.origin);
+    let mut add = |half_length: f64, radius: f64| {
+        if radius >= THIN {
+            let end = DVec3::Z * half_length;
+            capsules.push(Capsule {
+                ends: [transform.point(end), transform.point(-end)],
+                radius,
+            });
+        }
+    };
+    match &shape.kind {
+        ShapeKind::Sphere { radius } => add(0.0, *radius),
+        ShapeKind::Capsule { radius, half_length } => add(*half_length, *radius),
+        ShapeKind::Cylinder { radius, half_length } if half_length >= radius => add(half_length - radius, *radius),
+        // As a box with the same area.
+        ShapeKind::Cylinder { radius, half_length } => {
+            let half_side = 0.5 * std::f64::consts::PI.sqrt() * radius;
+            add_box(DVec3::new(half_side, half_side, *half_length), &transform, capsules);
+        }
+        ShapeKind::Box { half_size } | ShapeKind::Ellipsoid { half_size } => add_box(*half_size, &transform, capsules),
+        ShapeKind::Mesh { bounds, .. } => {
+            if let Some([low, high]) = bounds {
+                let middle = Placement {
+                    rotation: transform.rotation,
+                    translation: transform.point(0.5 * (*low + *high)),
+                };
+                add_box(0.5 * (*high - *low), &middle, capsules);
+            }
+        }
+    }
+}
+
+/// Capsules within a box: as long as its longest side and as thick as its shortest, side by side.
+fn add_box(half_size: DVec3, transform: &Placement, capsules: &mut Vec<Capsule>) {
+    let mut sides = [
+        (half_size.x, DVec3::X),
+        (half_size.y, DVec3::Y),
+        (half_size.z, DVec3::Z),
+    ];
+    sides.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let [(length, along), (width, across), (radius, _)] = sides;
+    if radius < THIN {
+        return;
+    }
+    let aside = width - radius;
+    let gaps = (2.0 * aside / radius).ceil().min((MOST_BESIDE - 1) as f64) as usize;
+    let end = along * (length - radius);
+    for index in 0..=gaps {
+        let middle = match gaps {
+            0 => DVec3::ZERO,
+            _ => across * aside * (2.0 * index as f64 / gaps as f64 - 1.0),
+        };
+        capsules.push(Capsule {
+            ends: [transform.point(middle + end), transform.point(middle - end)],
+            radius,
+        });
+    }
+}
+
+pub(super) fn distance(one: [DVec3; 2], other: [DVec3; 2]) -> f64 {
+    let [a, b] = nearest(one, other);
+    a.distance(b)
+}
+
+/// The points of two line segments that are nearest to each other (C. Ericson, Real-Time Collision Detection, 5.1.9).
+pub(super) fn nearest([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> [DVec3; 2] {
+    let (first, second, between) = (b - a, d - c, a - c);
+    let (length, other_length) = (first.length_squared(), second.length_squared());
+    let (along, other_along) = (first.dot(between), second.dot(between));
+    let across = first.dot(second);
+    let within = |numerator: f64, denominator: f64| match denominator > f64::EPSILON * length.max(other_length) {
+        true => (numerator / denominator).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    // The point of the first line that is nearest to the second, the point of the second that is nearest to that, and
+    // back.
+    let area = length * other_length - across * across;
+    let mut s = match area > 1e-12 * length * other_length {
+        true => ((across * other_along - along * other_length) / area).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    let t = within(across * s + other_along, other_length);
+    s = within(across * t - along, length);
+    [a + first * s, c + second * t]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_as_far_apart_as_their_nearest_points() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        for round in 0..90 {
+            let mut point = || DVec3::new(random(), random(), random());
+            let (mut one, mut other) = ([point(), point()], [point(), point()]);
+            match round % 6 {
+                0 => one[1] = one[0],
+                1 => other[1] = other[0],
+                2 => other[1] = other[0] + 0.7 * (one[1] - one[0]),
+                3 => (one[1], other[1]) = (one[0], other[0]),
+                _ => {}
+            }
+            let found = distance(one, other);
+            // Points on both, on a grid.
+            const STEPS: usize = 80;
+            let on = |[a, b]: [DVec3; 2], step: usize| a.lerp(b, step as f64 / STEPS as f64);
+            let steps = (0..=STEPS).flat_map(|s| (0..=STEPS).map(move |t| (s, t)));
+            let nearest = steps
+                .map(|(s, t)| on(one, s).distance(on(other, t)))
+                .fold(f64::INFINITY, f64::min);
+            assert!(found <= nearest + 1e-9, "{round}: {found} {nearest}");
+            assert!(nearest - found < 2.0 / STEPS as f64, "{round}: {found} {nearest}");
+        }
+    }
+
+    #[test]
+    fn capsules_are_within_their_box() {
+        for half_size in [
+            DVec3::new(0.3, 0.02, 0.1),
+            DVec3::splat(0.2),
+            DVec3::new(0.05, 0.4, 0.06),
+        ] {
+            let mut capsules = Vec::new();
+            add_box(half_size, &Placement::IDENTITY, &mut capsules);
+            assert!(!capsules.is_empty());
+            for capsule in &capsules {
+                for end in capsule.ends {
+                    assert!(
+                        (end.abs() + capsule.radius - half_size).max_element() < 1e-12,
+                        "{capsule:?}"
+                    );
+                }
+            }
+            // They reach each of its sides.
+            for axis in 0..3 {
+                let reach = |capsule: &Capsule| capsule.ends.map(|end| end[axis] + capsule.radius);
+                let farthest = capsules.iter().flat_map(reach).fold(0.0, f64::max);
+                assert!((farthest - half_size[axis]).abs() < 1e-12, "{half_size} {axis}");
+            }
+        }
+    }
+}

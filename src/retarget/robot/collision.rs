@@ -1,0 +1,246 @@
+//! Links of a robot that touch each other, by capsules within their shapes.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::capsule::{Hull, add_bones, capsules_of, distance, nearest};
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use mocap_scene::scene::robot::{Placement, Robot};
+
+/// How deep two links penetrate each other where that counts, in metres.
+const DEEP: f64 = 0.01;
+
+/// Two links that penetrate each other.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct LinkCollision {
+    /// The links that carry the shapes: those with a joint, or the base.
+    pub link: String,
+    /// The other one.
+    pub other: String,
+    /// The fraction of frames in which they penetrate each other by more than 1 cm.
+    pub fraction: f64,
+    /// How deep at most, in metres.
+    pub deepest: f64,
+}
+
+/// Which links of a robot collide.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct SelfCollision {
+    /// The fraction of frames in which two links penetrate each other by more than 1 cm.
+    pub(super) fraction: f64,
+    /// The links, the deepest first.
+    pub(super) links: Vec<LinkCollision>,
+}
+
+/// Two bodies that penetrate each other.
+pub(super) struct Touch {
+    /// Which pair of bodies it is.
+    pub(super) pair: usize,
+    /// The points of their axes that are nearest to each other, in the world.
+    pub(super) points: [(usize, DVec3); 2],
+    /// From the second to the first.
+    pub(super) along: DVec3,
+    pub(super) depth: f64,
+}
+
+/// The capsules of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct Collisions {
+    /// For each body of the kinematics.
+    hulls: Vec<Hull>,
+    /// For each body the name of its link.
+    names: Vec<String>,
+    /// The bodies that can touch.
+    pairs: Vec<[usize; 2]>,
+}
+
+impl Collisions {
+    /// Pairs that touch where all joints are at 0, and neighbours in the tree, are left out.
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics) -> Self {
+        let count = kinematics.bodies.len();
+        let mut names = vec![String::new(); count];
+        let mut parts: Vec<Vec<(Placement, usize)>> = vec![Vec::new(); count];
+        for (index, link) in robot.links.iter().enumerate() {
+            let (body, transform) = kinematics.body_of(index);
+            if link.joint.moves() || link.parent.is_none() {
+                names[body].clone_from(&link.name);
+            }
+            parts[body].push((transform, index));
+        }
+        let mut zero = kinematics.rest();
+        zero.positions.fill(0.0);
+        kinematics.update(&mut zero);
+        let hulls = parts.iter().enumerate().map(|(body, parts)| {
+            let mut capsules = capsules_of(robot, parts);
+            if capsules.is_empty() {
+                add_bones(kinematics, &zero, body, &mut capsules);
+            }
+            Hull::new(capsules)
+        });
+        let mut collisions = Self {
+            hulls: hulls.collect(),
+            names,
+            pairs: Vec::new(),
+        };
+        for one in 0..count {
+            for other in one + 1..count {
+                let is_neighbour = kinematics.bodies[other].parent == one;
+                let has_shape = |body: usize| !collisions.hulls[body].capsules.is_empty();
+                if !is_neighbour && has_shape(one) && has_shape(other) && collisions.depth([one, other], &zero) < 0.0 {
+                    collisions.pairs.push([one, other]);
+                }
+            }
+        }
+        collisions
+    }
+
+    /// Which links collide during a motion.
+    pub(super) fn measure(&self, kinematics: &Kinematics, motion: &RobotMotion) -> SelfCollision {
+        let mut pose = kinematics.rest();
+        // In how many frames each pair is too deep, and how deep at most.
+        let mut found = vec![(0_usize, 0.0_f64); self.pairs.len()];
+        let mut colliding_frames = 0_usize;
+        for frame in 0..motion.frames() {
+            pose.root = motion.root[frame];
+            pose.positions.copy_from_slice(motion.dof_of(frame));
+            kinematics.update(&mut pose);
+            let mut is_colliding = false;
+            for (pair, (frames, deepest)) in self.pairs.iter().zip(&mut found) {
+                let depth = self.depth(*pair, &pose);
+                if depth > DEEP {
+                    *frames += 1;
+                    *deepest = deepest.max(depth);
+                    is_colliding = true;
+                }
+            }
+            colliding_frames += usize::from(is_colliding);
+        }
+        let fraction = |frames: usize| frames as f64 / motion.frames().max(1) as f64;
+        let pairs = self.pairs.iter().zip(found).filter(|(_, (frames, _))| *frames > 0);
+        let mut links: Vec<LinkCollision> = pairs
+            .map(|([one, other], (frames, deepest))| LinkCollision {
+                link: self.names[*one].clone(),
+                other: self.names[*other].clone(),
+                fraction: fraction(frames),
+                deepest,
+            })
+            .collect();
+        links.sort_by(|a, b| b.deepest.total_cmp(&a.deepest));
+        SelfCollision {
+            fraction: fraction(colliding_frames),
+            links,
+        }
+    }
+
+    /// Where bodies penetrate each other by more than what `least` says of the pair: the capsules that do so deepest.
+    pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Touch> {
+        let placed = self.hulls.iter().zip(&pose.bodies);
+        let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
+        let pairs = self.pairs.iter().enumerate();
+        pairs.filter_map(move |(pair, &[one, other])| {
+            let (a, b) = (&self.hulls[one], &self.hulls[other]);
+            let least = least(pair);
+            if centres[one].distance(centres[other]) > a.radius + b.radius - least {
+                return None;
+            }
+            let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
+            let mut deepest: Option<Touch> = None;
+            for capsule in &a.capsules {
+                let ends = capsule.ends.map(|end| transform.point(end));
+                for second in &b.capsules {
+                    let points = nearest(ends, second.ends.map(|end| other_transform.point(end)));
+                    let between = points[0] - points[1];
+                    let depth = capsule.radius + second.radius - between.length();
+                    if depth > deepest.as_ref().map_or(least, |touch| touch.depth) {
+                        deepest = Some(Touch {
+                            pair,
+                            points: [(one, points[0]), (other, points[1])],
+                            along: between.normalize_or(DVec3::Z),
+                            depth,
+                        });
+                    }
+                }
+            }
+            deepest
+        })
+    }
+
+    /// How deep two bodies penetrate each other; below 0 how far they are apart at least.
+    fn depth(&self, [one, other]: [usize; 2], pose: &RobotPose) -> f64 {
+        let (a, b) = (&self.hulls[one], &self.hulls[other]);
+        let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
+        let near = a.radius + b.radius - transform.point(a.centre).distance(other_transform.point(b.centre));
+        if near < 0.0 {
+            return near;
+        }
+        let mut deepest = f64::NEG_INFINITY;
+        for capsule in &a.capsules {
+            let ends = capsule.ends.map(|end| other_transform.to_inner(transform.point(end)));
+            for other in &b.capsules {
+                deepest = deepest.max(capsule.radius + other.radius - distance(ends, other.ends));
+            }
+        }
+        deepest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two arms that point forward, a tail that touches them from below where all joints are at 0.
+    const ROBOT: &str = r#"<mujoco><compiler angle="degree"/><worldbody><body name="base">
+        <geom type="box" size="0.35 0.35 0.1"/>
+        <body name="left" pos="0 0.3 0"><joint name="l" axis="0 0 1"/>
+          <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05"/></body>
+        <body name="right" pos="0 -0.3 0"><joint name="r" axis="0 0 1"/>
+          <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05"/></body>
+        <body name="mount" pos="0 0 -0.2"><joint name="m" axis="0 0 1"/>
+          <body name="tail"><joint name="t" axis="0 1 0"/>
+            <geom type="box" size="0.5 0.5 0.16"/></body></body>
+        </body></worldbody></mujoco>"#;
+
+    #[test]
+    fn links_that_collide_are_found_but_neighbours_and_those_that_touch_at_rest_are_not() {
+        let robot = mocap_io::Importer::new()
+            .read_robot(ROBOT.as_bytes(), "robot.xml")
+            .unwrap();
+        let kinematics = Kinematics::new(&robot);
+        let collisions = Collisions::new(&robot, &kinematics);
+        let names = |pair: &[usize; 2]| pair.map(|body| collisions.names[body].as_str());
+        let pairs: Vec<_> = collisions.pairs.iter().map(names).collect();
+        assert_eq!(pairs, [["left", "right"]]);
+        // Ahead; across each other, 0.4 m long and 0.6 m apart; tip to tip, 0.06 m apart.
+        let tips = (0.54_f64 / 0.8).acos();
+        let across = std::f64::consts::FRAC_PI_2;
+        let dof_pos = [
+            [0.0; 4],
+            [-across, across, 0.0, 0.0],
+            [tips - across, across - tips, 0.0, 0.0],
+            [0.0; 4],
+        ];
+        let mut motion = RobotMotion {
+            name: String::new(),
+            fps: 30.0,
+            root: vec![Placement::IDENTITY; dof_pos.len()],
+            dof_pos: dof_pos.concat(),
+            dof_names: robot.dof_names(),
+            contacts: vec![[false; 2]; dof_pos.len()],
+        };
+        let found = collisions.measure(&kinematics, &motion);
+        assert_eq!(found.fraction, 0.5);
+        let [pair] = &found.links[..] else { panic!("{found:?}") };
+        assert_eq!(
+            (pair.link.as_str(), pair.other.as_str(), pair.fraction),
+            ("left", "right", 0.5)
+        );
+        assert!((pair.deepest - 0.1).abs() < 1e-9, "{pair:?}");
+        motion.dof_pos.copy_within(8..12, 4);
+        let pair = &collisions.measure(&kinematics, &motion).links[0];
+        assert!((pair.deepest - 0.04).abs() < 1e-9, "{pair:?}");
+    }
+}

@@ -1,0 +1,148 @@
+//! What contacts on a floor can give: forces within cones of friction, as near to a wanted force and moment as they
+//! reach.
+
+use glam::DVec3;
+
+use mocap_scene::math::cholesky;
+
+/// Coulomb's coefficient of friction between soles and floor: the default of MuJoCo.
+const FRICTION: f64 = 1.0;
+
+/// The edges of a cone, as a pyramid within it.
+const EDGES: usize = 4;
+
+/// How much the squares of the forces count, against the square of what they leave of the wanted force: so little that
+/// it only decides how contacts share a force.
+const SHARED: f64 = 1e-6;
+
+/// Steps of Newton's method, and the slope at which it ends.
+const STEPS: usize = 60;
+const FLAT: f64 = 1e-10;
+
+/// A force and a moment.
+const SIZE: usize = 6;
+type Wrench = [f64; SIZE];
+
+/// The edges of the cones of contacts, each with its force and its moment.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cones {
+    edges: Vec<(DVec3, Wrench)>,
+    /// What is left of the wanted force; that of the frame before is near.
+    left: Wrench,
+}
+
+impl Cones {
+    /// Sets the contacts, by where they are from the point about which moments are, in the unit of the moments.
+    pub(super) fn set(&mut self, contacts: impl Iterator<Item = DVec3>) {
+        self.edges.clear();
+        for point in contacts {
+            for edge in 0..EDGES {
+                let (sin, cos) = (std::f64::consts::TAU * (edge as f64 + 0.5) / EDGES as f64).sin_cos();
+                let force = DVec3::new(FRICTION * cos, FRICTION * sin, 1.0);
+                self.edges.push((force, wrench(force, point.cross(force))));
+            }
+        }
+    }
+
+    /// The forces of the contacts that come nearest to a wanted force and moment, and what they leave of both.
+    ///
+    /// With edges a, this minimizes |wanted - sum x a|^2 + s |x|^2 over x >= 0. The dual has six unknowns: x is
+    /// max(0, a r) / s, and r, what is left, minimizes |r|^2 / 2 + sum max(0, a r)^2 / 2 s - wanted r, by Newton's
+    /// method with a search along the line.
+    pub(super) fn reach(&mut self, force: DVec3, moment: DVec3) -> (Vec<DVec3>, DVec3, DVec3) {
+        let wanted = wrench(force, moment);
+        for _ in 0..STEPS {
+            let (value, slope, mut curvature) = self.at(&self.left, &wanted);
+            if dot(&slope, &slope) < FLAT * FLAT {
+                break;
+            }
+            let mut step = slope.map(|slope| -slope);
+            cholesky::solve(&mut curvature, &mut step, SIZE);
+            let downhill = dot(&step, &slope);
+            let mut length = 1.0;
+            let along = |length: f64, left: &Wrench| std::array::from_fn(|index| left[index] + length * step[index]);
+            while length > 1e-9 && self.value(&along(length, &self.left), &wanted) > value + 1e-4 * length * downhill {
+                length *= 0.5;
+            }
+            self.left = along(length, &self.left);
+        }
+        let mut forces = vec![DVec3::ZERO; self.edges.len() / EDGES];
+        for (index, (force, edge)) in self.edges.iter().enumerate() {
+            forces[index / EDGES] += *force * (dot(edge, &self.left).max(0.0) / SHARED);
+        }
+        let [x, y, z, moment @ ..] = self.left;
+        (forces, DVec3::new(x, y, z), DVec3::from_array(moment))
+    }
+
+    fn value(&self, left: &Wrench, wanted: &Wrench) -> f64 {
+        let pressed = self.edges.iter().map(|(_, edge)| dot(edge, left).max(0.0).powi(2));
+        0.5 * dot(left, left) + pressed.sum::<f64>() * (0.5 / SHARED) - dot(wanted, left)
+    }
+
+    /// The value with its slope and its curvature, row by row.
+    fn at(&self, left: &Wrench, wanted: &Wrench) -> (f64, Wrench, [f64; SIZE * SIZE]) {
+        let mut slope: Wrench = std::array::from_fn(|index| left[index] - wanted[index]);
+        let mut curvature = [0.0; SIZE * SIZE];
+        (0..SIZE).for_each(|index| curvature[index * (SIZE + 1)] = 1.0);
+        for (_, edge) in &self.edges {
+            let pressed = dot(edge, left);
+            if pressed <= 0.0 {
+                continue;
+            }
+            for row in 0..SIZE {
+                slope[row] += pressed * edge[row] / SHARED;
+                for column in 0..=row {
+                    curvature[row * SIZE + column] += edge[row] * edge[column] / SHARED;
+                }
+            }
+        }
+        (self.value(left, wanted), slope, curvature)
+    }
+}
+
+fn wrench(force: DVec3, moment: DVec3) -> Wrench {
+    [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+}
+
+fn dot(a: &Wrench, b: &Wrench) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four corners of a sole of 20 by 10 cm, a metre below.
+    fn sole() -> Cones {
+        let mut cones = Cones::default();
+        let corners = [(0.1, 0.05), (0.1, -0.05), (-0.1, 0.05), (-0.1, -0.05)];
+        cones.set(corners.into_iter().map(|(x, y)| DVec3::new(x, y, -1.0)));
+        cones
+    }
+
+    /// By hand: four corners carry a quarter of the weight each.
+    #[test]
+    fn corners_carry_a_weight_evenly() {
+        let (forces, force, moment) = sole().reach(DVec3::Z, DVec3::ZERO);
+        assert!(force.length() + moment.length() < 1e-5, "{force} {moment}");
+        for corner in forces {
+            assert!(corner.abs_diff_eq(0.25 * DVec3::Z, 1e-4), "{corner}");
+        }
+    }
+
+    /// By hand: nothing pulls a robot down, friction ends at the weight, and a weight outside the sole is not carried.
+    #[test]
+    fn what_no_contact_gives_is_left() {
+        let (_, force, _) = sole().reach(-DVec3::Z, DVec3::ZERO);
+        assert!(force.abs_diff_eq(-DVec3::Z, 1e-5), "{force}");
+        // The centre of pressure 0.3 m ahead of the middle; the sole ends at 0.1 m.
+        let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.3, 0.0));
+        assert!(force.length() + moment.length() > 0.1, "{force} {moment}");
+        // Within it, at 0.05 m.
+        let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.05, 0.0));
+        assert!(force.length() + moment.length() < 1e-5, "{force} {moment}");
+        let mut none = Cones::default();
+        let (_, force, _) = none.reach(DVec3::Z, DVec3::ZERO);
+        assert_eq!(force, DVec3::Z);
+    }
+}

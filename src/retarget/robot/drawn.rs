@@ -1,0 +1,169 @@
+//! The links of a robot as meshes, for pictures.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DVec3, Mat4, Vec3};
+
+use super::Robot;
+use super::capsule::{Capsule, THICKNESS, capsules_of};
+use mocap_scene::scene::robot::{Placement, ShapeKind};
+use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Primitive, Scene, VertexWeight};
+
+/// Corners around a capsule.
+const AROUND: usize = 16;
+/// Rings of each of its ends.
+const RINGS: usize = 5;
+
+/// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene). Pictures draw
+/// them. A link has the triangles of its mesh files, where
+/// [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes) has read them; else the capsules within its shapes, as for
+/// collisions, or where it has none the lines to the joints that it carries.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::robot::{add_links, robot_scene};
+///
+/// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let mut scene = robot_scene(&robot);
+/// add_links(&robot, &mut scene);
+/// assert!(scene.meshes.len() > 15);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn add_links(robot: &Robot, scene: &mut Scene) {
+    let material_index = scene.materials.len();
+    scene.materials.push(Material {
+        name: "links".to_owned(),
+        two_sided: true,
+        surface: None,
+    });
+    for link in 0..robot.links.len().min(scene.nodes.len()) {
+        let Some((vertices, normals, indices)) = files_of(robot, link).or_else(|| body_of(robot, link)) else {
+            continue;
+        };
+        let weight = |vertex_id| VertexWeight { vertex_id, weight: 1.0 };
+        let name = robot.links[link].name.clone();
+        scene.nodes[link].meshes.push(scene.meshes.len());
+        scene.meshes.push(Mesh {
+            name: format!("{name} link"),
+            primitive: Primitive::Triangles,
+            bones: vec![Bone {
+                name,
+                node: NodeId::new(link),
+                offset_matrix: Mat4::IDENTITY,
+                weights: (0..vertices.len() as u32).map(weight).collect(),
+            }],
+            vertices,
+            normals,
+            indices,
+            material_index,
+            ..Mesh::default()
+        });
+    }
+}
+
+/// The triangles of the mesh files of a link: of what is only seen, or else of what touches.
+fn files_of(robot: &Robot, link: usize) -> Option<Surface> {
+    let surfaces = |collides: bool| {
+        let shapes = robot.links[link]
+            .shapes
+            .iter()
+            .filter(move |shape| shape.collides == collides);
+        shapes.filter_map(|shape| match &shape.kind {
+            ShapeKind::Mesh {
+                surface: Some(mesh), ..
+            } => Some((shape.origin, mesh)),
+            _ => None,
+        })
+    };
+    let are_seen = surfaces(false).next().is_some();
+    let (mut vertices, mut normals, mut indices) = Surface::default();
+    for (origin, mesh) in surfaces(!are_seen) {
+        let first = vertices.len() as u32;
+        let matrix = origin.to_matrix();
+        vertices.extend(mesh.vertices.iter().map(|vertex| matrix.transform_point3(*vertex)));
+        normals.extend(
+            mesh.normals
+                .iter()
+                .map(|normal| matrix.transform_vector3(*normal).normalize_or(*normal)),
+        );
+        indices.extend(mesh.indices.iter().map(|index| first + index));
+    }
+    (!indices.is_empty()).then_some((vertices, normals, indices))
+}
+
+fn body_of(robot: &Robot, link: usize) -> Option<Surface> {
+    let mut capsules = capsules_of(robot, &[(Placement::IDENTITY, link)]);
+    if capsules.is_empty() {
+        capsules = lines_to_children(robot, link);
+    }
+    (!capsules.is_empty()).then(|| surface_of(&capsules))
+}
+
+fn lines_to_children(robot: &Robot, link: usize) -> Vec<Capsule> {
+    let children = robot.links.iter().filter(|child| child.parent == Some(link));
+    let ends = children.map(|child| child.joint.origin.translation);
+    let far = ends.filter(|end| end.length() > 0.0);
+    far.map(|end| Capsule {
+        ends: [DVec3::ZERO, end],
+        radius: THICKNESS * end.length(),
+    })
+    .collect()
+}
+
+/// Vertices, normals, corners of triangles.
+type Surface = (Vec<Vec3>, Vec<Vec3>, Vec<u32>);
+
+/// The triangles of capsules.
+fn surface_of(capsules: &[Capsule]) -> Surface {
+    let (mut vertices, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
+    for Capsule { ends, radius } in capsules {
+        let axis = (ends[1] - ends[0]).normalize_or(DVec3::Z);
+        let (across, aside) = axis.any_orthonormal_pair();
+        let first = vertices.len();
+        // From one pole to the other, with both equators.
+        for (end, side) in [(ends[0], -1.0), (ends[1], 0.0)] {
+            for ring in 0..=RINGS {
+                let latitude = FRAC_PI_2 * (side + ring as f64 / RINGS as f64);
+                for step in 0..AROUND {
+                    let turn = TAU * step as f64 / AROUND as f64;
+                    let out = across * turn.cos() + aside * turn.sin();
+                    let normal = out * latitude.cos() + axis * latitude.sin();
+                    vertices.push((end + normal * *radius).as_vec3());
+                    normals.push(normal.as_vec3());
+                }
+            }
+        }
+        for row in 0..2 * RINGS + 1 {
+            for step in 0..AROUND {
+                let at = |row: usize, step: usize| (first + row * AROUND + step % AROUND) as u32;
+                let [a, b, c, d] = [
+                    at(row, step),
+                    at(row, step + 1),
+                    at(row + 1, step + 1),
+                    at(row + 1, step),
+                ];
+                indices.extend([a, b, c, a, c, d]);
+            }
+        }
+    }
+    (vertices, normals, indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The volume within the triangles is that of the body, which is a little larger.
+    #[test]
+    fn a_capsule_is_closed_and_has_its_volume() {
+        let (radius, ends) = (0.1, [DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.2, 0.5, 0.3)]);
+        let (vertices, _, indices) = surface_of(&[Capsule { ends, radius }]);
+        let corner = |index: u32| vertices[index as usize].as_dvec3();
+        let triangles = indices.as_chunks::<3>().0.iter();
+        let volume: f64 = triangles
+            .map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c))) / 6.0)
+            .sum();
+        let expected = std::f64::consts::PI * radius * radius * (0.5 + 4.0 / 3.0 * radius);
+        assert!((volume.abs() / expected - 0.96).abs() < 0.03, "{volume} {expected}");
+    }
+}

@@ -1,0 +1,315 @@
+//! Inverse dynamics of a robot whose base floats: the force and the moment at the base, and the torques of the joints,
+//! that a motion takes.
+//!
+//! The recursive Newton-Euler algorithm (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapter 5),
+//! in the axes of the world: velocities and accelerations from the base outwards, forces back to it.
+
+use glam::{DMat3, DVec3};
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::{JointKind, Robot};
+
+/// The acceleration of gravity, in metres a second squared: MuJoCo's.
+pub(super) const GRAVITY: f64 = 9.81;
+
+/// The mass of a body with all that is fixed to it.
+#[derive(Clone, Copy, Debug)]
+struct Mass {
+    mass: f64,
+    /// The centre of mass, in the frame of the body.
+    centre: DVec3,
+    /// The inertia about the centre, in the axes of the body.
+    inertia: DMat3,
+}
+
+/// Velocities, accelerations or forces: along and about the axes of the world at the base, and of the joints.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Rates {
+    pub(super) linear: DVec3,
+    pub(super) angular: DVec3,
+    pub(super) joints: Vec<f64>,
+}
+
+/// How a body moves, and what acts on it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moving {
+    angular: DVec3,
+    angular_acceleration: DVec3,
+    /// Of the origin of the body, with gravity as an acceleration upwards.
+    acceleration: DVec3,
+    force: DVec3,
+    /// About the origin of the body.
+    moment: DVec3,
+}
+
+/// The masses of a robot, by the bodies of its kinematics.
+#[derive(Clone, Debug)]
+pub(super) struct Dynamics {
+    masses: Vec<Mass>,
+    /// The inertia of what a joint's motor turns besides the links, by bodies.
+    armatures: Vec<f64>,
+    moving: Vec<Moving>,
+}
+
+impl Dynamics {
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics) -> Self {
+        let mut masses = vec![Mass::NONE; kinematics.bodies.len()];
+        let mut armatures = vec![0.0; kinematics.bodies.len()];
+        for (index, link) in robot.links.iter().enumerate() {
+            let (body, transform) = kinematics.body_of(index);
+            if link.joint.moves() || index == 0 {
+                armatures[body] = link.joint.armature;
+            }
+            let Some(inertial) = link.inertial.filter(|inertial| inertial.mass > 0.0) else {
+                continue;
+            };
+            let there = transform.then(&inertial.origin);
+            let axes = DMat3::from_quat(there.rotation);
+            let added = Mass {
+                mass: inertial.mass,
+                centre: there.translation,
+                inertia: axes * inertial.matrix() * axes.transpose(),
+            };
+            masses[body] = masses[body].with(&added);
+        }
+        Self {
+            moving: vec![Moving::default(); masses.len()],
+            masses,
+            armatures,
+        }
+    }
+
+    /// The mass of the whole, in kilograms.
+    pub(super) fn mass(&self) -> f64 {
+        self.masses.iter().map(|body| body.mass).sum()
+    }
+
+    /// The centre of mass of the whole in a pose.
+    pub(super) fn centre(&self, pose: &RobotPose) -> DVec3 {
+        let bodies = self.masses.iter().zip(&pose.bodies);
+        let sum: DVec3 = bodies
+            .map(|(body, transform)| body.mass * transform.point(body.centre))
+            .sum();
+        sum / self.mass()
+    }
+
+    /// The forces by which a robot in a pose has these velocities and accelerations.
+    pub(super) fn inverse(
+        &mut self,
+        kinematics: &Kinematics,
+        pose: &RobotPose,
+        velocity: &Rates,
+        acceleration: &Rates,
+    ) -> Rates {
+        let moving = &mut self.moving;
+        moving[0] = Moving {
+            angular: velocity.angular,
+            angular_acceleration: acceleration.angular,
+            acceleration: acceleration.linear + GRAVITY * DVec3::Z,
+            ..Moving::default()
+        };
+        for (index, body) in kinematics.bodies.iter().enumerate().skip(1) {
+            let rates = (velocity.joints[index - 1], acceleration.joints[index - 1]);
+            let (axis, anchor) = kinematics.axis(pose, index);
+            let [from, here] = [body.parent, index].map(|body| pose.bodies[body].translation);
+            let carrier = &moving[body.parent];
+            moving[index] = match body.kind {
+                JointKind::Slide => carrier.slides(here - from, rates.0 * axis, rates.1 * axis),
+                _ => carrier.turns([anchor - from, here - anchor], rates.0 * axis, rates.1 * axis),
+            };
+        }
+        for ((moving, mass), transform) in moving.iter_mut().zip(&self.masses).zip(&pose.bodies) {
+            moving.act(mass, DMat3::from_quat(transform.rotation));
+        }
+        let mut joints = vec![0.0; kinematics.bodies.len() - 1];
+        for (index, body) in kinematics.bodies.iter().enumerate().skip(1).rev() {
+            let Moving { force, moment, .. } = moving[index];
+            let (axis, anchor) = kinematics.axis(pose, index);
+            let [carrier, here] = [body.parent, index].map(|body| pose.bodies[body].translation);
+            let own = match body.kind {
+                JointKind::Slide => axis.dot(force),
+                _ => axis.dot(moment + (here - anchor).cross(force)),
+            };
+            joints[index - 1] = own + self.armatures[index] * acceleration.joints[index - 1];
+            moving[body.parent].force += force;
+            moving[body.parent].moment += moment + (here - carrier).cross(force);
+        }
+        Rates {
+            linear: moving[0].force + self.armatures[0] * acceleration.linear,
+            angular: moving[0].moment + self.armatures[0] * acceleration.angular,
+            joints,
+        }
+    }
+}
+
+impl Mass {
+    const NONE: Self = Self {
+        mass: 0.0,
+        centre: DVec3::ZERO,
+        inertia: DMat3::ZERO,
+    };
+
+    /// Both as one body.
+    fn with(&self, other: &Self) -> Self {
+        let mass = self.mass + other.mass;
+        let centre = (self.mass * self.centre + other.mass * other.centre) / mass;
+        // Steiner's theorem.
+        let about = |part: &Self| {
+            let away = part.centre - centre;
+            let outer = DMat3::from_cols(away.x * away, away.y * away, away.z * away);
+            part.inertia + part.mass * (DMat3::from_diagonal(DVec3::splat(away.length_squared())) - outer)
+        };
+        Self {
+            mass,
+            centre,
+            inertia: about(self) + about(other),
+        }
+    }
+}
+
+impl Moving {
+    /// The acceleration of a point of the body, by where it is from the origin.
+    fn acceleration_at(&self, point: DVec3) -> DVec3 {
+        self.acceleration + self.angular_acceleration.cross(point) + self.angular.cross(self.angular.cross(point))
+    }
+
+    /// A body that is carried by a hinge: where the axis is from this origin, and where the origin of that body is from
+    /// the axis.
+    fn turns(&self, [to_axis, to_origin]: [DVec3; 2], velocity: DVec3, acceleration: DVec3) -> Self {
+        let turned = Self {
+            angular: self.angular + velocity,
+            angular_acceleration: self.angular_acceleration + acceleration + self.angular.cross(velocity),
+            acceleration: self.acceleration_at(to_axis),
+            ..Self::default()
+        };
+        Self {
+            acceleration: turned.acceleration_at(to_origin),
+            ..turned
+        }
+    }
+
+    /// A body that is carried by a slide.
+    fn slides(&self, to_origin: DVec3, velocity: DVec3, acceleration: DVec3) -> Self {
+        let along = 2.0 * self.angular.cross(velocity) + acceleration;
+        Self {
+            acceleration: self.acceleration_at(to_origin) + along,
+            force: DVec3::ZERO,
+            moment: DVec3::ZERO,
+            ..*self
+        }
+    }
+
+    /// Sets force and moment to those by which the body moves so: Newton's and Euler's equations.
+    fn act(&mut self, mass: &Mass, axes: DMat3) {
+        let centre = axes * mass.centre;
+        let inertia = axes * mass.inertia * axes.transpose();
+        self.force = mass.mass * self.acceleration_at(centre);
+        let turning = inertia * self.angular_acceleration + self.angular.cross(inertia * self.angular);
+        self.moment = turning + centre.cross(self.force);
+    }
+}
+
+/// The velocities and the accelerations in a frame of a motion, by central differences; those of the first and the last
+/// frame are those of the frames beside them. `None` of fewer than three frames.
+pub(super) fn rates(motion: &RobotMotion, frame: usize) -> Option<(Rates, Rates)> {
+    let middle = frame.min(motion.frames().checked_sub(2)?).max(1);
+    if motion.frames() < 3 {
+        return None;
+    }
+    let fps = motion.fps;
+    let [before, here, after] = [middle - 1, middle, middle + 1].map(|frame| &motion.root[frame]);
+    let turn = |from: usize, to: usize| {
+        let [from, to] = [from, to].map(|frame| motion.root[frame].rotation);
+        rotation_vector(to * from.inverse())
+    };
+    let joints = |of: &dyn Fn(f64, f64, f64) -> f64| {
+        let [before, here, after] = [middle - 1, middle, middle + 1].map(|frame| motion.dof_of(frame));
+        let three = before.iter().zip(here).zip(after);
+        three
+            .map(|((before, here), after)| of(*before, *here, *after))
+            .collect()
+    };
+    let (first, second) = (turn(middle - 1, middle), turn(middle, middle + 1));
+    let velocity = Rates {
+        linear: 0.5 * fps * (after.translation - before.translation),
+        angular: 0.5 * fps * (first + second),
+        joints: joints(&|before, _, after| 0.5 * fps * (after - before)),
+    };
+    let change = after.translation - 2.0 * here.translation + before.translation;
+    let acceleration = Rates {
+        linear: fps * fps * change,
+        angular: fps * fps * (second - first),
+        joints: joints(&|before, here, after| fps * fps * (after - 2.0 * here + before)),
+    };
+    Some((velocity, acceleration))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mocap_scene::scene::robot::{Inertial, JointLimits, Placement, RobotJoint, RobotLink};
+
+    /// A rod of 2 kg and 1 m on a hinge about Y at its end, which hangs along X: by hand, m g l / 2 holds it, and
+    /// m l^2 / 3 turns it.
+    #[test]
+    fn a_rod_takes_what_is_computed_by_hand() {
+        let rod = Inertial {
+            mass: 2.0,
+            origin: Placement {
+                translation: DVec3::new(0.5, 0.0, 0.0),
+                ..Placement::IDENTITY
+            },
+            inertia: [0.0, 2.0 / 12.0, 2.0 / 12.0, 0.0, 0.0, 0.0],
+        };
+        let hinge = RobotJoint {
+            kind: JointKind::Hinge,
+            axis: DVec3::Y,
+            limits: JointLimits::default(),
+            armature: 0.25,
+            ..RobotJoint::default()
+        };
+        let robot = Robot {
+            links: vec![
+                RobotLink::default(),
+                RobotLink {
+                    parent: Some(0),
+                    joint: hinge,
+                    inertial: Some(rod),
+                    ..RobotLink::default()
+                },
+            ],
+            ..Robot::default()
+        };
+        let kinematics = Kinematics::new(&robot);
+        let mut dynamics = Dynamics::new(&robot, &kinematics);
+        let still = Rates {
+            joints: vec![0.0],
+            ..Rates::default()
+        };
+        let pose = kinematics.rest();
+        assert!(dynamics.centre(&pose).abs_diff_eq(DVec3::new(0.5, 0.0, 0.0), 1e-12));
+        let held = dynamics.inverse(&kinematics, &pose, &still, &still);
+        assert!(held.linear.abs_diff_eq(2.0 * GRAVITY * DVec3::Z, 1e-12));
+        assert!((held.joints[0] + GRAVITY).abs() < 1e-12, "{held:?}");
+        let turning = Rates {
+            joints: vec![3.0],
+            ..Rates::default()
+        };
+        let turned = dynamics.inverse(&kinematics, &pose, &still, &turning);
+        let wanted = -GRAVITY + 3.0 * (2.0 / 3.0 + 0.25);
+        assert!((turned.joints[0] - wanted).abs() < 1e-12, "{turned:?}");
+        // Twice a second about Z, the base and all: the middle of the rod goes in a circle.
+        let spinning = Rates {
+            angular: 2.0 * DVec3::Z,
+            joints: vec![0.0],
+            ..Rates::default()
+        };
+        let spun = dynamics.inverse(&kinematics, &pose, &spinning, &still);
+        assert!(
+            spun.linear.abs_diff_eq(DVec3::new(-4.0, 0.0, 2.0 * GRAVITY), 1e-12),
+            "{spun:?}"
+        );
+    }
+}

@@ -1,0 +1,330 @@
+//! Whether a motion is one that a robot can do: by inverse dynamics, what it takes beyond what the floor and the motors
+//! give.
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::cones::Cones;
+use super::dynamics::{Dynamics, GRAVITY, Rates, rates};
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use super::sole::SoleBall;
+use mocap_scene::math::hull::convex_hull;
+use mocap_scene::scene::robot::{JointKind, Robot};
+
+/// A point of a sole touches the floor where it is lower than this, in metres.
+const TOUCHING: f64 = 0.02;
+
+/// A frame is feasible up to this force, as a fraction of the weight, and this moment, in metres of a lever of the
+/// weight, beyond what the contacts give.
+const SPARE_FORCE: f64 = 0.1;
+const SPARE_LEVER: f64 = 0.05;
+
+/// The centre of pressure is outside the soles beyond this, in metres; and it is looked for where the floor carries
+/// more than this fraction of the weight.
+const OUTSIDE: f64 = 0.01;
+const CARRIED: f64 = 0.1;
+
+/// The percentile by which what is needed beyond the contacts is reported.
+const PERCENTILE: f64 = 0.95;
+
+/// The least height of the centre of mass that is a unit of moments, in metres.
+const LOWEST: f64 = 0.2;
+
+/// Whether a robot can do a motion: what inverse dynamics says of its masses, with contacts of the soles alone.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Feasibility {
+    /// The mass of the robot, in kilograms.
+    pub mass: f64,
+    /// The fraction of frames in which the base needs no force above 10 % of the weight, nor a moment above that of the
+    /// weight 5 cm away, beyond what soles on the floor give with a friction of 1.
+    pub fraction_feasible: f64,
+    /// The force at the base beyond what the contacts give, as a fraction of the weight: in 95 % of frames it is less.
+    pub residual_force: f64,
+    /// The moment at the base beyond what the contacts give, as a lever of the weight in metres: in 95 % of frames it
+    /// is less.
+    pub residual_lever: f64,
+    /// Of the frames in which soles carry the robot, the fraction in which the centre of pressure would have to be more
+    /// than 1 cm outside the soles; absent where they never do.
+    pub fraction_pressure_outside: Option<f64>,
+    /// The fraction of samples in which a joint needs more torque than the robot's file allows; absent where it states
+    /// none.
+    pub fraction_over_effort: Option<f64>,
+    /// The largest torque of a joint, as a multiple of what the robot's file allows, and which joint it is.
+    pub max_effort: f64,
+    /// The joint.
+    pub most_loaded_joint: String,
+}
+
+/// What carries a robot.
+struct Support<'a> {
+    kinematics: &'a Kinematics,
+    soles: &'a [(usize, Vec<SoleBall>)],
+    cones: Cones,
+    /// The points that touch, each with its body.
+    touching: Vec<(usize, DVec3)>,
+}
+
+/// What a frame takes beyond what the contacts give.
+struct Residual {
+    force: f64,
+    lever: f64,
+    /// How far and where to the centre of pressure is outside the soles.
+    outside: Option<DVec2>,
+}
+
+/// Whether a robot, whose feet have these soles, can do a motion; `None` where its file states no masses, or of fewer
+/// than three frames.
+pub(super) fn feasibility(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    soles: &[(usize, Vec<SoleBall>)],
+    motion: &RobotMotion,
+) -> Option<Feasibility> {
+    let mut support = Support::new(kinematics, soles);
+    let mut efforts = Efforts::new(robot);
+    let mut residuals = Vec::with_capacity(motion.frames());
+    let mass = each_frame(robot, kinematics, motion, |dynamics, pose, mut forces| {
+        residuals.push(support.carry(dynamics, pose, &mut forces));
+        efforts.add(&forces.joints);
+    })?;
+    let is_feasible = |residual: &&Residual| residual.force <= SPARE_FORCE && residual.lever <= SPARE_LEVER;
+    let feasible = residuals.iter().filter(is_feasible).count();
+    let pressures = residuals.iter().filter_map(|residual| residual.outside);
+    let pressures: Vec<f64> = pressures.map(DVec2::length).collect();
+    let outside = pressures.iter().filter(|outside| **outside > OUTSIDE).count();
+    Some(Feasibility {
+        mass,
+        fraction_feasible: feasible as f64 / residuals.len().max(1) as f64,
+        residual_force: percentile(residuals.iter().map(|residual| residual.force)),
+        residual_lever: percentile(residuals.iter().map(|residual| residual.lever)),
+        fraction_pressure_outside: (!pressures.is_empty()).then(|| outside as f64 / pressures.len() as f64),
+        fraction_over_effort: efforts.fraction(),
+        most_loaded_joint: efforts.most_loaded(robot),
+        max_effort: efforts.greatest.0,
+    })
+}
+
+/// How far and where to the centre of pressure is outside the soles in each frame, in metres, 0 where the floor does
+/// not carry; and the mean height of the centre of mass. `None` as for [`feasibility`].
+pub(super) fn pressures(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    soles: &[(usize, Vec<SoleBall>)],
+    motion: &RobotMotion,
+) -> Option<(Vec<DVec2>, f64)> {
+    let mut support = Support::new(kinematics, soles);
+    let (mut found, mut height) = (Vec::with_capacity(motion.frames()), 0.0);
+    each_frame(robot, kinematics, motion, |dynamics, pose, forces| {
+        support.touch(pose);
+        let load = Load::new(dynamics, pose, &forces);
+        found.push(support.pressure(&load).unwrap_or_default());
+        height += load.centre.z / motion.frames() as f64;
+    })?;
+    Some((found, height))
+}
+
+/// Gives each frame of a motion with what moves it by inverse dynamics to `take`, and returns the mass of the robot;
+/// `None` as for [`feasibility`].
+fn each_frame(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    motion: &RobotMotion,
+    mut take: impl FnMut(&Dynamics, &RobotPose, Rates),
+) -> Option<f64> {
+    let mut dynamics = Dynamics::new(robot, kinematics);
+    let mass = dynamics.mass();
+    if !(mass > 0.0 && mass.is_finite()) {
+        return None;
+    }
+    let mut pose = kinematics.rest();
+    for frame in 0..motion.frames() {
+        motion.set(frame, kinematics, &mut pose);
+        let (velocity, acceleration) = rates(motion, frame)?;
+        let forces = dynamics.inverse(kinematics, &pose, &velocity, &acceleration);
+        take(&dynamics, &pose, forces);
+    }
+    Some(mass)
+}
+
+/// What the floor is to carry.
+struct Load {
+    /// The centre of mass.
+    centre: DVec3,
+    weight: f64,
+    force: DVec3,
+    /// About the centre of mass.
+    moment: DVec3,
+}
+
+impl Load {
+    fn new(dynamics: &Dynamics, pose: &RobotPose, forces: &Rates) -> Self {
+        let centre = dynamics.centre(pose);
+        Self {
+            centre,
+            weight: dynamics.mass() * GRAVITY,
+            force: forces.linear,
+            moment: forces.angular + (pose.root.translation - centre).cross(forces.linear),
+        }
+    }
+}
+
+impl<'a> Support<'a> {
+    fn new(kinematics: &'a Kinematics, soles: &'a [(usize, Vec<SoleBall>)]) -> Self {
+        Self {
+            kinematics,
+            soles,
+            cones: Cones::default(),
+            touching: Vec::new(),
+        }
+    }
+
+    /// How far and where to the centre of pressure is outside the points that touch; `None` where the floor does not
+    /// carry.
+    fn pressure(&self, load: &Load) -> Option<DVec2> {
+        let Load {
+            centre, force, moment, ..
+        } = *load;
+        if force.z <= CARRIED * load.weight || self.touching.is_empty() {
+            return None;
+        }
+        let away = DVec2::new(moment.y + centre.z * force.x, centre.z * force.y - moment.x);
+        let points = self.touching.iter().map(|(_, point)| point.truncate());
+        Some(outside(points.collect(), centre.truncate() - away / force.z))
+    }
+
+    /// Lets the floor carry the robot as far as it can: takes what that makes of the torques of joints off, and says
+    /// what is missing at the base.
+    fn carry(&mut self, dynamics: &Dynamics, pose: &RobotPose, forces: &mut Rates) -> Residual {
+        let load = Load::new(dynamics, pose, forces);
+        let Load {
+            centre, weight, moment, ..
+        } = load;
+        let unit = centre.z.max(LOWEST);
+        self.touch(pose);
+        self.cones
+            .set(self.touching.iter().map(|(_, point)| (*point - centre) / unit));
+        let (given, force, lever) = self.cones.reach(forces.linear / weight, moment / (weight * unit));
+        for ((body, point), given) in self.touching.iter().zip(given) {
+            for &joint in &self.kinematics.bodies[*body].chain {
+                let (axis, anchor) = self.kinematics.axis(pose, joint);
+                forces.joints[joint - 1] -= weight
+                    * match self.kinematics.bodies[joint].kind {
+                        JointKind::Slide => axis.dot(given),
+                        _ => axis.dot((*point - anchor).cross(given)),
+                    };
+            }
+        }
+        Residual {
+            force: force.length(),
+            lever: unit * lever.length(),
+            outside: self.pressure(&load),
+        }
+    }
+
+    /// Finds the points of the soles that touch the floor.
+    fn touch(&mut self, pose: &RobotPose) {
+        self.touching.clear();
+        for (body, balls) in self.soles {
+            let points = balls
+                .iter()
+                .map(|ball| pose.bodies[*body].point(ball.centre) - ball.radius * DVec3::Z);
+            let touching = points.filter(|point| point.z < TOUCHING);
+            self.touching.extend(touching.map(|point| (*body, point)));
+        }
+    }
+}
+
+/// The torques of joints against what the robot's file allows.
+struct Efforts {
+    limits: Vec<Option<f64>>,
+    over: usize,
+    samples: usize,
+    /// The largest as a multiple of its limit, and the index of the joint.
+    greatest: (f64, Option<usize>),
+}
+
+impl Efforts {
+    fn new(robot: &Robot) -> Self {
+        let joints = robot.moving_joints().into_iter();
+        Self {
+            limits: joints.map(|link| robot.links[link].joint.limits.effort).collect(),
+            over: 0,
+            samples: 0,
+            greatest: (0.0, None),
+        }
+    }
+
+    fn add(&mut self, torques: &[f64]) {
+        for (index, (torque, limit)) in torques.iter().zip(&self.limits).enumerate() {
+            let Some(limit) = limit else { continue };
+            let load = torque.abs() / limit;
+            self.samples += 1;
+            self.over += usize::from(load > 1.0);
+            if load > self.greatest.0 {
+                self.greatest = (load, Some(index));
+            }
+        }
+    }
+
+    fn fraction(&self) -> Option<f64> {
+        (self.samples > 0).then(|| self.over as f64 / self.samples as f64)
+    }
+
+    fn most_loaded(&self, robot: &Robot) -> String {
+        let joint = self.greatest.1.map(|index| robot.moving_joints()[index]);
+        joint.map_or_else(String::new, |link| robot.links[link].joint.name.clone())
+    }
+}
+
+fn percentile(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let index = (PERCENTILE * values.len() as f64).ceil() as usize;
+    values.get(index.saturating_sub(1)).copied().unwrap_or_default()
+}
+
+/// How far and where to a point is outside the convex hull of others, of which there is one at least.
+fn outside(mut points: Vec<DVec2>, at: DVec2) -> DVec2 {
+    let hull = convex_hull(&mut points);
+    if hull.is_empty() {
+        return points.first().map_or(DVec2::ZERO, |point| at - *point);
+    }
+    let edges = hull.iter().zip(hull.iter().cycle().skip(1));
+    let is_inside = hull.len() > 2 && edges.clone().all(|(a, b)| (*b - *a).perp_dot(at - *a) >= 0.0);
+    if is_inside {
+        return DVec2::ZERO;
+    }
+    let away = |(a, b): (&DVec2, &DVec2)| {
+        let along = ((at - *a).dot(*b - *a) / (*b - *a).length_squared()).clamp(0.0, 1.0);
+        at - *a - if along.is_finite() { along } else { 0.0 } * (*b - *a)
+    };
+    let nearest = edges.map(away).min_by(|a, b| a.length().total_cmp(&b.length()));
+    nearest.unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_outside_a_hull_by_its_distance() {
+        let square = || -> Vec<DVec2> {
+            let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.5), (0.5, 0.0)];
+            corners.into_iter().map(DVec2::from).collect()
+        };
+        assert_eq!(outside(square(), DVec2::new(0.2, 0.9)), DVec2::ZERO);
+        let is = |points: Vec<DVec2>, at: [f64; 2], by: [f64; 2]| {
+            let found = outside(points, DVec2::from(at));
+            assert!(found.distance(DVec2::from(by)) < 1e-12, "{found}");
+        };
+        is(square(), [1.3, 0.5], [0.3, 0.0]);
+        is(square(), [1.3, 1.4], [0.3, 0.4]);
+        // A line and a point.
+        is(square()[..2].to_vec(), [0.5, 0.25], [0.0, 0.25]);
+        is(square()[..1].to_vec(), [0.0, 2.0], [0.0, 2.0]);
+    }
+}

@@ -1,0 +1,327 @@
+//! Fingers of a robot: they are bent as far as those of the source, from open to a fist.
+//!
+//! Hands of robots have fewer joints than those of people, and other axes. So a joint below a hand that bends to one
+//! side, as its limits say, goes as far through its range as the finger of the source does through that of people.
+
+use glam::Vec3;
+
+use super::kinematics::Kinematics;
+use super::motion::RobotMotion;
+use super::twin::Twin;
+use mocap_figure::Humanoid;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::robot::{JointKind, Robot};
+use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, Scene, Side};
+
+/// The ranges of the joints of fingers and thumbs in degrees: knuckle, middle and end (American Academy of Orthopaedic
+/// Surgeons, Joint Motion, 1965).
+const FINGER: [f64; 3] = [90.0, 100.0, 90.0];
+const THUMB: [f64; 3] = [15.0, 50.0, 80.0];
+
+/// The bones of each finger, and the words by which a robot's file names it.
+const FINGERS: [([Bone; 3], &[&str]); 5] = [
+    (
+        [
+            Bone::LeftThumbMetacarpal,
+            Bone::LeftThumbProximal,
+            Bone::LeftThumbDistal,
+        ],
+        &["thumb"],
+    ),
+    (
+        [
+            Bone::LeftIndexProximal,
+            Bone::LeftIndexIntermediate,
+            Bone::LeftIndexDistal,
+        ],
+        &["index"],
+    ),
+    (
+        [
+            Bone::LeftMiddleProximal,
+            Bone::LeftMiddleIntermediate,
+            Bone::LeftMiddleDistal,
+        ],
+        &["middle"],
+    ),
+    (
+        [Bone::LeftRingProximal, Bone::LeftRingIntermediate, Bone::LeftRingDistal],
+        &["ring"],
+    ),
+    (
+        [
+            Bone::LeftLittleProximal,
+            Bone::LeftLittleIntermediate,
+            Bone::LeftLittleDistal,
+        ],
+        &["little", "pinky"],
+    ),
+];
+
+/// A joint bends to one side where its limit there is so many times as far as the other.
+const ONE_SIDED: f64 = 3.0;
+
+/// How fast a finger moves at most, in radians a second: below what counts as a jump.
+const FASTEST: f64 = 13.0;
+
+/// A joint of a finger of the robot.
+#[derive(Clone, Debug)]
+struct Joint {
+    position: usize,
+    /// Where it is in a hand that is open, and in a fist.
+    open: f64,
+    bent: f64,
+    /// The fingers of the source that it follows, by side and index.
+    follows: Vec<(Side, usize)>,
+    /// Radians a second.
+    fastest: f64,
+}
+
+/// A joint of the source with those before and after it, and its range in radians. How far it is bent is the angle
+/// between both bones, since rest poses of hands are rarely flat.
+#[derive(Clone, Debug)]
+struct Bent {
+    before: NodeId,
+    at: NodeId,
+    after: NodeId,
+    range: f64,
+}
+
+/// The fingers of a robot, and those of the source.
+#[derive(Clone, Debug)]
+pub(super) struct Fingers {
+    joints: Vec<Joint>,
+    /// For each side and finger the joints that the source has.
+    source: [Vec<Vec<Bent>>; 2],
+}
+
+impl Fingers {
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin, source: &Scene, bones: &Humanoid) -> Self {
+        let source = Side::ALL.map(|side| {
+            let fingers = FINGERS.iter().enumerate().map(|(finger, (found, _))| {
+                let ranges = if finger == 0 { THUMB } else { FINGER };
+                let joint = |index: usize| bones.joint(found.get(index)?.on(side));
+                let joints = (0..found.len()).filter_map(|index| {
+                    let at = joint(index)?;
+                    let below = || {
+                        let mut nodes = (0..source.nodes.len()).map(NodeId::new);
+                        nodes.find(|node| source.nodes[node.index()].parent == Some(at))
+                    };
+                    // A thumb begins across the hand.
+                    let is_across = finger == 0 && index == 0;
+                    (!is_across).then_some(Bent {
+                        before: source.nodes[at.index()].parent?,
+                        at,
+                        after: joint(index + 1).or_else(below)?,
+                        range: ranges[index].to_radians(),
+                    })
+                });
+                joints.collect()
+            });
+            fingers.collect::<Vec<Vec<Bent>>>()
+        });
+        let mut joints = Vec::new();
+        for side in Side::ALL {
+            joints.extend(joints_of(robot, kinematics, twin, side, &source[side as usize]));
+        }
+        Self { joints, source }
+    }
+
+    /// Whether there is nothing to bend.
+    pub(super) fn is_empty(&self) -> bool {
+        self.joints.is_empty()
+    }
+
+    /// Where the joints of fingers should be in a pose of the source.
+    pub(super) fn wanted(&self, pose: &Pose) -> Vec<f64> {
+        let curls = Side::ALL.map(|side| {
+            let fingers = self.source[side as usize].iter();
+            fingers.map(|joints| curl(joints, pose)).collect::<Vec<f64>>()
+        });
+        let wanted = self.joints.iter().map(|joint| {
+            let sum: f64 = joint
+                .follows
+                .iter()
+                .map(|(side, finger)| curls[*side as usize][*finger])
+                .sum();
+            joint.open + (joint.bent - joint.open) * sum / joint.follows.len() as f64
+        });
+        wanted.collect()
+    }
+
+    /// Brings the fingers of the positions of a frame towards where they should be, no faster than they can.
+    pub(super) fn bend(&self, wanted: &[f64], before: Option<&[f64]>, fps: f64, positions: &mut [f64]) {
+        for (joint, wanted) in self.joints.iter().zip(wanted) {
+            let most = joint.fastest / fps;
+            positions[joint.position] = match before {
+                Some(before) => {
+                    let was = before[joint.position];
+                    wanted.clamp(was - most, was + most)
+                }
+                None => *wanted,
+            };
+        }
+    }
+
+    /// Bends the fingers of a whole motion.
+    pub(super) fn apply(
+        &self,
+        kinematics: &Kinematics,
+        source: &Scene,
+        animation: &Animation,
+        motion: &mut RobotMotion,
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        let (binding, mut pose) = (Binding::new(source, animation), Pose::rest(source));
+        let (count, mut robot) = (motion.dof_names.len(), kinematics.rest());
+        for frame in 0..motion.frames() {
+            pose.sample(&binding, animation, frame as f64);
+            let (before, here) = motion.dof_pos.split_at_mut(frame * count);
+            let before = &*before;
+            let before = frame.checked_sub(1).map(|frame| &before[frame * count..]);
+            self.bend(&self.wanted(&pose), before, motion.fps, &mut here[..count]);
+            if !kinematics.followers.is_empty() {
+                motion.set(frame, kinematics, &mut robot);
+                motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&robot.positions);
+            }
+        }
+    }
+}
+
+/// How far a finger is bent, from 0 to 1 in a fist.
+fn curl(joints: &[Bent], pose: &Pose) -> f64 {
+    let bent = joints.iter().map(|joint| {
+        let [before, at, after] = [joint.before, joint.at, joint.after].map(|node| pose.position(node));
+        let (first, second) = ((at - before).normalize_or_zero(), (after - at).normalize_or_zero());
+        match first == Vec3::ZERO || second == Vec3::ZERO {
+            true => 0.0,
+            false => f64::from(first.angle_between(second)),
+        }
+    });
+    let range: f64 = joints.iter().map(|joint| joint.range).sum();
+    (bent.sum::<f64>() / range.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+}
+
+/// The joints of the fingers of one hand: those below its link, or below that of the forearm, that carry no bone and
+/// bend to one side.
+fn joints_of(robot: &Robot, kinematics: &Kinematics, twin: &Twin, side: Side, source: &[Vec<Bent>]) -> Vec<Joint> {
+    let hand = [Bone::LeftHand, Bone::LeftLowerArm].map(|bone| twin.bone(bone.on(side)));
+    let Some(hand) = hand.into_iter().flatten().next() else {
+        return Vec::new();
+    };
+    let hand = kinematics.body_of(hand.link).0;
+    let carries = twin.bones.iter().flat_map(|bone| &bone.joints);
+    let carries: Vec<usize> = carries.map(|joint| kinematics.body_of(*joint).0).collect();
+    let known: Vec<(Side, usize)> = (0..source.len())
+        .filter(|finger| !source[*finger].is_empty())
+        .map(|finger| (side, finger))
+        .collect();
+    let moving = robot.moving_joints();
+    let mut joints = Vec::new();
+    for (position, &link) in moving.iter().enumerate() {
+        let body = &kinematics.bodies[position + 1];
+        let is_follower = kinematics
+            .followers
+            .iter()
+            .any(|follower| follower.position == position);
+        let is_below = body.chain.contains(&hand) && position + 1 != hand;
+        if !is_below || is_follower || body.kind != JointKind::Hinge || carries.contains(&(position + 1)) {
+            continue;
+        }
+        let (low, high) = (body.limits.lower, body.limits.upper);
+        let bent = if high > ONE_SIDED * low.abs() {
+            high
+        } else if -low > ONE_SIDED * high.abs() {
+            low
+        } else {
+            continue;
+        };
+        let names = [&robot.links[link].name, &robot.links[link].joint.name].map(|name| name.to_lowercase());
+        let named = FINGERS.iter().position(|(_, words)| {
+            let mut words = words.iter();
+            words.any(|word| names.iter().any(|name| name.contains(*word)))
+        });
+        // A finger without a name, or that the source lacks, is bent as the others are.
+        let own = known.iter().filter(|(_, finger)| Some(*finger) == named);
+        let others = known.iter().filter(|(_, finger)| named != Some(0) && *finger != 0);
+        let own: Vec<(Side, usize)> = own.copied().collect();
+        let follows = if own.is_empty() { others.copied().collect() } else { own };
+        if follows.is_empty() || !bent.is_finite() {
+            continue;
+        }
+        joints.push(Joint {
+            position,
+            open: 0.0_f64.max(low).min(high),
+            bent,
+            follows,
+            fastest: body
+                .limits
+                .velocity
+                .filter(|most| *most > 0.0)
+                .map_or(FASTEST, |most| most.min(FASTEST)),
+        });
+    }
+    joints
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Mat4;
+
+    use super::*;
+    use mocap_scene::scene::Node;
+
+    /// By hand: 45 and 95 degrees of 90, 100 and 90 are half of a fist.
+    #[test]
+    fn a_finger_is_bent_as_far_through_its_range() {
+        let node = |index: usize| Node {
+            name: format!("finger{index}"),
+            parent: index.checked_sub(1).map(NodeId::new),
+            transform: Mat4::from_translation(Vec3::Y),
+            ..Node::default()
+        };
+        let scene = Scene {
+            nodes: (0..5).map(node).collect(),
+            ..Scene::default()
+        };
+        let joints: Vec<Bent> = (0..3)
+            .map(|index| Bent {
+                before: NodeId::new(index),
+                at: NodeId::new(index + 1),
+                after: NodeId::new(index + 2),
+                range: FINGER[index].to_radians(),
+            })
+            .collect();
+        let mut pose = Pose::rest(&scene);
+        assert!(curl(&joints, &pose) < 1e-3);
+        for (index, degrees) in [45.0_f32, 95.0, 0.0].into_iter().enumerate() {
+            let turned = Mat4::from_rotation_x(degrees.to_radians());
+            pose.node_to_parent[index + 1] = Mat4::from_translation(Vec3::Y) * turned;
+        }
+        pose.update_world();
+        assert!((curl(&joints, &pose) - 0.5).abs() < 1e-3);
+        let joint = |position, fastest| Joint {
+            position,
+            open: 0.1,
+            bent: -1.5,
+            follows: vec![(Side::Left, 1)],
+            fastest,
+        };
+        let fingers = Fingers {
+            joints: vec![joint(0, 3.0), joint(2, 30.0)],
+            source: [vec![Vec::new(), joints], Vec::new()],
+        };
+        let wanted = fingers.wanted(&pose);
+        assert!(wanted.iter().all(|at| (at + 0.7).abs() < 2e-3), "{wanted:?}");
+        // At 30 frames a second one goes by 0.1 and the other by 1 at most.
+        let mut positions = [0.0, 5.0, 0.0];
+        fingers.bend(&wanted, Some(&[0.1, 5.0, 0.1]), 30.0, &mut positions);
+        assert!(
+            (positions[0] - 0.0).abs() < 1e-9 && positions[1] == 5.0,
+            "{positions:?}"
+        );
+        assert!((positions[2] + 0.7).abs() < 2e-3, "{positions:?}");
+    }
+}

@@ -1,0 +1,453 @@
+//! What the links of the robot follow: the bones of the twin, with feet that stay on the floor and where they stand.
+
+use glam::{DQuat, DVec2, DVec3, Quat};
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::sole::SoleBall;
+use super::terms::{Goals, Reach, RotationGoal};
+use super::twin::{Twin, TwinBone};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// Squares of weights: of directions of limbs, of rotations about limbs, of what no joint of an ankle does, and of
+/// positions, of a metre against a radian.
+const DIRECTION: f64 = 1.0;
+const TWIST: f64 = 0.01;
+const NOT_DRIVEN: f64 = 0.01;
+const TRUNK: f64 = 1.0;
+const HAND: f64 = 0.2;
+const HEAD: f64 = 0.3;
+const FOOT_TURN: f64 = 0.3;
+/// How many times as much the rotation of a foot counts that stands, less 1.
+const STANDING: f64 = 12.0;
+const FOOT_PLACE: f64 = 10_000.0;
+const HIPS_PLACE: f64 = 9.0;
+
+/// Squares of the weights in the second pass: of the position of an ankle in the air, and of the height of one that
+/// stands; and how long the one takes to become the other, in seconds.
+const AIR_PLACE: f64 = 100.0;
+const STANDING_HEIGHT: f64 = 3000.0;
+const NEARING: f64 = 0.08;
+
+/// Of the base of a robot without legs, which stays.
+const FIXED: f64 = 1e7;
+
+/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
+/// the interval is halved in which the rotation is looked for.
+const RAISED: f64 = 0.02;
+const HALVINGS: usize = 12;
+
+/// How far a foot that stands is held away from where the twin has it at most, in metres, and how long it takes to come
+/// back, in seconds.
+const FARTHEST_HELD: f64 = 0.1;
+const RETURN: f64 = 0.12;
+
+/// The cosine of the angle from upright above which hips lie.
+const LYING: f64 = 0.5;
+
+/// How much lower another ball of the sole must be for a foot to stand on that, in metres.
+const LOWER: f64 = 0.002;
+
+/// A bone of the twin with the body of the robot that follows it.
+#[derive(Clone, Debug)]
+struct Follower {
+    node: NodeId,
+    /// The body to the figure's axes in the T-pose.
+    body_to_frame: DQuat,
+    /// Squares of the weights, of a foot in the air.
+    weights: DVec3,
+    /// Of thighs and upper arms, whose roll is the direction in which knees and elbows bend: the axis along them, in
+    /// the figure's axes.
+    along: Option<DVec3>,
+}
+
+/// A point of the robot that goes where a joint of the twin is.
+#[derive(Clone, Debug)]
+struct Reached {
+    node: NodeId,
+    /// The joint, in the frame of the body.
+    point: DVec3,
+    /// Of an ankle: the rotation of its foot, and the sole in the frame of the foot's body.
+    foot: Option<(usize, Vec<SoleBall>, Side)>,
+}
+
+/// A foot from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stand {
+    /// How far the goal of the ankle is from where the twin has it.
+    shift: DVec3,
+    /// The ball of the sole on which the foot stands, and where that stays, over the ground.
+    ball: Option<(usize, DVec2)>,
+    /// How much higher the ball is than it should be.
+    above: f64,
+    /// From 0 in the air to 1 on the ground, smoothly.
+    grip: f64,
+    /// Where the twin has the ankle, and how high its sole is.
+    twin: DVec3,
+    height: f64,
+    /// Where the balls of the sole were in the frame before.
+    points: Vec<DVec3>,
+}
+
+/// The goals of the solver, and what each of them follows.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    pub(super) goals: Goals,
+    /// For each rotation of the goals, whose it is; for each reach, its node.
+    rotations: Vec<Follower>,
+    reaches: Vec<Reached>,
+    figure_to_world: DQuat,
+    /// Of a robot without legs, whose base stays: where that stands.
+    pub(super) stand: Option<Placement>,
+    /// Where its source faces, as a rotation about the up axis.
+    pub(super) heading: DQuat,
+}
+
+impl Following {
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
+        let mut goals = Goals::default();
+        let (mut rotations, mut reaches) = (Vec::new(), Vec::new());
+        for bone in &twin.bones {
+            let (body, transform) = kinematics.body_of(bone.link);
+            let body_to_frame = (bone.link_to_frame * transform.rotation.inverse()).normalize();
+            let weights = weights(twin, bone, robot);
+            goals.rotations.push(RotationGoal {
+                body,
+                weight_axes: body_to_frame.inverse(),
+                weights,
+                target: DQuat::IDENTITY,
+            });
+            rotations.push(Follower {
+                node: bone.node,
+                body_to_frame,
+                weights,
+                along: match bone.bone.on(Side::Left) {
+                    Bone::LeftUpperLeg => Some(DVec3::Y),
+                    Bone::LeftUpperArm => Some(DVec3::X),
+                    _ => None,
+                },
+            });
+            let weight = match bone.bone.on(Side::Left) {
+                Bone::LeftFoot => FOOT_PLACE,
+                Bone::Hips => HIPS_PLACE,
+                _ => continue,
+            };
+            goals.reaches.push(Reach {
+                body,
+                point: transform.point(bone.start),
+                weight: DVec3::splat(weight),
+                target: DVec3::ZERO,
+            });
+            let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
+            reaches.push(Reached {
+                node: bone.node,
+                point: transform.point(bone.start),
+                foot: side.map(|side| {
+                    let balls = twin.soles[side as usize].iter().map(|ball| SoleBall {
+                        centre: transform.point(ball.centre),
+                        ..*ball
+                    });
+                    (rotations.len() - 1, balls.collect(), side)
+                }),
+            });
+        }
+        // After those: the balls on which the feet stand.
+        for side in Side::ALL {
+            let feet = reaches
+                .iter()
+                .position(|reached: &Reached| reached.foot.as_ref().is_some_and(|foot| foot.2 == side));
+            let foot: &Reach = &goals.reaches[feet.unwrap_or_default()];
+            goals.reaches.push(Reach {
+                weight: DVec3::ZERO,
+                ..foot.clone()
+            });
+        }
+        Self {
+            goals,
+            rotations,
+            reaches,
+            figure_to_world: twin.figure_to_world,
+            stand: (!twin.has_legs).then(|| stand(robot)),
+            heading: DQuat::IDENTITY,
+        }
+        .with_fixed_base()
+    }
+
+    /// With goals that keep the base of a robot without legs where it stands.
+    fn with_fixed_base(mut self) -> Self {
+        if self.stand.is_some()
+            && let Some((turn, reach)) = self.hips_places()
+        {
+            self.goals.rotations[turn].weights = DVec3::splat(FIXED);
+            self.goals.reaches[reach].weight = DVec3::splat(FIXED);
+        }
+        self
+    }
+
+    /// The goals of the hips: the rotation and the reach.
+    fn hips_places(&self) -> Option<(usize, usize)> {
+        let reach = self.reaches.iter().position(|reached| reached.foot.is_none())?;
+        let turn = self
+            .rotations
+            .iter()
+            .position(|turn| turn.node == self.reaches[reach].node)?;
+        Some((turn, reach))
+    }
+
+    /// Which reach is that of the hips.
+    pub(super) fn hips_reach(&self) -> Option<usize> {
+        self.hips_places().map(|(_, reach)| reach)
+    }
+
+    /// The goals of the hips.
+    pub(super) fn hips(&self) -> Option<(&RotationGoal, &Reach)> {
+        let (turn, reach) = self.hips_places()?;
+        Some((&self.goals.rotations[turn], &self.goals.reaches[reach]))
+    }
+
+    /// The heights of the lowest points of both soles, by the goals.
+    pub(super) fn heights(&self) -> [f64; 2] {
+        [0, 1].map(|side| {
+            let Some((ankle, turn, sole)) = self.ankle(side) else {
+                return f64::INFINITY;
+            };
+            let (rotation, ankle) = (self.goals.rotations[turn].target, &self.goals.reaches[ankle]);
+            let heights = sole
+                .iter()
+                .map(|ball| ankle.target.z + (rotation * (ball.centre - ankle.point)).z - ball.radius);
+            heights.fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Sets the goals to a pose of the twin, brought down by `drop`.
+    pub(super) fn aim(&mut self, twin: &Pose, drop: f64) {
+        self.face(twin);
+        let to_world = self.heading.inverse() * self.figure_to_world;
+        for (turn, follower) in self.goals.rotations.iter_mut().zip(&self.rotations) {
+            let matrix = &twin.node_to_world[follower.node.index()];
+            let frame = Quat::from_mat4(matrix).as_dquat().normalize();
+            turn.target = (to_world * frame * follower.body_to_frame).normalize();
+        }
+        for (reach, reached) in self.goals.reaches.iter_mut().zip(&self.reaches) {
+            reach.target = to_world * twin.position(reached.node).as_dvec3() - drop * DVec3::Z;
+            reach.point = reached.point;
+            let Some((turn, sole, _)) = &reached.foot else { continue };
+            let depth = |rotation: DQuat| {
+                let depths = sole
+                    .iter()
+                    .map(|ball| ball.radius - (rotation * (ball.centre - reach.point)).z);
+                depths.fold(f64::NEG_INFINITY, f64::max)
+            };
+            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the
+            // rest.
+            let goal = &mut self.goals.rotations[*turn];
+            let tilted = goal.target;
+            let upright = tilted * self.rotations[*turn].body_to_frame.inverse() * DVec3::Y;
+            let flat = DQuat::from_rotation_arc(upright.normalize(), DVec3::Z) * tilted;
+            let most = reach.target.z + RAISED;
+            if depth(tilted) > most {
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (low + high);
+                    match depth(tilted.slerp(flat, middle)) > most {
+                        true => low = middle,
+                        false => high = middle,
+                    }
+                }
+                goal.target = tilted.slerp(flat, high);
+            }
+            reach.target.z = reach.target.z.max(depth(goal.target));
+        }
+        if let (Some(stand), Some((turn, reach))) = (&self.stand, self.hips_places()) {
+            self.goals.rotations[turn].target = stand.rotation;
+            let reach = &mut self.goals.reaches[reach];
+            reach.target = stand.point(reach.point);
+        }
+    }
+
+    /// Finds where the hips of the twin face, for a robot whose base does not turn with them. Hips that lie face where
+    /// they did before.
+    fn face(&mut self, twin: &Pose) {
+        let Some((turn, _)) = self.hips_places().filter(|_| self.stand.is_some()) else {
+            return;
+        };
+        let hips = Quat::from_mat4(&twin.node_to_world[self.rotations[turn].node.index()]).as_dquat();
+        let [from, to] = [DVec3::Z, hips * DVec3::Z].map(|up| self.figure_to_world * up);
+        if to.truncate().length() > LYING {
+            self.heading = DQuat::from_rotation_z(from.truncate().angle_to(to.truncate()));
+        }
+    }
+
+    /// The ankle of a side: its index among the reaches, the rotation of the foot, and the sole.
+    fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
+        let feet = self.reaches.iter().enumerate();
+        let mut feet = feet.filter_map(|(reach, reached)| reached.foot.as_ref().map(|foot| (reach, foot)));
+        let (reach, (turn, sole, _)) = feet.find(|(_, foot)| foot.2 as usize == side)?;
+        Some((reach, *turn, sole))
+    }
+
+    /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that
+    /// does not stand comes back to where the twin has it.
+    pub(super) fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
+        let Some((ankle, turn, sole)) = self.ankle(side) else {
+            return;
+        };
+        let (rotation, twin) = (self.goals.rotations[turn].target, self.goals.reaches[ankle].target);
+        let offset = |ball: usize| rotation * (sole[ball].centre - self.reaches[ankle].point);
+        let height = |ball: usize| twin.z + offset(ball).z - sole[ball].radius;
+        let height = (0..sole.len()).map(height).fold(f64::INFINITY, f64::min);
+        let was = |ball: usize| stand.points[ball].z - sole[ball].radius;
+        let lowest = (0..stand.points.len()).min_by(|a, b| was(*a).total_cmp(&was(*b)));
+        stand.above *= returned;
+        stand.shift *= returned;
+        stand.ball = match (stand.ball, lowest.filter(|_| is_held)) {
+            (Some((ball, anchor)), Some(lowest)) if was(ball) <= was(lowest) + LOWER => Some((ball, anchor)),
+            (_, Some(lowest)) => {
+                stand.above = was(lowest) - stand.height;
+                Some((lowest, stand.points[lowest].truncate()))
+            }
+            (_, None) => None,
+        };
+        let mut held = Reach {
+            weight: DVec3::ZERO,
+            ..self.goals.reaches[self.reaches.len() + side].clone()
+        };
+        if let Some((ball, anchor)) = &mut stand.ball {
+            let there = (twin + offset(*ball)).truncate();
+            *anchor = there + (*anchor - there).clamp_length_max(FARTHEST_HELD);
+            held.point = sole[*ball].centre;
+            held.target = anchor.extend(height + stand.above + sole[*ball].radius);
+            held.weight = DVec3::splat(FOOT_PLACE);
+        }
+        // A foot that stands is turned as it should be; one in the air follows the leg.
+        let grip = f64::from(u8::from(is_held));
+        stand.grip = grip + returned * (stand.grip - grip);
+        (stand.twin, stand.height) = (twin, height);
+        self.goals.rotations[turn].weights = self.rotations[turn].weights * (1.0 + STANDING * stand.grip);
+        let goal = &mut self.goals.reaches[ankle];
+        goal.target += stand.shift;
+        goal.weight = FOOT_PLACE - held.weight;
+        self.goals.reaches[self.reaches.len() + side] = held;
+    }
+
+    /// How far thighs and upper arms are rolled about themselves against the source in a pose, in radians: the mean.
+    pub(super) fn roll(&self, goals: &Goals, pose: &RobotPose) -> Option<f64> {
+        let rotations = goals.rotations.iter().zip(&self.rotations);
+        let rolls = rotations.filter_map(|(turn, follower)| {
+            let rotation = pose.bodies[turn.body].rotation;
+            let along = rotation * turn.weight_axes * follower.along?;
+            let apart = rotation_vector(turn.target * rotation.inverse());
+            Some(apart.dot(along).abs())
+        });
+        let (count, sum) = rolls.fold((0_usize, 0.0), |(count, sum), roll| (count + 1, sum + roll));
+        (count > 0).then(|| sum / count as f64)
+    }
+
+    /// Whether the hips lie rather than stand.
+    pub(super) fn is_lying(&self, goals: &Goals) -> bool {
+        let hips = self.hips().and_then(|(turn, _)| {
+            let index = goals.rotations.iter().position(|other| other.body == turn.body)?;
+            Some(goals.rotations[index].target * self.rotations[index].body_to_frame.inverse() * DVec3::Y)
+        });
+        hips.is_some_and(|up| up.z < LYING)
+    }
+
+    /// The bodies of the feet, with their soles.
+    pub(super) fn soles(&self) -> Vec<(usize, Vec<SoleBall>)> {
+        let feet = Side::ALL.into_iter().filter_map(|side| {
+            let (ankle, _, sole) = self.ankle(side as usize)?;
+            Some((self.goals.reaches[ankle].body, sole.to_vec()))
+        });
+        feet.collect()
+    }
+
+    /// Weighs the ankles of the frames less that are far from the ground in time, for the second pass: there they may
+    /// move smoothly.
+    pub(super) fn loosen(&self, goals: &mut [Goals], contacts: &[[bool; 2]], fps: f64) {
+        let fades = (-1.0 / (NEARING * fps)).exp();
+        for side in Side::ALL.map(|side| side as usize) {
+            let Some((ankle, _, _)) = self.ankle(side) else {
+                continue;
+            };
+            let held = self.reaches.len() + side;
+            let mut near: Vec<f64> = contacts
+                .iter()
+                .map(|stands| f64::from(u8::from(stands[side])))
+                .collect();
+            for index in 1..near.len() {
+                near[index] = near[index].max(fades * near[index - 1]);
+            }
+            for index in (1..near.len()).rev() {
+                near[index - 1] = near[index - 1].max(fades * near[index]);
+            }
+            for (goals, near) in goals.iter_mut().zip(near) {
+                let weight = AIR_PLACE + (FOOT_PLACE - AIR_PLACE) * near * near;
+                let height = weight.min(STANDING_HEIGHT);
+                for reach in [ankle, held] {
+                    let reach = &mut goals.reaches[reach];
+                    reach.weight = DVec3::new(weight, weight, height) * (reach.weight / FOOT_PLACE);
+                }
+            }
+        }
+    }
+
+    /// Keeps where a foot is in a pose that was solved.
+    pub(super) fn keep(&self, side: usize, stand: &mut Stand, pose: &RobotPose) {
+        let Some((ankle, turn, sole)) = self.ankle(side) else {
+            return;
+        };
+        let foot = &pose.bodies[self.goals.rotations[turn].body];
+        stand.points.clear();
+        stand.points.extend(sole.iter().map(|ball| foot.point(ball.centre)));
+        if stand.ball.is_some() {
+            stand.shift = foot.point(self.reaches[ankle].point) - stand.twin;
+        }
+    }
+}
+
+/// Where the base of a robot without legs stands: as in its file, with its lowest shape on the floor.
+fn stand(robot: &Robot) -> Placement {
+    let points = robot.zero_pose();
+    let links = robot.links.iter().zip(&points);
+    let bottoms = links.flat_map(|(link, transform)| {
+        let balls = link.shapes.iter().flat_map(RobotShape::balls);
+        balls.map(|(centre, radius)| transform.point(centre).z - radius)
+    });
+    let lowest = bottoms.fold(f64::INFINITY, f64::min);
+    Placement {
+        rotation: points[0].rotation,
+        translation: DVec3::Z * if lowest.is_finite() { -lowest } else { 0.0 },
+    }
+}
+
+/// The fraction of the distance back to where the twin has a foot that is left after a frame.
+pub(super) fn returned(fps: f64) -> f64 {
+    (-1.0 / (RETURN * fps)).exp()
+}
+
+/// Squares of the weights of a bone's rotation about left, up and forward of the figure in the T-pose.
+fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
+    match bone.bone.on(Side::Left) {
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, TWIST, DIRECTION),
+        Bone::LeftUpperArm | Bone::LeftLowerArm => DVec3::new(TWIST, DIRECTION, DIRECTION),
+        Bone::LeftHand => DVec3::splat(HAND),
+        Bone::Head => DVec3::splat(HEAD),
+        Bone::LeftFoot => {
+            let points = robot.zero_pose();
+            let drives = |direction: DVec3| {
+                let axes = bone
+                    .joints
+                    .iter()
+                    .map(|joint| points[*joint].rotation * robot.links[*joint].joint.axis);
+                let mut along = axes.map(|axis| (twin.figure_to_world.inverse() * axis).dot(direction).abs());
+                along.any(|along| along > 0.7)
+            };
+            let weight = |direction| if drives(direction) { FOOT_TURN } else { NOT_DRIVEN };
+            // A foot is turned about the up axis by the hip.
+            DVec3::new(weight(DVec3::X), 0.3 * FOOT_TURN, weight(DVec3::Z))
+        }
+        _ => DVec3::splat(TRUNK),
+    }
+}

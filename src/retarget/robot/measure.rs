@@ -1,0 +1,200 @@
+//! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+use super::following::Following;
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use super::terms::Goals;
+use super::twin::{Twin, TwinBone};
+use crate::{LimbAngles, Retargeter};
+use mocap_scene::scene::robot::Placement;
+use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
+
+/// How long a lift above the floor takes to come and to go, in seconds.
+pub(super) const LIFT: f64 = 0.15;
+
+/// A motion on a robot.
+#[derive(Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub(super) kinematics: &'a Kinematics,
+    pub(super) twin: &'a Twin,
+    pub(super) motion: &'a RobotMotion,
+    /// How far the source is turned about the up axis in each frame against a robot whose base stays.
+    pub(super) headings: &'a [DQuat],
+}
+
+impl Measured<'_> {
+    /// The height of the lowest point of each sole in each frame.
+    pub(super) fn sole_heights(&self) -> Vec<[f64; 2]> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
+        let mut pose = self.kinematics.rest();
+        let frames = (0..self.motion.frames()).map(|frame| {
+            self.pose(frame, &mut pose);
+            [0, 1].map(|side| {
+                let Some(link) = feet[side] else { return f64::INFINITY };
+                let foot = self.kinematics.link(&pose, link);
+                let heights = self.twin.soles[side]
+                    .iter()
+                    .map(|ball| foot.point(ball.centre).z - ball.radius);
+                heights.fold(f64::INFINITY, f64::min)
+            })
+        });
+        frames.collect()
+    }
+
+    /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor.
+    pub(super) fn raised(&self) -> Vec<f64> {
+        let below = self
+            .sole_heights()
+            .into_iter()
+            .map(|[left, right]| (-left.min(right)).max(0.0));
+        let below: Vec<f64> = below.collect();
+        let half = (0.5 * LIFT * self.motion.fps).ceil().min(1e6) as usize;
+        let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(below.len());
+        // The largest of a window, then the mean of those: at least what is needed, and without a jump.
+        let largest: Vec<f64> = (0..below.len())
+            .map(|frame| below[window(frame)].iter().copied().fold(0.0, f64::max))
+            .collect();
+        let mean = |frame: usize| {
+            let near = &largest[window(frame)];
+            near.iter().sum::<f64>() / near.len().max(1) as f64
+        };
+        (0..below.len()).map(mean).collect()
+    }
+
+    /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
+    /// in which the hips of the source lie.
+    pub(super) fn roll(&self, following: &Following, goals: &[Goals]) -> (Option<f64>, f64) {
+        let mut pose = self.kinematics.rest();
+        let (mut sum, mut count, mut lying) = (0.0, 0_usize, 0_usize);
+        for (frame, goals) in goals.iter().enumerate() {
+            self.pose(frame, &mut pose);
+            if let Some(roll) = following.roll(goals, &pose) {
+                (sum, count) = (sum + roll, count + 1);
+            }
+            lying += usize::from(following.is_lying(goals));
+        }
+        let mean = (count > 0).then(|| (sum / count as f64).to_degrees());
+        (mean, lying as f64 / goals.len().max(1) as f64)
+    }
+
+    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot
+    /// may roll. `None` where none rests.
+    pub(super) fn sole_speed(&self) -> Option<f64> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
+        let mut pose = self.kinematics.rest();
+        let mut before: [Vec<DVec3>; 2] = Default::default();
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for frame in 0..self.motion.frames() {
+            self.pose(frame, &mut pose);
+            for (side, before) in before.iter_mut().enumerate() {
+                let Some(link) = feet[side] else { continue };
+                let foot = self.kinematics.link(&pose, link);
+                let soles = &self.twin.soles[side];
+                let by_node: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
+                if frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side] {
+                    let steps = by_node.iter().zip(&*before);
+                    let steps = steps.map(|(transform, before)| (*transform - *before).truncate().length());
+                    sum += steps.fold(f64::INFINITY, f64::min) * self.motion.fps;
+                    count += 1;
+                }
+                *before = by_node;
+            }
+        }
+        (count > 0)
+            .then(|| sum / count as f64)
+            .filter(|speed| speed.is_finite())
+    }
+
+    /// The motion of the robot as one of the twin whose joints are where those of the robot are.
+    pub(super) fn as_twin(&self) -> Animation {
+        let nodes = &self.twin.scene.nodes;
+        let frames = self.motion.frames();
+        let to_figure = self.twin.figure_to_world.inverse();
+        let mut by_node: Vec<Option<(Vec<Vec3>, Vec<Quat>)>> = vec![None; nodes.len()];
+        let mut pose = self.kinematics.rest();
+        let mut world = vec![Placement::IDENTITY; nodes.len()];
+        let mut driven = vec![false; nodes.len()];
+        self.twin.bones.iter().for_each(|bone| driven[bone.node.index()] = true);
+        self.twin
+            .tips
+            .iter()
+            .for_each(|(node, _, _)| driven[node.index()] = true);
+        for frame in 0..frames {
+            self.pose(frame, &mut pose);
+            let to_figure = to_figure * self.headings.get(frame).copied().unwrap_or(DQuat::IDENTITY);
+            for TwinBone {
+                node,
+                link,
+                link_to_frame,
+                start,
+                ..
+            } in &self.twin.bones
+            {
+                let transform = self.kinematics.link(&pose, *link);
+                world[node.index()] = Placement {
+                    rotation: (to_figure * transform.rotation * link_to_frame.inverse()).normalize(),
+                    translation: to_figure * transform.point(*start),
+                };
+            }
+            for (node, link, point) in &self.twin.tips {
+                let transform = self.kinematics.link(&pose, *link);
+                let parent = nodes[node.index()].parent.map_or(0, NodeId::index);
+                world[node.index()] = Placement {
+                    rotation: world[parent].rotation,
+                    translation: to_figure * transform.point(*point),
+                };
+            }
+            for (index, node) in nodes.iter().enumerate().filter(|(index, _)| driven[*index]) {
+                let parent = node.parent.map_or(Placement::IDENTITY, |parent| world[parent.index()]);
+                let (positions, rotations) = by_node[index].get_or_insert_with(Default::default);
+                positions.push(parent.to_inner(world[index].translation).as_vec3());
+                rotations.push(
+                    (parent.rotation.inverse() * world[index].rotation)
+                        .normalize()
+                        .as_quat(),
+                );
+            }
+        }
+        let channels = by_node.into_iter().enumerate().filter_map(|(index, tracks)| {
+            let (positions, rotations) = tracks?;
+            Some(Channel {
+                node_name: nodes[index].name.clone(),
+                node: Some(NodeId::new(index)),
+                position_keys: Keys::every_tick(positions),
+                rotation_keys: Keys::every_tick(rotations),
+                scaling_keys: Keys::constant(Vec3::ONE),
+            })
+        });
+        Animation {
+            name: self.motion.name.clone(),
+            ticks_per_second: self.motion.fps,
+            duration: frames.saturating_sub(1) as f64,
+            channels: channels.collect(),
+        }
+    }
+
+    /// The angles of the limbs that the report is about, frame by frame; each starts from a link, a node of
+    /// [`robot_scene`](crate::robot::robot_scene).
+    pub(super) fn limb_angles(
+        &self,
+        retargeter: &Retargeter,
+        source: &Scene,
+        animation: &Animation,
+    ) -> Vec<LimbAngles> {
+        let twin = self.twin;
+        let limbs = retargeter.limb_angles(source, animation, &twin.scene, &self.as_twin());
+        let on_link = |limb: LimbAngles| {
+            let bone = twin.bones.iter().find(|bone| bone.node == limb.node)?;
+            let node = NodeId::new(bone.link);
+            Some(LimbAngles { node, ..limb })
+        };
+        let limbs = limbs.into_iter().filter(|limb| twin.has_legs || !limb.bone.is_of_leg());
+        limbs.filter_map(on_link).collect()
+    }
+
+    fn pose(&self, frame: usize, pose: &mut RobotPose) {
+        self.motion.set(frame, self.kinematics, pose);
+    }
+}

@@ -1,0 +1,99 @@
+//! The motion of a robot.
+
+use serde::Serialize;
+
+use super::kinematics::{Kinematics, RobotPose};
+use mocap_figure::robot_clip;
+use mocap_scene::scene::Animation;
+use mocap_scene::scene::robot::{Placement, Robot};
+
+/// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
+const WHOLE_RATE: f64 = 1e-4;
+
+/// The motion of a robot, frame by frame.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RobotMotion {
+    /// The name of the clip.
+    pub name: String,
+    /// Frames per second.
+    pub fps: f64,
+    /// The base in the world, in metres, +Z up; the floor is at 0.
+    pub root: Vec<Placement>,
+    /// The positions of the joints, in radians or metres: those of a frame stand together.
+    pub dof_pos: Vec<f64>,
+    /// The names of the joints, in the order of the robot's links.
+    pub dof_names: Vec<String>,
+    /// For each frame whether the left and the right foot of the source are at rest on the ground.
+    pub contacts: Vec<[bool; 2]>,
+}
+
+impl RobotMotion {
+    /// The number of frames.
+    pub fn frames(&self) -> usize {
+        self.root.len()
+    }
+
+    /// The positions of the joints in a frame.
+    pub fn dof_of(&self, frame: usize) -> &[f64] {
+        let count = self.dof_names.len();
+        &self.dof_pos[frame * count..(frame + 1) * count]
+    }
+
+    /// Forgets the first frames.
+    pub(super) fn forget(&mut self, frames: usize) {
+        let joints = self.dof_names.len();
+        self.root.drain(..frames);
+        self.dof_pos.drain(..frames * joints);
+        self.contacts.drain(..frames);
+    }
+
+    /// Sets a pose to that of a frame.
+    pub(super) fn set(&self, frame: usize, kinematics: &Kinematics, pose: &mut RobotPose) {
+        pose.root = self.root[frame];
+        pose.positions.copy_from_slice(self.dof_of(frame));
+        kinematics.update(pose);
+    }
+
+    /// The positions of the base: x, y and z for each frame.
+    pub fn root_pos(&self) -> Vec<f64> {
+        let transforms = self.root.iter();
+        transforms
+            .flat_map(|transform| transform.translation.to_array())
+            .collect()
+    }
+
+    /// The rotations of the base: x, y, z and w for each frame.
+    pub fn root_rot(&self) -> Vec<f64> {
+        let transforms = self.root.iter();
+        transforms.flat_map(|transform| transform.rotation.to_array()).collect()
+    }
+
+    /// MuJoCo's `qpos`: for each frame the position of the base, its rotation as w, x, y and z, and the joints.
+    pub fn qpos(&self) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.frames() * (7 + self.dof_names.len()));
+        for (frame, root) in self.root.iter().enumerate() {
+            let rotation = root.rotation;
+            values.extend(root.translation.to_array());
+            values.extend([rotation.w, rotation.x, rotation.y, rotation.z]);
+            values.extend(self.dof_of(frame));
+        }
+        values
+    }
+
+    /// The motion as an animation of [`robot_scene`](crate::robot::robot_scene).
+    pub fn to_animation(&self, robot: &Robot) -> Animation {
+        robot_clip(robot, &self.name, self.fps, &self.root, &self.dof_pos)
+    }
+}
+
+/// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
+pub(super) fn rate(fps: f64) -> f64 {
+    let whole = fps.round();
+    match (fps - whole).abs() < WHOLE_RATE * fps {
+        true => whole,
+        false => fps,
+    }
+}

@@ -1,0 +1,466 @@
+//! Puts the motion of a humanoid on a robot.
+
+mod balance;
+mod stream;
+
+use glam::{DQuat, DVec3};
+
+use self::balance::Balance;
+pub use self::stream::RobotStream;
+use super::branches::{Branches, Free};
+use super::collision::Collisions;
+use super::feasibility::feasibility;
+use super::fingers::Fingers;
+use super::floor::{Floor, drops};
+use super::following::{Following, Stand, returned};
+use super::kinematics::{Kinematics, RobotPose};
+use super::measure::Measured;
+use super::motion::{RobotMotion, rate};
+use super::report::{self, RobotReport, Seen};
+use super::solver::{Bounds, Solver};
+use super::source_rotations::SourceRotations;
+use super::speed::Steps;
+use super::terms::{Goals, Terms};
+use super::twin::Twin;
+use super::window::{Bound, Windows};
+use crate::{LimbAngles, Retargeter, Scale};
+use mocap_figure::robot_bones::{RobotMap, robot_bones};
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::options::setters;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Animation, Scene, Side};
+
+/// How a [`RobotRetargeter`] moves a motion.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::Importer;
+/// use mocap::figure::HumanoidBone;
+/// use mocap::retarget::Scale;
+/// use mocap::robot::{RobotMap, RobotOptions, robot_bones};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let bones = robot_bones(&robot, None)?;
+/// let knee = bones.iter().find(|bone| bone.bone == HumanoidBone::LeftLowerLeg).unwrap();
+/// assert_eq!(robot.links[knee.link].name, "left_knee_link");
+/// // Steps as long as those of the person, and a torso that is no bone of its own.
+/// let map = RobotMap::from([(HumanoidBone::Chest, None)]);
+/// let options = RobotOptions::new().scale(Scale::None).map(map).velocity_limits(true);
+/// assert!(options.lock_feet);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RobotOptions {
+    /// How large the steps of the robot are. Default: in the proportion of the legs.
+    pub scale: Scale,
+    /// Which joints of the source are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    pub source: Option<Humanoid>,
+    /// Links that are other bones than those that are found.
+    pub map: RobotMap,
+    /// Whether joints keep within the velocities of the robot's file too. Default: `false`.
+    pub velocity_limits: bool,
+    /// Whether feet are held on the ground where those of the source stand. Default: `true`.
+    pub lock_feet: bool,
+    /// How often a motion is solved. 1: frame by frame. 2: then all frames of a window together, so that joints move
+    /// smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
+    pub passes: u8,
+    /// Where the floor is. Default: under the feet that stand.
+    pub floor: Floor,
+}
+
+impl Default for RobotOptions {
+    fn default() -> Self {
+        Self {
+            scale: Scale::Auto,
+            source: None,
+            map: RobotMap::new(),
+            velocity_limits: false,
+            lock_feet: true,
+            passes: 2,
+            floor: Floor::Auto,
+        }
+    }
+}
+
+setters! {
+    RobotOptions {
+        scale: Scale,
+        source: Option<Humanoid>,
+        map: RobotMap,
+        velocity_limits: bool,
+        lock_feet: bool,
+        passes: u8,
+        floor: Floor,
+    }
+}
+
+/// Steps of the solver for the first frame, which has no frame before it, and for the others.
+const FIRST_STEPS: usize = 120;
+const STEPS: usize = 8;
+
+/// Puts the motions of one source on a robot.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug)]
+pub struct RobotRetargeter {
+    pub(super) robot: Robot,
+    pub(super) twin: Twin,
+    pub(super) options: RobotOptions,
+    pub(super) source_bones: Humanoid,
+    pub(super) retargeter: Retargeter,
+    pub(super) kinematics: Kinematics,
+    pub(super) collisions: Collisions,
+    solver: Solver,
+    pub(super) following: Following,
+    pub(super) branches: Branches,
+    pub(super) fingers: Fingers,
+    pub(super) windows: Windows,
+    /// Where the source faces in each frame, for a robot whose base stays.
+    pub(super) headings: Vec<DQuat>,
+}
+
+impl RobotRetargeter {
+    /// Prepares motions of the skeleton of `source` for `robot`. The animations of `source` tell where its floor is.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where the source or the robot is no humanoid.
+    pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
+        let bones = robot_bones(robot, Some(&options.map))?;
+        let twin = Twin::new(robot, &bones)?;
+        let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
+        let figure = Figure::with_bones(source, bones.clone());
+        let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
+        let kinematics = Kinematics::new(robot);
+        let following = Following::new(robot, &kinematics, &twin);
+        let terms = Terms::new(&kinematics, &following.goals);
+        Ok(Self {
+            branches: Branches::new(&kinematics, &twin),
+            fingers: Fingers::new(robot, &kinematics, &twin, source, &bones),
+            windows: Windows::new(terms.clone()),
+            solver: Solver::new(terms),
+            collisions: Collisions::new(robot, &kinematics),
+            robot: robot.clone(),
+            options: options.clone(),
+            source_bones: bones,
+            twin,
+            retargeter,
+            kinematics,
+            following,
+            headings: Vec::new(),
+        })
+    }
+
+    /// An animation of `source`, by its index, on the robot, and how well it is the same.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where there is no such animation.
+    pub fn clip(&mut self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport)> {
+        let Some(animation) = source.animations.get(index) else {
+            let message = format!(
+                "there is no animation {index}: the source has {}",
+                source.animations.len()
+            );
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        };
+        let moved = self.retargeter.animation(source, animation);
+        let mut held = moved;
+        if self.options.lock_feet && self.twin.has_legs {
+            self.retargeter.lock_feet(source, index, &self.twin.scene, &mut held)?;
+        }
+        let contacts = self.contacts_of(source, animation);
+        let mut goals = Vec::new();
+        let mut motion = self.follow(&held, animation, contacts, &mut goals);
+        // The box of a frame is that of the frame before, where velocities are kept.
+        if !self.options.velocity_limits {
+            let free = Free {
+                goals: &goals,
+                bounds: &self.limits(),
+                from: 0,
+                ahead: 0,
+            };
+            self.branches.choose(&self.kinematics, &free, &mut motion);
+        }
+        self.fingers.apply(&self.kinematics, source, animation, &mut motion);
+        let rotations = SourceRotations::new(source, animation, &self.source_bones);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
+        if self.options.passes < 2 {
+            return Ok(self.judged(source, animation, motion, &goals, &steps));
+        }
+        let mut refined = motion.clone();
+        let first = self.judged(source, animation, motion, &goals, &steps);
+        self.second_pass(&mut goals, &steps, &mut refined);
+        let second = self.judged(source, animation, refined.clone(), &goals, &steps);
+        let mut second = self.balanced(
+            source,
+            animation,
+            &mut Balance {
+                goals: &mut goals,
+                steps: &steps,
+                motion: refined,
+            },
+            second,
+        );
+        second.1.passes = 2;
+        Ok(if second.1.is_worse_than(&first.1) {
+            first
+        } else {
+            second
+        })
+    }
+
+    /// How far the limbs of the motion that was made last point from those of its source, frame by frame.
+    pub(crate) fn limb_angles(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> Vec<LimbAngles> {
+        self.measured(motion).limb_angles(&self.retargeter, source, animation)
+    }
+
+    /// A motion on its floor, and its report.
+    pub(super) fn judged(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        mut motion: RobotMotion,
+        goals: &[Goals],
+        steps: &Steps,
+    ) -> (RobotMotion, RobotReport) {
+        match self.following.stand {
+            // What is left of its goals: micrometres.
+            Some(stand) => motion.root.fill(stand),
+            None => {
+                let raised = self.raised(&motion);
+                for (root, raised) in motion.root.iter_mut().zip(raised) {
+                    root.translation.z += raised;
+                }
+            }
+        }
+        let measured = self.measured(&motion);
+        let as_twin = measured.as_twin();
+        let mut found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
+        if !self.twin.has_legs {
+            found.leave_out_legs();
+        }
+        let of_source = found.guessed.iter();
+        let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
+        let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
+        let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
+        let collisions = self.collisions.measure(&self.kinematics, &motion);
+        let (roll, lying) = measured.roll(&self.following, goals);
+        let seen = Seen {
+            found,
+            skate,
+            heights,
+            collisions,
+            roll,
+            lying,
+            jumps: steps.fraction_of_jumps(&self.kinematics, &motion),
+            unmeasured_limbs: self.twin.unmeasured_limbs(),
+            guessed,
+            // What the wheels of an upper body carry is not known.
+            dynamics: match self.twin.has_legs {
+                true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),
+                false => None,
+            },
+            has_legs: self.twin.has_legs,
+        };
+        let report = report::report(&self.robot, &motion, seen);
+        (motion, report)
+    }
+
+    /// Solves the frames of each window together.
+    fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
+        self.following.loosen(goals, &motion.contacts, motion.fps);
+        self.smooth(goals, steps, motion);
+    }
+
+    /// Solves the frames of each window together for these goals.
+    fn smooth(&mut self, goals: &[Goals], steps: &Steps, motion: &mut RobotMotion) {
+        let bound = Bound {
+            goals,
+            limits: &self.limits(),
+            steps,
+            soles: &self.following.soles(),
+            collisions: &self.collisions,
+        };
+        self.windows.smooth(&self.kinematics, &bound, motion);
+    }
+
+    /// The robot at each frame of a motion of the twin; `goals` become what it follows in each of them.
+    fn follow(
+        &mut self,
+        held: &Animation,
+        animation: &Animation,
+        contacts: Vec<[bool; 2]>,
+        goals: &mut Vec<Goals>,
+    ) -> RobotMotion {
+        let frames = animation.frame_count();
+        let binding = Binding::new(&self.twin.scene, held);
+        let mut twin = Pose::rest(&self.twin.scene);
+        let drops = self.drops(held, animation.ticks_per_second, &contacts);
+        let mut motion = RobotMotion {
+            name: animation.name.clone(),
+            fps: rate(animation.ticks_per_second),
+            root: Vec::with_capacity(frames),
+            dof_pos: Vec::with_capacity(frames * (self.kinematics.bodies.len() - 1)),
+            dof_names: self.robot.dof_names(),
+            contacts,
+        };
+        let mut followed = Followed::new(&self.kinematics);
+        self.headings.clear();
+        for (frame, drop) in drops.into_iter().enumerate() {
+            twin.sample(&binding, held, frame as f64);
+            let contacts = motion.contacts[frame];
+            self.next(&mut followed, &twin, drop, contacts, animation.ticks_per_second);
+            self.headings.push(self.following.heading);
+            goals.push(self.following.goals.clone());
+            let pose = &followed.pose;
+            motion.root.push(continued(pose.root, motion.root.last()));
+            motion.dof_pos.extend(&pose.positions);
+        }
+        motion
+    }
+
+    /// Follows the twin into its next frame, brought down by `drop`.
+    pub(super) fn next(&mut self, followed: &mut Followed, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
+        self.following.aim(twin, drop);
+        let returned = returned(fps);
+        for (side, stand) in followed.stands.iter_mut().enumerate() {
+            let stood = followed.contacts.is_some_and(|before| before[side]);
+            let is_held = self.options.lock_feet && contacts[side] && stood;
+            self.following.hold(side, stand, is_held, returned);
+        }
+        let limits = self.limits();
+        let (bounds, steps) = match followed.contacts {
+            None => {
+                self.begin(&mut followed.pose);
+                (limits, FIRST_STEPS)
+            }
+            Some(_) => (self.reachable(&limits, &followed.pose, fps), STEPS),
+        };
+        let (goals, pose) = (&self.following.goals, &mut followed.pose);
+        self.solver.solve(&self.kinematics, goals, &bounds, pose, steps);
+        for (side, stand) in followed.stands.iter_mut().enumerate() {
+            self.following.keep(side, stand, &followed.pose);
+        }
+        followed.contacts = Some(contacts);
+    }
+
+    /// How far the robot is brought down in each frame, so that its floor is where the options have it.
+    fn drops(&mut self, held: &Animation, fps: f64, contacts: &[[bool; 2]]) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Auto if self.options.lock_feet => {
+                let binding = Binding::new(&self.twin.scene, held);
+                let mut twin = Pose::rest(&self.twin.scene);
+                let heights = (0..contacts.len()).map(|frame| {
+                    twin.sample(&binding, held, frame as f64);
+                    self.following.aim(&twin, 0.0);
+                    self.following.heights()
+                });
+                drops(&heights.collect::<Vec<_>>(), contacts, fps)
+            }
+            Floor::Zero => vec![-self.retargeter.source_floor(); contacts.len()],
+            _ => vec![0.0; contacts.len()],
+        }
+    }
+
+    /// Puts the base where the hips should be.
+    fn begin(&self, pose: &mut RobotPose) {
+        let Some((turn, reach)) = self.following.hips() else {
+            return;
+        };
+        let transform = pose.bodies[turn.body];
+        let rotation = (turn.target * transform.rotation.inverse()).normalize();
+        pose.root = Placement {
+            rotation: (rotation * pose.root.rotation).normalize(),
+            translation: DVec3::ZERO,
+        };
+        self.kinematics.update(pose);
+        pose.root.translation = reach.target - pose.bodies[reach.body].point(reach.point);
+        self.kinematics.update(pose);
+    }
+
+    pub(super) fn limits(&self) -> Bounds {
+        let bodies = &self.kinematics.bodies[1..];
+        Bounds {
+            lower: bodies.iter().map(|body| body.limits.lower).collect(),
+            upper: bodies.iter().map(|body| body.limits.upper).collect(),
+        }
+    }
+
+    /// The limits, narrowed to what joints reach until the next frame.
+    fn reachable(&self, limits: &Bounds, pose: &RobotPose, fps: f64) -> Bounds {
+        let mut bounds = limits.clone();
+        if !self.options.velocity_limits {
+            return bounds;
+        }
+        for (index, body) in self.kinematics.bodies[1..].iter().enumerate() {
+            if let Some(velocity) = body.limits.velocity {
+                let (at, most) = (pose.positions[index], velocity / fps);
+                bounds.lower[index] = bounds.lower[index].max(at - most);
+                bounds.upper[index] = bounds.upper[index].min(at + most);
+            }
+        }
+        bounds
+    }
+
+    fn measured<'a>(&'a self, motion: &'a RobotMotion) -> Measured<'a> {
+        Measured {
+            kinematics: &self.kinematics,
+            twin: &self.twin,
+            motion,
+            headings: &self.headings,
+        }
+    }
+
+    /// How far the robot is raised in each frame, smoothly, wherever a sole would be below the floor.
+    pub(super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Keep => vec![0.0; motion.frames()],
+            _ => self.measured(motion).raised(),
+        }
+    }
+
+    fn contacts_of(&self, source: &Scene, animation: &Animation) -> Vec<[bool; 2]> {
+        let frames = animation.frame_count();
+        let Ok(found) = self.retargeter.contacts(source, animation) else {
+            return vec![[false; 2]; frames];
+        };
+        let rests = |side: Side, frame: usize| {
+            let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
+            points.any(|point| point.at_rest.get(frame) == Some(&true))
+        };
+        (0..frames)
+            .map(|frame| Side::ALL.map(|side| rests(side, frame)))
+            .collect()
+    }
+}
+
+/// The robot and its feet in the frame that was followed last.
+#[derive(Clone, Debug)]
+pub(super) struct Followed {
+    pub(super) pose: RobotPose,
+    stands: [Stand; 2],
+    /// Which feet stood; `None` before the first frame.
+    #[doc(hidden)]
+    pub contacts: Option<[bool; 2]>,
+}
+
+impl Followed {
+    pub(super) fn new(kinematics: &Kinematics) -> Self {
+        Self {
+            pose: kinematics.rest(),
+            stands: Default::default(),
+            contacts: None,
+        }
+    }
+}
+
+/// The same rotation on the shorter arc from the frame before.
+pub(super) fn continued(root: Placement, before: Option<&Placement>) -> Placement {
+    let turned_away = before.is_some_and(|before| before.rotation.dot(root.rotation) < 0.0);
+    Placement {
+        rotation: if turned_away { -root.rotation } else { root.rotation },
+        ..root
+    }
+}

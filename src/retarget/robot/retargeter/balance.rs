@@ -1,0 +1,140 @@
+//! Balance: the base goes to where the floor can carry the robot.
+//!
+//! A robot has its masses and its feet elsewhere than a person, so that over the feet of a person it would fall: the
+//! centre of pressure would be outside the soles. For a mass at the height h it is at x - h/g x'' (the cart on a table
+//! of S. Kajita et al., "Biped walking pattern generation by using preview control of zero-moment point", ICRA 2003).
+//! It comes nearer by e where the mass is shifted by d, with d - h/g d'' = -e; the shift that is bounded at all times
+//! is e smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
+
+use glam::DVec2;
+
+use super::super::dynamics::GRAVITY;
+use super::super::feasibility::pressures;
+use super::super::motion::RobotMotion;
+use super::super::report::RobotReport;
+use super::super::speed::Steps;
+use super::super::terms::Goals;
+use super::RobotRetargeter;
+use mocap_scene::scene::{Animation, Scene};
+
+/// How often the base is shifted at most.
+const SHIFTS: usize = 2;
+
+/// A fraction of feasible frames that is enough, and by how much it must grow for a shift to be worth what it costs.
+const FEASIBLE: f64 = 0.97;
+const GAIN: f64 = 0.01;
+
+/// How much farther off limbs may become, in degrees, and how much faster feet slide that stand, in m/s.
+const FARTHER: f64 = 0.3;
+const FASTER: f64 = 0.002;
+
+/// How far outside a centre of pressure is believed, in metres.
+const FARTHEST: f64 = 0.3;
+
+/// The base stays where no shift is longer than this, in metres.
+const LEAST_SHIFT: f64 = 0.002;
+
+/// A motion of the second pass before soles are raised above the floor, with what it follows.
+pub(super) struct Balance<'a> {
+    pub(super) goals: &'a mut [Goals],
+    pub(super) steps: &'a Steps,
+    pub(super) motion: RobotMotion,
+}
+
+impl RobotRetargeter {
+    /// A motion of the second pass, or the one that is better balanced.
+    pub(super) fn balanced(
+        &mut self,
+        source: &Scene,
+        animation: &Animation,
+        balance: &mut Balance<'_>,
+        mut found: (RobotMotion, RobotReport),
+    ) -> (RobotMotion, RobotReport) {
+        let feasible = |report: &RobotReport| report.dynamics.as_ref().map(|dynamics| dynamics.fraction_feasible);
+        let (degrees, slide) = (found.1.mean_degrees, found.1.skate.unwrap_or_default());
+        for _ in 0..SHIFTS {
+            let before = feasible(&found.1);
+            if before.is_none_or(|before| before >= FEASIBLE) || !self.shift(balance) {
+                break;
+            }
+            let motion = balance.motion.clone();
+            let next = self.judged(source, animation, motion, balance.goals, balance.steps);
+            let gains = feasible(&next.1) > before.map(|before| before + GAIN);
+            let costs = next.1.mean_degrees > degrees + FARTHER || next.1.skate.unwrap_or_default() > slide + FASTER;
+            if !gains || costs {
+                break;
+            }
+            found = next;
+        }
+        found
+    }
+
+    /// Shifts the base to where the floor carries it, and solves the windows again; false where nothing is to be
+    /// shifted.
+    fn shift(&mut self, balance: &mut Balance<'_>) -> bool {
+        let Balance { goals, steps, motion } = balance;
+        let soles = self.following.soles();
+        let found = pressures(&self.robot, &self.kinematics, &soles, motion);
+        let shifts = found.and_then(|(outside, height)| shifts(&outside, height, motion.fps));
+        let (Some(shifts), Some(hips)) = (shifts, self.following.hips_reach()) else {
+            return false;
+        };
+        for ((goals, root), shift) in goals.iter_mut().zip(&mut motion.root).zip(shifts) {
+            goals.reaches[hips].target += shift.extend(0.0);
+            root.translation += shift.extend(0.0);
+        }
+        self.smooth(goals, steps, motion);
+        true
+    }
+}
+
+/// The shifts of the base for centres of pressure that are so far outside the soles; `None` where none is needed.
+fn shifts(outside: &[DVec2], height: f64, fps: f64) -> Option<Vec<DVec2>> {
+    let time = (height.max(0.1) / GRAVITY).sqrt() * fps;
+    let fades = (-1.0 / time).exp();
+    // The sum over both sides of fades^|n| is (1 + fades) / (1 - fades).
+    let whole = (1.0 + fades) / (1.0 - fades);
+    let believed = outside.iter().map(|outside| outside.clamp_length_max(FARTHEST));
+    let believed: Vec<DVec2> = believed.collect();
+    let mut shifts = vec![DVec2::ZERO; outside.len()];
+    let mut sum = DVec2::ZERO;
+    for (shift, believed) in shifts.iter_mut().zip(&believed) {
+        sum = fades * sum + *believed;
+        *shift -= sum / whole;
+    }
+    sum = DVec2::ZERO;
+    for (shift, believed) in shifts.iter_mut().zip(&believed).rev() {
+        *shift -= fades * sum / whole;
+        sum = fades * sum + *believed;
+    }
+    shifts
+        .iter()
+        .any(|shift| shift.length() > LEAST_SHIFT)
+        .then_some(shifts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the equation that it solves: what a shift changes of the centre of pressure of a mass is what was missing.
+    #[test]
+    fn a_mass_that_is_shifted_has_its_pressure_within() {
+        let (height, fps) = (0.9, 120.0);
+        let bump = |frame: usize| 0.1 * (-((frame as f64 - 300.0) / 40.0).powi(2)).exp();
+        let outside: Vec<DVec2> = (0..600)
+            .map(|frame| DVec2::new(bump(frame), -0.5 * bump(frame)))
+            .collect();
+        let shifts = shifts(&outside, height, fps).unwrap();
+        for frame in 1..599 {
+            let bent = (shifts[frame - 1] - 2.0 * shifts[frame] + shifts[frame + 1]) * fps * fps;
+            let moved = shifts[frame] - height / GRAVITY * bent;
+            assert!(
+                (moved + outside[frame]).length() < 1e-3,
+                "{frame} {moved} {}",
+                outside[frame]
+            );
+        }
+        assert_eq!(super::shifts(&[DVec2::ZERO; 50], height, fps), None);
+    }
+}

@@ -1,0 +1,91 @@
+//! A robot that follows a motion as it comes: each pose is solved from the one before, without a look ahead.
+
+use super::super::kinematics::RobotPose;
+use super::super::solver::Bounds;
+use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
+use mocap_scene::error::Result;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::robot::{Placement, Robot};
+
+/// Puts poses of a source on a robot, one after the other. A clip has what a stream lacks: feet that are held where
+/// they stand, and smoothness by what comes next. A stream keeps the limits of joints, and soles above the floor.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::robot::{RobotOptions, RobotStream};
+/// use mocap::{Conversion, Importer, Pose};
+///
+/// let mut walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// Conversion::new().apply(&mut walk)?;
+/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let mut stream = RobotStream::new(&walk, &robot, &RobotOptions::new())?;
+/// let pose = Pose::at_tick(&walk, 0, 10.0).unwrap();
+/// let (base, positions) = stream.pose(&pose, 0.01);
+/// assert_eq!(positions.len(), robot.dof_names().len());
+/// assert!(base.translation.z > 0.5);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RobotStream {
+    retargeter: RobotRetargeter,
+    limits: Bounds,
+    twin: Pose,
+    pose: RobotPose,
+    before: Option<Placement>,
+}
+
+impl RobotStream {
+    /// Prepares poses of the skeleton of `source` for `robot`; of the options those of clips alone have no effect.
+    ///
+    /// # Errors
+    /// As [`RobotRetargeter::new`].
+    pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
+        let retargeter = RobotRetargeter::new(source, robot, options)?;
+        Ok(Self {
+            limits: retargeter.limits(),
+            twin: Pose::rest(&retargeter.twin.scene),
+            pose: retargeter.kinematics.rest(),
+            before: None,
+            retargeter,
+        })
+    }
+
+    /// The base, in metres with +Z up, and the positions of the joints in a pose of the source, so many seconds after
+    /// the pose before.
+    pub fn pose(&mut self, source: &Pose, seconds: f64) -> (Placement, &[f64]) {
+        let Self {
+            retargeter, twin, pose, ..
+        } = self;
+        retargeter.retargeter.pose(source, twin);
+        retargeter.following.aim(twin, 0.0);
+        // What is below the floor is raised.
+        let lowest = retargeter.following.heights().into_iter().fold(f64::INFINITY, f64::min);
+        if lowest < 0.0 {
+            retargeter.following.aim(twin, lowest);
+        }
+        let (bounds, steps) = match self.before {
+            None => {
+                retargeter.begin(pose);
+                (self.limits.clone(), FIRST_STEPS)
+            }
+            Some(_) => (
+                retargeter.reachable(&self.limits, pose, seconds.max(SHORTEST).recip()),
+                STEPS,
+            ),
+        };
+        let goals = &retargeter.following.goals;
+        retargeter
+            .solver
+            .solve(&retargeter.kinematics, goals, &bounds, pose, steps);
+        let root = match retargeter.following.stand {
+            Some(stand) => stand,
+            None => continued(pose.root, self.before.as_ref()),
+        };
+        self.before = Some(root);
+        (root, &self.pose.positions)
+    }
+}
+
+/// Seconds between two poses at least, for how far joints come.
+const SHORTEST: f64 = 1e-4;

@@ -1,0 +1,214 @@
+//! The soles of a robot's feet.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use mocap_scene::math::hull::{area, convex_hull};
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
+
+/// A ball that stays above the floor, in the frame of the foot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SoleBall {
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+}
+
+/// The sole of a foot.
+#[derive(Clone, Debug)]
+pub(super) struct Sole {
+    pub(super) balls: Vec<SoleBall>,
+    /// What brings the foot from where it is with all joints at 0 to standing flat, in the axes of the robot.
+    pub(super) to_flat: DQuat,
+    /// Whether shapes of the robot's file show it.
+    pub(super) is_shown: bool,
+}
+
+/// How far the corners of a sole may differ in height, as a fraction of the leg.
+const SOLE: f64 = 0.03;
+
+/// From the ankle to the floor where nothing shows a sole, as a fraction of the leg, and to the front and the back of
+/// it.
+const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
+
+/// The longest side of a foot, as a fraction of the leg: what inertia makes longer is no foot.
+const LONGEST: f64 = 0.6;
+
+/// A foot may be tilted by this where all joints are at 0, in degrees, and this is the step by which its sole is looked
+/// for: knees of some robots are bent there.
+const MOST_TILTED: usize = 48;
+const TILT_STEP: usize = 3;
+
+/// How many times as large the face must be on which a tilted foot stands, against what touches the floor without a
+/// turn.
+const LARGER: f64 = 1.5;
+
+/// How far balls may be from the plane of a face, as a fraction of the leg.
+const FACE: f64 = 0.01;
+
+/// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
+/// inertia of the link. `zero_pose` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
+/// stands there on its sole, or on a larger face that is tilted against the floor.
+pub(super) fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
+    let foot = &zero_pose[link];
+    let is_of_foot = |mut here: usize| loop {
+        match robot.links[here].parent {
+            _ if here == link => return true,
+            Some(parent) if !robot.links[here].joint.moves() => here = parent,
+            _ => return false,
+        }
+    };
+    for collides in [true, false] {
+        let parts = robot.links.iter().enumerate().filter(|(index, _)| is_of_foot(*index));
+        let balls: Vec<SoleBall> = parts
+            .flat_map(|(index, part)| {
+                let shapes = part.shapes.iter().filter(|shape| shape.collides == collides);
+                shapes.flat_map(move |shape| balls(shape, &zero_pose[index]))
+            })
+            .collect();
+        if !balls.is_empty() {
+            return on_the_floor(balls, foot, leg, true);
+        }
+    }
+    let boxed = robot.links[link]
+        .inertial
+        .and_then(|inertial| inertial.equivalent_box())
+        .filter(|(_, half_size)| 2.0 * half_size.max_element() <= LONGEST * leg);
+    if let Some((transform, half_size)) = boxed {
+        let shape = RobotShape {
+            origin: transform,
+            kind: ShapeKind::Box { half_size },
+            collides: true,
+        };
+        let found = on_the_floor(balls(&shape, foot), foot, leg, false);
+        if found.balls.len() >= 4 {
+            return found;
+        }
+    }
+    let [depth, front, back] = GUESSED.map(|fraction| fraction * leg);
+    let points = [(front, 0.3), (front, -0.3), (-back, 0.2), (-back, -0.2)];
+    let ball = |(along, aside): (f64, f64)| SoleBall {
+        centre: foot.to_inner(ankle + DVec3::new(along, aside * front, -depth)),
+        radius: 0.0,
+    };
+    Sole {
+        balls: points.into_iter().map(ball).collect(),
+        to_flat: DQuat::IDENTITY,
+        is_shown: false,
+    }
+}
+
+/// The balls of a shape of a link in `transform`, in the robot's axes.
+fn balls(shape: &RobotShape, transform: &Placement) -> Vec<SoleBall> {
+    let balls = shape.balls().into_iter();
+    let ball = |(centre, radius)| SoleBall {
+        centre: transform.point(centre),
+        radius,
+    };
+    balls.map(ball).collect()
+}
+
+/// The sole of a foot of balls that are in the robot's axes.
+fn on_the_floor(mut balls: Vec<SoleBall>, foot: &Placement, leg: f64, is_shown: bool) -> Sole {
+    let to_flat = to_flat(&balls, leg);
+    let height = |ball: &SoleBall| (to_flat * ball.centre).z - ball.radius;
+    let floor = balls.iter().map(height).fold(f64::INFINITY, f64::min);
+    balls.retain(|ball| height(ball) < floor + SOLE * leg);
+    for ball in &mut balls {
+        ball.centre = foot.to_inner(ball.centre);
+    }
+    Sole {
+        balls,
+        to_flat,
+        is_shown,
+    }
+}
+
+/// The rotation that brings a foot onto the largest face that it can stand on; none where it stands on one already.
+fn to_flat(balls: &[SoleBall], leg: f64) -> DQuat {
+    let as_it_is = face(balls, DVec3::NEG_Z, leg);
+    let mut best = (
+        LARGER * area(&convex_hull(&mut spread(&as_it_is, DVec3::NEG_Z))),
+        DVec3::NEG_Z,
+    );
+    for tilt in (TILT_STEP..=MOST_TILTED).step_by(TILT_STEP) {
+        for around in (0..360).step_by(2 * TILT_STEP) {
+            let [tilt, around] = [tilt, around].map(|degrees| (degrees as f64).to_radians());
+            let (aside, down) = tilt.sin_cos();
+            let along = DVec3::new(aside * around.cos(), aside * around.sin(), -down);
+            let area = area(&convex_hull(&mut spread(&face(balls, along, leg), along)));
+            // Of faces as large, that with the smaller tilt.
+            if area > 1.02 * best.0 {
+                best = (area, along);
+            }
+        }
+    }
+    if best.1 == DVec3::NEG_Z {
+        return DQuat::IDENTITY;
+    }
+    let normal = normal(&face(balls, best.1, leg)).map_or(best.1, |normal| {
+        let normal = normal * normal.dot(best.1).signum();
+        if normal.dot(best.1) > 0.95 { normal } else { best.1 }
+    });
+    DQuat::from_rotation_arc(normal, DVec3::NEG_Z)
+}
+
+/// The lowest points of the balls that touch a floor below them, where `down` is down.
+fn face(balls: &[SoleBall], down: DVec3, leg: f64) -> Vec<DVec3> {
+    let points = balls.iter().map(|ball| ball.centre + ball.radius * down);
+    let deepest = points
+        .clone()
+        .map(|point| point.dot(down))
+        .fold(f64::NEG_INFINITY, f64::max);
+    points.filter(|point| point.dot(down) > deepest - FACE * leg).collect()
+}
+
+/// Points seen along a direction.
+fn spread(points: &[DVec3], along: DVec3) -> Vec<DVec2> {
+    let (x, y) = along.any_orthonormal_pair();
+    points
+        .iter()
+        .map(|point| DVec2::new(point.dot(x), point.dot(y)))
+        .collect()
+}
+
+/// The normal of the plane of points: of the triangle of those that are farthest apart.
+fn normal(points: &[DVec3]) -> Option<DVec3> {
+    let first = *points.first()?;
+    let farthest = |from: &dyn Fn(&DVec3) -> f64| points.iter().copied().max_by(|a, b| from(a).total_cmp(&from(b)));
+    let second = farthest(&|point| point.distance_squared(first))?;
+    let third = farthest(&|point| (*point - first).cross(second - first).length_squared())?;
+    (second - first).cross(third - first).try_normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A foot of a box of 24 x 10 x 4 cm, tilted with its toes up by 20 degrees.
+    fn foot(tilt: f64) -> Vec<SoleBall> {
+        let shape = RobotShape {
+            origin: Placement {
+                rotation: DQuat::from_rotation_y(tilt.to_radians()),
+                translation: DVec3::new(0.1, 0.0, -0.8),
+            },
+            kind: ShapeKind::Box {
+                half_size: DVec3::new(0.12, 0.05, 0.02),
+            },
+            collides: true,
+        };
+        balls(&shape, &Placement::IDENTITY)
+    }
+
+    #[test]
+    fn a_tilted_foot_stands_on_its_whole_sole() {
+        for tilt in [-25.0, -7.0, 20.0, 31.5] {
+            let sole = on_the_floor(foot(tilt), &Placement::IDENTITY, 0.8, true);
+            assert_eq!(sole.balls.len(), 4, "{tilt}");
+            let back = (sole.to_flat * DQuat::from_rotation_y(f64::to_radians(tilt))).to_scaled_axis();
+            assert!(back.length() < 1e-9, "{tilt} {back}");
+        }
+        assert_eq!(
+            on_the_floor(foot(0.0), &Placement::IDENTITY, 0.8, true).to_flat,
+            DQuat::IDENTITY
+        );
+    }
+}

@@ -1,0 +1,232 @@
+//! Floating-base inverse kinematics: the pose whose links are where they should be, within the limits of the joints.
+//!
+//! Damped Gauss-Newton on the rotation vectors of links and the positions of points, each step the solution of the
+//! normal equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at
+//! the limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for
+//! optimization problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame
+//! before.
+
+use glam::{DQuat, DVec3};
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::terms::{Goals, ROOT, Terms};
+use mocap_scene::math::cholesky;
+use mocap_scene::scene::robot::Placement;
+
+/// How much a joint is held where it was in the frame before, against a rotation of a link by the same angle.
+const HOLD: f64 = 4e-4;
+
+/// The largest rotation of a joint in a step, in radians.
+const LARGEST_STEP: f64 = 0.6;
+
+/// A step below this, in radians or metres, is the last.
+const SMALLEST_STEP: f64 = 2e-6;
+
+/// Rounds of holding joints at their limits.
+const ROUNDS: usize = 4;
+
+/// The limits of the positions in a frame.
+#[derive(Clone, Debug)]
+pub(super) struct Bounds {
+    pub(super) lower: Vec<f64>,
+    pub(super) upper: Vec<f64>,
+}
+
+/// Solves one frame after another.
+#[derive(Clone, Debug)]
+pub(super) struct Solver {
+    pub(super) terms: Terms,
+    step: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Solver {
+    pub(super) fn new(terms: Terms) -> Self {
+        Self {
+            step: vec![0.0; terms.size()],
+            terms,
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Moves `pose` to the goals, in at most `steps` steps.
+    pub(super) fn solve(
+        &mut self,
+        kinematics: &Kinematics,
+        goals: &Goals,
+        bounds: &Bounds,
+        pose: &mut RobotPose,
+        steps: usize,
+    ) {
+        let before = pose.positions.clone();
+        for position in 0..pose.positions.len() {
+            let (lower, upper) = (bounds.lower[position], bounds.upper[position]);
+            pose.positions[position] = pose.positions[position].max(lower).min(upper);
+        }
+        kinematics.update(pose);
+        for _ in 0..steps {
+            self.terms.assemble(kinematics, goals, pose);
+            for index in 0..self.terms.positions.len() {
+                let position = self.terms.positions[index];
+                let back = before[position] - pose.positions[position];
+                self.terms.add_position(self.terms.base + index, HOLD, back);
+            }
+            self.bounded_step(bounds, pose);
+            let largest = self.step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));
+            let scale = (LARGEST_STEP / largest).min(1.0);
+            self.apply(bounds, pose, scale);
+            kinematics.update(pose);
+            if largest < SMALLEST_STEP {
+                break;
+            }
+        }
+    }
+
+    /// The step of all unknowns that keeps the bounds.
+    fn bounded_step(&mut self, bounds: &Bounds, pose: &RobotPose) {
+        let size = self.terms.gradient.len();
+        let mut fixed: Vec<Option<f64>> = vec![None; size];
+        for (index, &position) in self.terms.positions.iter().enumerate() {
+            let (at, pull) = (pose.positions[position], self.terms.gradient[self.terms.base + index]);
+            let is_held = (at <= bounds.lower[position] && pull < 0.0) || (at >= bounds.upper[position] && pull > 0.0);
+            fixed[self.terms.base + index] = is_held.then_some(0.0);
+        }
+        for _ in 0..ROUNDS {
+            self.solve_free(&fixed);
+            let mut is_within = true;
+            for (index, &position) in self.terms.positions.iter().enumerate() {
+                let unknown = self.terms.base + index;
+                if fixed[unknown].is_some() {
+                    continue;
+                }
+                let at = pose.positions[position] + self.step[unknown];
+                let kept = at.max(bounds.lower[position]).min(bounds.upper[position]);
+                if kept != at {
+                    fixed[unknown] = Some(kept - pose.positions[position]);
+                    is_within = false;
+                }
+            }
+            if is_within {
+                break;
+            }
+        }
+    }
+
+    /// The step of the free unknowns where the others make the given ones.
+    fn solve_free(&mut self, fixed: &[Option<f64>]) {
+        let size = self.terms.gradient.len();
+        let free: Vec<usize> = (0..size).filter(|unknown| fixed[*unknown].is_none()).collect();
+        let count = free.len();
+        let normal = |a: usize, b: usize| self.terms.normal[a.max(b) * size + a.min(b)];
+        self.scratch.clear();
+        self.scratch.resize(count * count + count, 0.0);
+        let (matrix, right) = self.scratch.split_at_mut(count * count);
+        for (row, &a) in free.iter().enumerate() {
+            for (column, &b) in free[..=row].iter().enumerate() {
+                matrix[row * count + column] = normal(a, b);
+            }
+            let taken = fixed.iter().enumerate();
+            let taken: f64 = taken
+                .filter_map(|(other, step)| Some(normal(a, other) * step.filter(|step| *step != 0.0)?))
+                .sum();
+            right[row] = self.terms.gradient[a] - taken;
+        }
+        cholesky::solve(matrix, right, count);
+        for (unknown, step) in self.step.iter_mut().enumerate() {
+            *step = fixed[unknown].unwrap_or_default();
+        }
+        for (row, &unknown) in free.iter().enumerate() {
+            self.step[unknown] = right[row];
+        }
+    }
+
+    fn apply(&self, bounds: &Bounds, pose: &mut RobotPose, scale: f64) {
+        let step = |index: usize| scale * self.step[index];
+        if self.terms.base == ROOT {
+            pose.root = moved(&pose.root, std::array::from_fn(step));
+        }
+        for (index, &position) in self.terms.positions.iter().enumerate() {
+            let at = pose.positions[position] + step(self.terms.base + index);
+            pose.positions[position] = at.max(bounds.lower[position]).min(bounds.upper[position]);
+        }
+    }
+}
+
+/// The base after a step of its unknowns.
+pub(super) fn moved(root: &Placement, step: [f64; ROOT]) -> Placement {
+    let [x, y, z, turn @ ..] = step;
+    Placement {
+        rotation: (DQuat::from_scaled_axis(DVec3::from_array(turn)) * root.rotation).normalize(),
+        translation: root.translation + DVec3::new(x, y, z),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::terms::RotationGoal;
+    use super::*;
+    use mocap_scene::scene::robot::{JointKind, Mimic, Robot, RobotJoint, RobotLink};
+
+    #[test]
+    fn a_system_is_solved() {
+        // By hand: x = (1, -2, 3).
+        let full = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 5.0]];
+        let known = [1.0, -2.0, 3.0];
+        let mut right: Vec<f64> = full
+            .iter()
+            .map(|row| row.iter().zip(known).map(|(a, x)| a * x).sum())
+            .collect();
+        let mut matrix: Vec<f64> = full.iter().flatten().copied().collect();
+        cholesky::solve(&mut matrix, &mut right, 3);
+        for (found, known) in right.iter().zip(known) {
+            assert!((found - known).abs() < 1e-12, "{right:?}");
+        }
+    }
+
+    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a rotation of 0.9 the first makes
+    /// 0.3.
+    #[test]
+    fn a_follower_shares_the_turn_of_its_leader() {
+        let link = |parent, mimic| RobotLink {
+            parent,
+            joint: RobotJoint {
+                kind: JointKind::Hinge,
+                mimic,
+                ..RobotJoint::default()
+            },
+            ..RobotLink::default()
+        };
+        let mimic = Mimic {
+            leader: 1,
+            multiplier: 2.0,
+            offset: 0.0,
+        };
+        let robot = Robot {
+            links: vec![RobotLink::default(), link(Some(0), None), link(Some(1), Some(mimic))],
+            ..Robot::default()
+        };
+        let kinematics = Kinematics::new(&robot);
+        let turn = |body, target, weight| RotationGoal {
+            body,
+            weight_axes: DQuat::IDENTITY,
+            weights: DVec3::splat(weight),
+            target,
+        };
+        let goals = Goals {
+            rotations: vec![
+                turn(0, DQuat::IDENTITY, 1e6),
+                turn(2, DQuat::from_axis_angle(DVec3::Z, 0.9), 1.0),
+            ],
+            reaches: Vec::new(),
+        };
+        let mut pose = kinematics.rest();
+        let bounds = |most: f64| Bounds {
+            lower: vec![-most; 2],
+            upper: vec![most; 2],
+        };
+        let mut solver = Solver::new(Terms::new(&kinematics, &goals));
+        solver.solve(&kinematics, &goals, &bounds(3.0), &mut pose, 30);
+        assert!((pose.positions[0] - 0.3).abs() < 1e-4, "{:?}", pose.positions);
+        assert_eq!(pose.positions[1], 2.0 * pose.positions[0]);
+    }
+}

@@ -1,0 +1,136 @@
+//! The verdict on a motion: what is measured of it, with the bounds of good and fair, in one table.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Verdict;
+
+/// One thing that the verdict on a motion depends on.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Criterion {
+    /// What it is: a name of the table in `docs/robots.md`, which says its unit too.
+    pub name: String,
+    /// What was measured.
+    pub value: f64,
+    /// Up to this it is good.
+    pub good: f64,
+    /// Up to this it is fair; absent where it is never poor by this alone.
+    pub fair: Option<f64>,
+    /// The verdict by this alone.
+    pub verdict: Verdict,
+}
+
+/// What of a motion the verdict depends on. What could not be measured is `None`, and does not count.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Measures {
+    pub(super) mean_degrees: Option<f64>,
+    pub(super) worst_limb_degrees: Option<f64>,
+    pub(super) roll_degrees: Option<f64>,
+    pub(super) jumps: f64,
+    pub(super) floating: Option<f64>,
+    pub(super) below_floor: f64,
+    /// How much faster than in the source feet slide.
+    pub(super) more_slide: Option<f64>,
+    pub(super) lying: f64,
+    pub(super) self_collision: f64,
+    pub(super) too_fast: f64,
+    /// The fraction of frames that need more than the floor gives, and of samples above the efforts of motors.
+    pub(super) infeasible: Option<f64>,
+    pub(super) over_effort: Option<f64>,
+    /// How many limbs of the source could not be compared, and how many parts of the robot were guessed.
+    pub(super) unmeasured_limbs: usize,
+    pub(super) guessed_parts: usize,
+}
+
+impl Measures {
+    /// Each measure with its bounds: the name, the value, up to what it is good and up to what fair.
+    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 14] {
+        let count = |count: usize| Some(count as f64);
+        [
+            ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
+            ("worst_limb_degrees", self.worst_limb_degrees, 15.0, Some(30.0)),
+            ("roll_degrees", self.roll_degrees, 30.0, Some(60.0)),
+            ("fraction_of_jumps", Some(self.jumps), 0.0, Some(0.02)),
+            ("fraction_floating", self.floating, 0.02, Some(0.2)),
+            ("fraction_below_floor", Some(self.below_floor), 0.01, Some(0.1)),
+            ("more_slide", self.more_slide, 0.005, Some(0.1)),
+            ("fraction_lying", Some(self.lying), 0.5, None),
+            ("fraction_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
+            ("fraction_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
+            // Never poor by these: hands on a table carry too, and inverse dynamics knows soles alone.
+            ("fraction_infeasible", self.infeasible, 0.05, None),
+            ("fraction_over_effort", self.over_effort, 0.01, None),
+            ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
+            ("guessed_parts", count(self.guessed_parts), 0.0, None),
+        ]
+    }
+
+    /// The verdict by each measure, and the worst of them. Where no limb could be compared it is poor.
+    pub(super) fn verdict(&self) -> (Vec<Criterion>, Verdict) {
+        let measured = self.table().into_iter().filter_map(|(name, value, good, fair)| {
+            let value = value?;
+            let verdict = match value {
+                value if value <= good => Verdict::Good,
+                value if fair.is_none_or(|fair| value <= fair) => Verdict::Fair,
+                _ => Verdict::Poor,
+            };
+            Some(Criterion {
+                name: name.to_owned(),
+                value,
+                good,
+                fair,
+                verdict,
+            })
+        });
+        let criteria: Vec<Criterion> = measured.collect();
+        let has = |verdict| criteria.iter().any(|criterion| criterion.verdict == verdict);
+        let worst = match self.mean_degrees {
+            None => Verdict::Poor,
+            Some(_) if has(Verdict::Poor) => Verdict::Poor,
+            Some(_) if has(Verdict::Fair) => Verdict::Fair,
+            Some(_) => Verdict::Good,
+        };
+        (criteria, worst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_measure_decides() {
+        let good = Measures {
+            mean_degrees: Some(2.0),
+            ..Measures::default()
+        };
+        assert_eq!(good.verdict().1, Verdict::Good);
+        let floats = Measures {
+            floating: Some(0.9),
+            ..good.clone()
+        };
+        let (criteria, verdict) = floats.verdict();
+        assert_eq!(verdict, Verdict::Poor);
+        let poor = criteria.iter().filter(|criterion| criterion.verdict == Verdict::Poor);
+        assert_eq!(
+            poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
+            ["fraction_floating"]
+        );
+        let guessed = Measures {
+            guessed_parts: 1,
+            ..good.clone()
+        };
+        // A robot without masses has no figure here, and is judged by the others.
+        for (infeasible, wanted) in [(Some(0.04), Verdict::Good), (Some(0.9), Verdict::Fair)] {
+            let measured = Measures {
+                infeasible,
+                ..good.clone()
+            };
+            assert_eq!(measured.verdict().1, wanted);
+        }
+        assert_eq!(guessed.verdict().1, Verdict::Fair);
+        assert_eq!(Measures::default().verdict().1, Verdict::Poor);
+    }
+}

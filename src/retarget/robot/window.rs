@@ -1,0 +1,447 @@
+//! The second pass: one problem over the frames of a window, in which the pose of each frame follows its goals and the
+//! joints move smoothly.
+//!
+//! Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to frame.
+//! Only frames that are at most two apart have terms in common, and those by joint, so that the normal equations are a
+//! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass; steps that are
+//! longer than [`Steps`] allows are taken back, and held back by a term in the next round. A round solves the frames
+//! again that still moved in the round before, with those near them. Windows overlap: the frames before a window stay,
+//! those at its end are solved again in the next.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::band::Band;
+use super::collision::Collisions;
+use super::kinematics::Kinematics;
+use super::motion::RobotMotion;
+use super::sole::SoleBall;
+use super::solver::{Bounds, moved};
+use super::speed::Steps;
+use super::terms::{Goals, ROOT, Reach, Terms};
+use super::touches::Touches;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::Placement;
+
+/// Frames of a window, and how many of them the next window solves again.
+const FRAMES: usize = 192;
+const OVERLAP: usize = 32;
+
+/// Rounds of Gauss-Newton at most: three are enough where nothing reaches its limits.
+const ROUNDS: usize = 10;
+
+/// The same of a window in which one frame is new.
+const LIVE_ROUNDS: usize = 3;
+
+/// A frame that moved by less than this in a round is solved, in radians or metres.
+const SMALL: f64 = 1e-3;
+
+/// How far from a frame that moved frames are solved again, in seconds: some times the reach of what makes it smooth.
+const NEAR: f64 = 0.2;
+
+/// The largest step of a frame in a round.
+const LARGEST: f64 = 0.5;
+
+/// Squares of weights: of a joint's acceleration in rad/s2 and of its velocity in rad/s, and how many times as much
+/// that velocity of the base counts in m/s.
+const ACCELERATION: f64 = 3e-6;
+const VELOCITY: f64 = 4e-7;
+const BASE: f64 = 9.0;
+
+/// Squares of weights of the acceleration of the base, in m/s2 and rad/s2. It carries the mass of the robot: what
+/// jitters there is a force that no floor gives, while limbs take a little of it without a visible change.
+const BASE_ACCELERATION: [f64; 2] = [1e-3, 3e-5];
+
+/// The deviations of the bells that smooth the accelerations of the first pass, in seconds: for the base, of which half
+/// of 3 Hz stays (people walk with two steps a second), and for joints half of 5 Hz.
+const BASE_BELL: f64 = 0.06;
+const JOINT_BELL: f64 = 0.04;
+
+/// Squares of weights of a metre below the floor, and of a radian of a step that is too long.
+const FLOOR: f64 = 10_000.0;
+const TOO_LONG: f64 = 100.0;
+
+/// What a motion keeps to.
+pub(super) struct Bound<'a> {
+    pub(super) goals: &'a [Goals],
+    pub(super) limits: &'a Bounds,
+    pub(super) steps: &'a Steps,
+    /// The bodies of the feet, with their soles.
+    pub(super) soles: &'a [(usize, Vec<SoleBall>)],
+    pub(super) collisions: &'a Collisions,
+}
+
+/// Solves windows.
+#[derive(Clone, Debug)]
+pub(super) struct Windows {
+    terms: Terms,
+    band: Band,
+    touches: Touches,
+    /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
+    /// what is faster than people move.
+    wanted: Vec<f64>,
+}
+
+impl Windows {
+    pub(super) fn new(terms: Terms) -> Self {
+        Self {
+            terms,
+            band: Band::default(),
+            touches: Touches::default(),
+            wanted: Vec::new(),
+        }
+    }
+
+    /// Makes a motion smooth.
+    pub(super) fn smooth(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion) {
+        let frames = motion.frames();
+        self.want(bound, motion);
+        let mut begin = 0;
+        while begin < frames {
+            let end = (begin + FRAMES).min(frames);
+            self.window(kinematics, bound, motion, begin..end, ROUNDS);
+            begin = if end == frames { frames } else { end - OVERLAP };
+        }
+    }
+
+    /// Makes the last frames of a motion smooth, those from `begin`, in which a frame has come; `first` is what the
+    /// first pass made of the same frames.
+    pub(super) fn slide(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        first: &RobotMotion,
+        motion: &mut RobotMotion,
+        begin: usize,
+    ) {
+        self.want(bound, first);
+        let range = begin..motion.frames();
+        self.window(kinematics, bound, motion, range, LIVE_ROUNDS);
+    }
+
+    /// Solves the frames of a window, which begins where `range` does and ends where the motion is still free.
+    fn window(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        motion: &mut RobotMotion,
+        range: Range<usize>,
+        rounds: usize,
+    ) {
+        let mut parts = vec![range.clone()];
+        self.touches.begin();
+        for _ in 0..rounds {
+            let before = Copied::of(motion, range.clone());
+            for part in parts {
+                self.solve(kinematics, bound, motion, part, range.end);
+            }
+            self.keep(kinematics, bound, motion, range.clone());
+            parts = near(&before.moved(motion, range.clone()), range.start, NEAR * motion.fps);
+            if parts.is_empty() {
+                break;
+            }
+        }
+    }
+
+    /// A step of Gauss-Newton of the frames of a part of a window that ends at `end`; the others stay.
+    fn solve(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        motion: &mut RobotMotion,
+        part: Range<usize>,
+        end: usize,
+    ) {
+        let size = self.terms.size();
+        self.band.reset(size * part.len(), 2 * size);
+        self.add_poses(kinematics, bound, motion, part.clone());
+        // Of the frames after the part two have terms in common with it.
+        let rows = Rows {
+            part: part.clone(),
+            terms: part.start.max(1)..(part.end + 2).min(end),
+        };
+        self.add_root(motion, &rows);
+        self.add_joints(bound, motion, &rows);
+        self.fix(bound, motion, part.clone());
+        self.band.solve();
+        self.touches.settle(&self.band.right, part.start, size);
+        self.apply(bound, motion, part);
+    }
+
+    /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bells.
+    fn want(&mut self, bound: &Bound<'_>, motion: &RobotMotion) {
+        let (size, frames, count) = (self.terms.size(), motion.frames(), motion.dof_names.len());
+        let mut steps = vec![0.0; frames * size];
+        for frame in 1..frames {
+            let (translation, turn) = root_step(motion, frame);
+            let here = &mut steps[frame * size..(frame + 1) * size];
+            here[..3].copy_from_slice(&translation.to_array());
+            here[3..ROOT].copy_from_slice(&turn.to_array());
+            for (step, &position) in here[ROOT..].iter_mut().zip(&self.terms.positions) {
+                let at = |frame: usize| motion.dof_pos[frame * count + position];
+                let most = bound.steps.most(frame, position);
+                *step = (at(frame) - at(frame - 1)).max(-most).min(most);
+            }
+        }
+        let mut smooth = vec![0.0; frames * size];
+        for (part, deviation) in [(0..ROOT, BASE_BELL), (ROOT..size, JOINT_BELL)] {
+            smoothed(&steps, size, part, deviation * motion.fps, &mut smooth);
+        }
+        self.wanted = steps;
+        for frame in 2..frames {
+            for unknown in 0..size {
+                let change = smooth[frame * size + unknown] - smooth[(frame - 1) * size + unknown];
+                self.wanted[frame * size + unknown] = change;
+            }
+        }
+    }
+
+    /// The terms of each pose.
+    fn add_poses(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+        let size = self.terms.size();
+        let mut pose = kinematics.rest();
+        for (index, frame) in range.enumerate() {
+            motion.set(frame, kinematics, &mut pose);
+            self.terms.assemble(kinematics, &bound.goals[frame], &pose);
+            for (body, balls) in bound.soles {
+                for ball in balls {
+                    let point = pose.bodies[*body].point(ball.centre);
+                    if point.z < ball.radius {
+                        let above = Reach {
+                            body: *body,
+                            point: ball.centre,
+                            weight: DVec3::Z * FLOOR,
+                            target: DVec3::new(point.x, point.y, ball.radius),
+                        };
+                        self.terms.add_reach(kinematics, &above, &pose);
+                    }
+                }
+            }
+            self.touches
+                .add(kinematics, bound.collisions, frame, &pose, &mut self.terms);
+            for row in 0..size {
+                let values = &self.terms.normal[row * size..=row * size + row];
+                self.band.add_row(index * size + row, index * size, values);
+                self.band.right[index * size + row] += self.terms.gradient[row];
+            }
+        }
+    }
+
+    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames; frames that are
+    /// not in the part stay.
+    fn add(&mut self, part: &Range<usize>, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
+        let size = self.terms.size();
+        let here = |frame: usize| part.contains(&frame).then(|| (frame - part.start) * size + unknown);
+        for (offset, &(frame, factor)) in factors.iter().enumerate() {
+            let Some(row) = here(frame) else { continue };
+            self.band.right[row] -= weight * factor * error;
+            for &(other, second) in &factors[..=offset] {
+                if let Some(column) = here(other) {
+                    self.band.add(row, column, weight * factor * second);
+                }
+            }
+        }
+    }
+
+    fn add_root(&mut self, motion: &RobotMotion, rows: &Rows) {
+        let fps = motion.fps;
+        let velocity = VELOCITY * fps * fps;
+        let [along, about] = BASE_ACCELERATION.map(|weight| weight * fps.powi(4));
+        let size = self.terms.size();
+        let step = |frame: usize| root_step(motion, frame);
+        for frame in rows.terms.clone() {
+            let (translation, turn) = step(frame);
+            let before = (frame > 1).then(|| step(frame - 1));
+            for axis in 0..3 {
+                let rates = [
+                    (axis, BASE * velocity, along, translation[axis]),
+                    (3 + axis, velocity, about, turn[axis]),
+                ];
+                for (unknown, velocity, acceleration, now) in rates {
+                    let pair = [(frame - 1, -1.0), (frame, 1.0)];
+                    self.add(&rows.part, unknown, &pair, velocity, now);
+                    if let Some((translation, turn)) = before {
+                        let was = if unknown < 3 { translation[axis] } else { turn[axis] };
+                        let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
+                        let wanted = self.wanted[frame * size + unknown];
+                        self.add(&rows.part, unknown, &three, acceleration, now - was - wanted);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_joints(&mut self, bound: &Bound<'_>, motion: &RobotMotion, rows: &Rows) {
+        let fps = motion.fps;
+        let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
+        let count = motion.dof_names.len();
+        for index in 0..self.terms.positions.len() {
+            let position = self.terms.positions[index];
+            let at = |frame: usize| motion.dof_pos[frame * count + position];
+            let unknown = ROOT + index;
+            for frame in rows.terms.clone() {
+                let step = at(frame) - at(frame - 1);
+                let pair = [(frame - 1, -1.0), (frame, 1.0)];
+                self.add(&rows.part, unknown, &pair, velocity, step);
+                let most = bound.steps.most(frame, position);
+                if step.abs() >= most * (1.0 - 1e-9) {
+                    self.add(&rows.part, unknown, &pair, TOO_LONG, step - most.copysign(step));
+                }
+                if frame > 1 {
+                    let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
+                    let change = step - (at(frame - 1) - at(frame - 2));
+                    let wanted = self.wanted[frame * self.terms.size() + unknown];
+                    self.add(&rows.part, unknown, &three, acceleration, change - wanted);
+                }
+            }
+        }
+    }
+
+    /// Joints that are at a limit and pull outwards stay.
+    fn fix(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+        let (size, count) = (self.terms.size(), motion.dof_names.len());
+        for (index, frame) in range.enumerate() {
+            for (offset, &position) in self.terms.positions.iter().enumerate() {
+                let unknown = index * size + ROOT + offset;
+                let (at, pull) = (motion.dof_pos[frame * count + position], self.band.right[unknown]);
+                let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
+                if (at <= lower && pull < 0.0) || (at >= upper && pull > 0.0) {
+                    self.band.fix(unknown);
+                }
+            }
+        }
+    }
+
+    /// Moves the frames by the solution.
+    fn apply(&mut self, bound: &Bound<'_>, motion: &mut RobotMotion, part: Range<usize>) {
+        let (size, count) = (self.terms.size(), motion.dof_names.len());
+        for (index, frame) in part.enumerate() {
+            let step = &self.band.right[index * size..(index + 1) * size];
+            let largest = step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));
+            let scale = (LARGEST / largest).min(1.0);
+            motion.root[frame] = moved(&motion.root[frame], std::array::from_fn(|index| scale * step[index]));
+            for (offset, &position) in self.terms.positions.iter().enumerate() {
+                let at = &mut motion.dof_pos[frame * count + position];
+                let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
+                *at = (*at + scale * step[ROOT + offset]).max(lower).min(upper);
+            }
+        }
+    }
+
+    /// Takes back what is too long of the steps of a window.
+    fn keep(&self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion, range: Range<usize>) {
+        let count = motion.dof_names.len();
+        let mut values = Vec::with_capacity(range.len());
+        for &position in &self.terms.positions {
+            values.clear();
+            values.extend(range.clone().map(|frame| motion.dof_pos[frame * count + position]));
+            let before = range
+                .start
+                .checked_sub(1)
+                .map(|frame| motion.dof_pos[frame * count + position]);
+            bound.steps.keep(position, range.start, before, &mut values);
+            for (frame, value) in range.clone().zip(&values) {
+                motion.dof_pos[frame * count + position] = *value;
+            }
+        }
+        if !kinematics.followers.is_empty() {
+            let mut pose = kinematics.rest();
+            for frame in range {
+                motion.set(frame, kinematics, &mut pose);
+                motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
+            }
+        }
+    }
+}
+
+/// The frames that a step solves, and those whose changes it has terms of.
+struct Rows {
+    part: Range<usize>,
+    terms: Range<usize>,
+}
+
+/// Frames as they were.
+struct Copied {
+    root: Vec<Placement>,
+    dof_pos: Vec<f64>,
+}
+
+impl Copied {
+    fn of(motion: &RobotMotion, range: Range<usize>) -> Self {
+        let count = motion.dof_names.len();
+        Self {
+            root: motion.root[range.clone()].to_vec(),
+            dof_pos: motion.dof_pos[range.start * count..range.end * count].to_vec(),
+        }
+    }
+
+    /// How far each frame has moved, in radians or metres: the largest change.
+    fn moved(&self, motion: &RobotMotion, range: Range<usize>) -> Vec<f64> {
+        let count = motion.dof_names.len();
+        let moved = |(index, frame): (usize, usize)| {
+            let (was, is) = (&self.root[index], &motion.root[frame]);
+            let far = (is.translation - was.translation).abs().max_element();
+            let turned = rotation_vector(is.rotation * was.rotation.inverse()).length();
+            let was = &self.dof_pos[index * count..(index + 1) * count];
+            let joints = was.iter().zip(motion.dof_of(frame)).map(|(was, is)| (is - was).abs());
+            joints.fold(far.max(turned), f64::max)
+        };
+        range.enumerate().map(moved).collect()
+    }
+}
+
+/// The frames that are at most so many from one that has moved, counted from the first.
+fn near(moved: &[f64], first: usize, reach: f64) -> Vec<Range<usize>> {
+    let reach = reach.ceil().max(2.0) as usize;
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for (index, _) in moved.iter().enumerate().filter(|(_, moved)| **moved >= SMALL) {
+        let (begin, end) = (index.saturating_sub(reach), (index + reach + 1).min(moved.len()));
+        match parts.last_mut() {
+            Some(last) if first + begin <= last.end => last.end = first + end,
+            _ => parts.push(first + begin..first + end),
+        }
+    }
+    parts
+}
+
+/// Smooths columns of the rows of frames by Gauss's bell of a deviation in frames. The first row is no step, and stays
+/// out.
+fn smoothed(steps: &[f64], size: usize, columns: Range<usize>, deviation: f64, smooth: &mut [f64]) {
+    let frames = steps.len() / size;
+    let reach = (3.0 * deviation).ceil().min(frames as f64) as usize;
+    let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();
+    let bell: Vec<f64> = (0..=reach).map(bell).collect();
+    let row = |frame: usize| frame * size + columns.start..frame * size + columns.end;
+    for frame in 1..frames {
+        let near = frame.saturating_sub(reach).max(1)..(frame + reach + 1).min(frames);
+        let whole: f64 = near.clone().map(|other| bell[other.abs_diff(frame)]).sum();
+        for other in near {
+            let weight = bell[other.abs_diff(frame)] / whole;
+            for (sum, step) in smooth[row(frame)].iter_mut().zip(&steps[row(other)]) {
+                *sum += weight * step;
+            }
+        }
+    }
+}
+
+/// How far the base goes and turns from the frame before.
+fn root_step(motion: &RobotMotion, frame: usize) -> (DVec3, DVec3) {
+    let (from, to) = (&motion.root[frame - 1], &motion.root[frame]);
+    let turn = rotation_vector(to.rotation * from.rotation.inverse());
+    (to.translation - from.translation, turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_near_those_that_moved_are_solved_again() {
+        let mut moved = vec![0.0; 40];
+        (moved[3], moved[20], moved[24]) = (1.0, SMALL, 1.0);
+        moved[30] = 0.5 * SMALL;
+        assert_eq!(near(&moved, 100, 4.0), [100..108, 116..129]);
+        assert!(near(&[0.0; 9], 0, 4.0).is_empty());
+    }
+}

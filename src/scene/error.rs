@@ -1,0 +1,273 @@
+//! What is wrong with a file, and where.
+//!
+//! A [`Diagnostic`] describes one problem of a file. An [`Error`] is the diagnostic that stopped the import; the
+//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop it. Both carry a [`Code`], a stable
+//! name with its cause and its remedy in one table.
+
+mod code;
+mod nearest;
+mod visible;
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+pub use self::code::Code;
+#[doc(hidden)]
+pub use self::nearest::nearest;
+pub use self::visible::visible;
+
+/// The result of everything in this crate that can fail.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// A position in a text file, and the text there.
+///
+/// [`Error`](crate::Error) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Location {
+    /// Line, from 1. CR, LF and CRLF each end one line.
+    pub line: usize,
+    /// Column, from 1, in characters. A tab is one character.
+    pub column: usize,
+    /// Characters that the diagnostic is about, from `column` on; at least 1.
+    pub length: usize,
+    /// The line, or the part of a long one around `column`.
+    pub text: String,
+    /// The column of the first character of `text`; 1 where that is the whole line.
+    pub text_column: usize,
+}
+
+/// One problem of a file.
+///
+/// [`Error`](crate::Error) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnostic {
+    /// Its stable name.
+    pub code: Code,
+    /// What is wrong, as one sentence without the location and without a full stop.
+    pub message: String,
+    /// The location; of the first occurrence if `count` is above 1. Absent where there is no single one.
+    pub location: Option<Location>,
+    /// Where in a file of JSON it was met, as a JSON pointer: `/accessors/3/count`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    /// The joint it belongs to.
+    pub joint: Option<String>,
+    /// What the format expects there.
+    pub expected: Option<String>,
+    /// What the file has there.
+    pub found: Option<String>,
+    /// How to correct it.
+    pub help: Option<String>,
+    /// The number of occurrences.
+    pub count: u64,
+}
+
+impl Diagnostic {
+    /// A diagnostic with one occurrence and without a location.
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            message: message.into(),
+            location: None,
+            pointer: None,
+            joint: None,
+            expected: None,
+            found: None,
+            help: None,
+            count: 1,
+        }
+    }
+
+    /// Sets the location.
+    #[must_use]
+    pub fn at(mut self, location: Location) -> Self {
+        self.location = Some(location);
+        self
+    }
+
+    /// Sets the location in a JSON file, as a JSON pointer.
+    #[must_use]
+    pub fn at_pointer(mut self, pointer: impl Into<String>) -> Self {
+        self.pointer = Some(pointer.into());
+        self
+    }
+
+    /// Sets the joint.
+    #[must_use]
+    pub fn in_joint(mut self, joint: impl Into<String>) -> Self {
+        self.joint = Some(joint.into());
+        self
+    }
+
+    /// Sets what the format expects and what the file has.
+    #[must_use]
+    pub fn expected_found(mut self, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        self.expected = Some(expected.into());
+        self.found = Some(found.into());
+        self
+    }
+
+    /// Sets how to correct it.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Sets the number of occurrences.
+    #[must_use]
+    pub fn times(mut self, count: u64) -> Self {
+        self.count = count;
+        self
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        if self.count > 1 {
+            write!(f, " ({} times)", self.count)?;
+        }
+        if let Some(pointer) = &self.pointer {
+            write!(f, "; at {pointer}")?;
+        }
+        if let Some(joint) = &self.joint {
+            write!(f, "; joint \"{joint}\"")?;
+        }
+        if let Some(expected) = &self.expected {
+            write!(f, "; expected {expected}")?;
+        }
+        if let Some(found) = &self.found {
+            write!(f, "; found {found}")?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "; help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings before it.
+///
+/// It prints as one line that begins with the location, as a compiler's messages do:
+///
+/// ```
+/// let error = mocap::Importer::new().read(b"HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh").unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     "a.bvh:3:12: error[invalid-number]: \"zero\" is not a number; joint \"a\"; \
+///      expected the Y value of OFFSET; found \"zero\""
+/// );
+/// ```
+pub struct Error(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    diagnostic: Diagnostic,
+    path: Option<PathBuf>,
+    source: Option<io::Error>,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Error {
+    /// The operating system refused to read or write `path`.
+    #[doc(hidden)]
+    pub fn io(path: &Path, source: io::Error) -> Self {
+        let mut error = Self::from(Diagnostic::new(Code::Io, source.to_string()));
+        error.0.path = Some(path.to_owned());
+        error.0.source = Some(source);
+        error
+    }
+
+    /// Sets the path, unless there is one already.
+    #[must_use]
+    pub fn with_path(mut self, path: &Path) -> Self {
+        self.0.path.get_or_insert_with(|| path.to_owned());
+        self
+    }
+
+    /// Adds the warnings from before the error.
+    #[doc(hidden)]
+    pub fn with_warnings(mut self, warnings: Vec<Diagnostic>) -> Self {
+        self.0.warnings = warnings;
+        self
+    }
+
+    /// The stable name of the error.
+    pub fn code(&self) -> Code {
+        self.0.diagnostic.code
+    }
+
+    /// The whole diagnostic.
+    pub fn diagnostic(&self) -> &Diagnostic {
+        &self.0.diagnostic
+    }
+
+    /// The file, where there is one.
+    pub fn path(&self) -> Option<&Path> {
+        self.0.path.as_deref()
+    }
+
+    /// The location in the file, where there is one.
+    pub fn location(&self) -> Option<&Location> {
+        self.0.diagnostic.location.as_ref()
+    }
+
+    /// The joint it belongs to, where there is one.
+    pub fn joint(&self) -> Option<&str> {
+        self.0.diagnostic.joint.as_deref()
+    }
+
+    /// The warnings from before the error, in the order of the file.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.0.warnings
+    }
+}
+
+impl From<Box<Diagnostic>> for Error {
+    fn from(diagnostic: Box<Diagnostic>) -> Self {
+        Self(Box::new(Inner {
+            diagnostic: *diagnostic,
+            path: None,
+            source: None,
+            warnings: Vec::new(),
+        }))
+    }
+}
+
+impl From<Diagnostic> for Error {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Box::new(diagnostic).into()
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(path) = &self.0.path {
+            write!(f, "{}:", path.display())?;
+        }
+        if let Some(Location { line, column, .. }) = self.location() {
+            write!(f, "{line}:{column}:")?;
+        }
+        if self.0.path.is_some() || self.location().is_some() {
+            f.write_str(" ")?;
+        }
+        write!(f, "error[{}]: {}", self.code(), self.0.diagnostic)
+    }
+}
+
+/// The message, as [`fmt::Display`] prints it: `main() -> Result<(), Box<dyn Error>>` prints this.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source.as_ref().map(|source| source as _)
+    }
+}

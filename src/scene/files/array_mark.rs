@@ -1,0 +1,80 @@
+//! The mark of archives, pickles, tables, databases and joint angles of this program, by which an output is told from
+//! somebody's arrays.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Stands in the comment of an `.npz`, which ends it, and in a text that a `.pkl` begins with and forgets.
+#[doc(hidden)]
+pub const ARRAY_MARK: &str = "mocap arrays";
+
+/// The first bytes of a database of motions, `.mdb`.
+#[doc(hidden)]
+pub const DATABASE_MARK: &[u8; 8] = b"mocapMDB";
+
+/// What the metadata of a Parquet file begin with that say who wrote it. Thrift's compact protocol has it near the end:
+/// the type of a text, its length, the text, then two bytes for each column and the length of all metadata.
+#[doc(hidden)]
+pub const PARQUET_CREATOR: &str = "mocap ";
+
+/// The last bytes of a Parquet file.
+const PARQUET_END: &[u8] = b"PAR1";
+
+/// The first line of a motion file of OpenSim, `.mot`, with joint angles.
+#[doc(hidden)]
+pub const ANGLES_MARK: &str = "mocap joint angles";
+
+/// The first lines of OpenSim's files with analog channels, and with ground reaction forces.
+#[doc(hidden)]
+pub const ANALOG_MARK: &str = "mocap analog";
+#[doc(hidden)]
+pub const FORCES_MARK: &str = "mocap forces";
+
+/// The files that have one of these.
+pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet", "mot", "sto"];
+
+/// Bytes at each end of a file in which the mark stands.
+const SEARCHED: usize = 32;
+
+/// Bytes at the end of a Parquet file in which its creator stands, for the columns that the tables of this crate have.
+const CREATOR_SEARCHED: usize = 512;
+
+/// Whether the file begins with the mark of a database or of joint angles, or begins or ends with that of arrays.
+pub(super) fn has_mark(path: &Path) -> bool {
+    let ends = || -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        let length = file.metadata()?.len();
+        let mut ends = Vec::new();
+        file.by_ref().take(SEARCHED as u64).read_to_end(&mut ends)?;
+        let searched = if ends.starts_with(PARQUET_END) {
+            CREATOR_SEARCHED
+        } else {
+            SEARCHED
+        };
+        file.seek(SeekFrom::Start(length.saturating_sub(searched as u64)))?;
+        file.take(searched as u64).read_to_end(&mut ends)?;
+        Ok(ends)
+    };
+    let is_ours = |ends: Vec<u8>| match ends.starts_with(PARQUET_END) {
+        true => has_creator(&ends),
+        false => {
+            ends.starts_with(DATABASE_MARK)
+                || [ANGLES_MARK, ANALOG_MARK, FORCES_MARK]
+                    .iter()
+                    .any(|mark| ends.starts_with(mark.as_bytes()))
+                || memchr::memmem::find(&ends, ARRAY_MARK.as_bytes()).is_some()
+        }
+    };
+    ends().is_ok_and(is_ours)
+}
+
+/// Whether the creator is a text of the metadata: its length, and digits of a version, are around it.
+fn has_creator(ends: &[u8]) -> bool {
+    const SHORTEST: u8 = PARQUET_CREATOR.len() as u8 + 5;
+    memchr::memmem::find_iter(ends, PARQUET_CREATOR.as_bytes()).any(|at| {
+        let length = at.checked_sub(1).map_or(0, |before| ends[before]);
+        let version = ends.get(at + PARQUET_CREATOR.len());
+        (SHORTEST..64).contains(&length) && version.is_some_and(u8::is_ascii_digit)
+    })
+}

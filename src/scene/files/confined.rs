@@ -1,0 +1,133 @@
+//! The folder outside of which no file is opened, for programs that take names of files from others.
+
+use std::env;
+use std::fs;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+use std::sync::OnceLock;
+
+use crate::error::{Error, Result};
+
+/// Where files may be; everywhere, unless it is set.
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// From now on this process imports and writes no file outside of `folder`, whatever a file that it reads refers to:
+/// buffers, skeletons, meshes. Links count as what they lead to. It cannot be undone; the first folder stays.
+///
+/// ```no_run
+/// mocap::files::confine("takes".as_ref())?;
+/// let error = mocap::import("/etc/passwd").unwrap_err();
+/// assert!(error.to_string().contains("outside of the folder"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::Io`](crate::Code::Io) where there is no such folder.
+pub fn confine(folder: &Path) -> Result<()> {
+    let in_folder = |error| Error::io(folder, error);
+    let real = fs::canonicalize(folder).map_err(in_folder)?;
+    if !real.is_dir() {
+        return Err(in_folder(io::Error::new(
+            io::ErrorKind::NotADirectory,
+            "it must be a folder",
+        )));
+    }
+    // Another folder was there before: that one counts.
+    let _ = FOLDER.set(real);
+    Ok(())
+}
+
+/// Whether a file may be opened: always, before [`confine`] was called. The file need not exist.
+///
+/// ```
+/// # std::env::set_current_dir("../..").unwrap();
+/// assert!(mocap::files::check_confined("fixtures/real/cmu_short.bvh".as_ref()).is_ok());
+/// ```
+///
+/// # Errors
+/// [`Code::Io`](crate::Code::Io) for a file outside of the folder. It does not tell whether there is such a file.
+pub fn check_confined(path: &Path) -> Result<()> {
+    check_path(path).map_err(|error| Error::io(path, error))
+}
+
+/// As [`check_confined`], without the path in the error.
+pub(super) fn check_path(path: &Path) -> io::Result<()> {
+    FOLDER.get().map_or(Ok(()), |folder| check_within(path, folder))
+}
+
+fn check_within(path: &Path, folder: &Path) -> io::Result<()> {
+    let is_within = real_path(path).is_some_and(|real| real.starts_with(folder));
+    let message = "it is outside of the folder that this program may use, or a link that leads out of it";
+    is_within
+        .then_some(())
+        .ok_or_else(|| io::Error::new(io::ErrorKind::PermissionDenied, message))
+}
+
+/// The path without links, of which the end need not exist. `None` where that cannot be said: for a link without a
+/// target, and where `..` follows what does not exist.
+fn real_path(path: &Path) -> Option<PathBuf> {
+    let path = env::current_dir().ok()?.join(path);
+    let mut missing = Vec::new();
+    let mut existing = path.as_path();
+    loop {
+        if let Ok(real) = fs::canonicalize(existing) {
+            return Some(missing.iter().rev().fold(real, |path, name| path.join(name)));
+        }
+        if existing.is_symlink() {
+            return None;
+        }
+        match existing.components().next_back()? {
+            Component::Normal(name) => missing.push(name),
+            _ => return None,
+        }
+        existing = existing.parent()?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_leads_out_of_the_folder_is_outside() {
+        use std::os::unix::fs::symlink;
+        let whole = tempfile::tempdir().unwrap();
+        let whole = whole.path().canonicalize().unwrap();
+        let folder = whole.join("inside");
+        fs::create_dir_all(folder.join("below")).unwrap();
+        fs::create_dir(whole.join("inside too")).unwrap();
+        fs::write(whole.join("secret.bvh"), "").unwrap();
+        fs::write(folder.join("a.bvh"), "").unwrap();
+        symlink(whole.join("secret.bvh"), folder.join("link.bvh")).unwrap();
+        symlink(whole.join("new.bvh"), folder.join("dangling.bvh")).unwrap();
+        symlink(&whole, folder.join("out")).unwrap();
+        symlink(folder.join("a.bvh"), folder.join("own.bvh")).unwrap();
+        let is_within = |path: &str| check_within(&folder.join(path), &folder).is_ok();
+        for path in [
+            "a.bvh",
+            "new.bvh",
+            "below/../a.bvh",
+            "below/new/new.bvh",
+            "own.bvh",
+            ".",
+        ] {
+            assert!(is_within(path), "{path}");
+        }
+        let out = [
+            "..",
+            "../secret.bvh",
+            "../none.bvh",
+            "link.bvh",
+            "dangling.bvh",
+            "out/secret.bvh",
+            "out/new.bvh",
+            "none/../../secret.bvh",
+            "../inside too/a.bvh",
+            "/etc/passwd",
+        ];
+        for path in out {
+            assert!(!is_within(path), "{path}");
+        }
+    }
+}

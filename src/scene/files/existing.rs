@@ -1,0 +1,419 @@
+//! What an output may replace.
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use super::array_mark::{MARKED_EXTENSIONS, has_mark};
+use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
+use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
+use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
+use super::{Target, folder_of, unfinished_target};
+use crate::error::{Code, Diagnostic, Error, Result};
+
+/// Of files that say who wrote them: glTF, FBX and USD.
+const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda", "usdz"];
+
+/// Which files an output may replace.
+///
+/// An input is never replaced, also not through a link. A file with one of the
+/// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
+/// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
+/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv`
+/// that is no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
+/// `Provenance`. If an input is of these formats, that must also name an input as the source
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
+/// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
+/// character.
+///
+/// ```
+/// # std::env::set_current_dir("../..").unwrap();
+/// use mocap::files::ReplacePolicy;
+///
+/// let walk = "fixtures/real/cmu_12_01_walk.bvh";
+/// let policy = ReplacePolicy::new([walk]);
+/// let error = policy.check("fixtures/real/../real/cmu_12_01_walk.bvh".as_ref()).unwrap_err();
+/// assert_eq!(error.code().as_str(), "output-is-input");
+/// let error = policy.check("fixtures/real/cmu_short.bvh".as_ref()).unwrap_err();
+/// assert_eq!(error.code().as_str(), "output-exists");
+/// assert!(policy.check("fixtures/real/cmu_12_01_walk.glb".as_ref()).is_ok());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct ReplacePolicy {
+    inputs: Arc<HashSet<FileId>>,
+    /// The names of the inputs.
+    source_names: Arc<HashSet<String>>,
+    /// Whether one of them is glTF, FBX or USD.
+    may_tell: bool,
+    force: bool,
+}
+
+impl ReplacePolicy {
+    /// Extensions, in lower case, of files that may be somebody's source: of all formats that are read, and of
+    /// VRM.
+    pub const SOURCE_EXTENSIONS: &[&str] = &[
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "vmd",
+        "pmx", "bip", "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet",
+        "mot", "sto",
+    ];
+
+    /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
+    /// standard input reads, if it is one.
+    pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
+        let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
+        for input in inputs {
+            let input = input.as_ref();
+            let is_standard = input == Path::new("-");
+            files.extend(if is_standard {
+                FileId::of_standard_input()
+            } else {
+                FileId::of(input)
+            });
+            let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
+            names.extend(name);
+            // No name says what standard input is.
+            may_tell |= is_standard || has_extension(input, TELLING_EXTENSIONS);
+            if has_extension(input, &["gltf"])
+                && let Ok(asset) = Asset::of(input)
+            {
+                for buffer in asset.buffers.iter().filter_map(Buffer::file_name) {
+                    files.extend(FileId::of(&input.with_file_name(buffer)));
+                }
+            }
+        }
+        Self {
+            inputs: Arc::new(files),
+            source_names: Arc::new(names),
+            may_tell,
+            force: false,
+        }
+    }
+
+    /// Whether to replace files that may be somebody's source. Inputs are never replaced. Default: no.
+    #[must_use]
+    pub fn force(mut self, force: bool) -> Self {
+        self.force = force;
+        self
+    }
+
+    /// Checks whether an output may go to `path`.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
+    pub fn check(&self, path: &Path) -> Result<()> {
+        self.check_or(path, || false)
+    }
+
+    /// Checks whether an output with these bytes may go to `path`; a file with the same bytes may be replaced.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    pub fn check_bytes(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        self.check_parts(path, &[bytes])
+    }
+
+    /// As [`Self::check_bytes`], for bytes in several parts.
+    #[doc(hidden)]
+    pub fn check_parts(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+        self.check_or(path, || has_bytes(path, parts))
+    }
+
+    fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
+        self.check_inputs(path)?;
+        let is_replaceable = match fs::metadata(path) {
+            Ok(found) if found.is_file() && found.len() > 0 => self.force || !self.may_be_source(path) || is_same(),
+            // Folders, pipes and devices are not replaced.
+            _ => true,
+        };
+        if is_replaceable {
+            return Ok(());
+        }
+        let message = "the output would replace a file that this program did not write from these inputs";
+        let diagnostic = Diagnostic::new(Code::OutputExists, message)
+            .help("name another output (for several inputs a folder, with -o), or replace the file with --force");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
+    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the
+    /// same bytes, or replacing is forced. A buffer may replace that of a former output.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    #[doc(hidden)]
+    pub fn check_parts_beside(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+        if has_extension(path, &["bin"]) {
+            return self.check(path);
+        }
+        self.check_inputs(path)?;
+        if self.force || !path.exists() || has_bytes(path, parts) {
+            return Ok(());
+        }
+        let message = "a file that belongs to the output would replace another file of its name";
+        let diagnostic = Diagnostic::new(Code::OutputExists, message)
+            .help("write into another folder, or replace the file with --force");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
+    /// Checks that `path` is not an input.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`].
+    pub fn check_inputs(&self, path: &Path) -> Result<()> {
+        if FileId::of(path).is_none_or(|id| !self.inputs.contains(&id)) {
+            return Ok(());
+        }
+        let diagnostic = Diagnostic::new(Code::OutputIsInput, "the output would replace one of the inputs")
+            .help("name another output");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
+    /// Whether the file at `path`, which is not empty, may be somebody's source.
+    fn may_be_source(&self, path: &Path) -> bool {
+        // A link and its target may have different extensions.
+        let target = match Target::of(path) {
+            Ok(Target::File(target)) => target,
+            _ => path.to_owned(),
+        };
+        if has_extension(path, &["bin"]) || has_extension(&target, &["bin"]) {
+            return !is_our_buffer(&target);
+        }
+        if has_extension(&target, MARKED_EXTENSIONS) && has_mark(&target) {
+            return false;
+        }
+        if has_extension(&target, &["csv"]) {
+            return has_points(&target);
+        }
+        let is_source = |path: &Path| has_extension(path, Self::SOURCE_EXTENSIONS);
+        (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
+    }
+
+    fn is_output(&self, asset: &Asset) -> bool {
+        let is_input = |name: Option<&str>| name.is_some_and(|name| self.source_names.contains(name));
+        let is_added = |animation: &Extras| {
+            let names = [animation.source_name(), animation.character_name()];
+            animation.is_ours() && names.into_iter().all(is_input)
+        };
+        let is_whole = asset.asset.is_ours() && (!self.may_tell || is_input(asset.asset.source_name()));
+        is_whole || asset.animations.iter().any(is_added)
+    }
+}
+
+/// Whether the file at `path` is a glTF, FBX or USD file that this crate wrote, or to which it added animations,
+/// according to the file.
+pub fn has_provenance(path: &Path) -> bool {
+    let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
+    has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
+}
+
+/// Identifies a file: two paths to one file have one id.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum FileId {
+    #[cfg(unix)]
+    Inode { device: u64, inode: u64 },
+    #[cfg(not(unix))]
+    Path(PathBuf),
+}
+
+impl FileId {
+    /// None if there is no file.
+    #[cfg(unix)]
+    fn of(path: &Path) -> Option<Self> {
+        use std::os::unix::fs::MetadataExt;
+        let metadata = fs::metadata(path).ok()?;
+        Some(Self::Inode {
+            device: metadata.dev(),
+            inode: metadata.ino(),
+        })
+    }
+
+    /// The file that a shell gave as standard input; none where that is a terminal or a pipe.
+    #[cfg(unix)]
+    fn of_standard_input() -> Option<Self> {
+        use std::os::fd::AsFd;
+        use std::os::unix::fs::MetadataExt;
+        let input = File::from(io::stdin().as_fd().try_clone_to_owned().ok()?);
+        let metadata = input.metadata().ok().filter(fs::Metadata::is_file)?;
+        Some(Self::Inode {
+            device: metadata.dev(),
+            inode: metadata.ino(),
+        })
+    }
+
+    /// Standard input has no name here.
+    #[cfg(not(unix))]
+    fn of_standard_input() -> Option<Self> {
+        None
+    }
+
+    /// None if there is no file.
+    #[cfg(not(unix))]
+    fn of(path: &Path) -> Option<Self> {
+        fs::canonicalize(path).ok().map(Self::Path)
+    }
+}
+
+/// Whether a `.gltf` file of this crate beside `path` has it as its buffer.
+fn is_our_buffer(path: &Path) -> bool {
+    let is_buffer_of = |asset: &Asset| {
+        let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
+        // Clips of a character never go into a buffer of its own.
+        let is_ours = asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
+        is_ours && names.any(|name| path.ends_with(name))
+    };
+    let text = path.with_extension("gltf");
+    // A process may have been killed after it wrote the buffer.
+    let unfinished = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
+    let unfinished = unfinished.map(|entry| entry.path());
+    let unfinished =
+        unfinished.filter(|left| unfinished_target(left).is_some_and(|left| left.file_name() == text.file_name()));
+    std::iter::once(text.clone())
+        .chain(unfinished)
+        .any(|text| Asset::of(&text).is_ok_and(|asset| is_buffer_of(&asset)))
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// Whether the file is a table of points that this crate did not write: other tables are no motion.
+fn has_points(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(CSV_HEAD as u64).read_to_end(&mut head));
+    read.is_ok() && !is_own_csv(&head) && is_csv_of_points(&head)
+}
+
+fn has_bytes(path: &Path, parts: &[impl AsRef<[u8]>]) -> bool {
+    let length: usize = parts.iter().map(|part| part.as_ref().len()).sum();
+    let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == length as u64);
+    let has_bytes = || -> io::Result<bool> {
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
+        for part in parts {
+            let mut rest = part.as_ref();
+            while !rest.is_empty() {
+                let block = file.fill_buf()?;
+                let length = block.len().min(rest.len());
+                if length == 0 || block[..length] != rest[..length] {
+                    return Ok(false);
+                }
+                file.consume(length);
+                rest = &rest[length..];
+            }
+        }
+        Ok(true)
+    };
+    has_length && has_bytes().unwrap_or(false)
+}
+
+/// The part of a glTF, FBX or USD file that says who wrote it. It is not read with the reader of its format, because
+/// errors in the rest of a file do not matter here.
+#[derive(Default, Deserialize)]
+struct Asset {
+    asset: Extras,
+    #[serde(default)]
+    animations: Vec<Extras>,
+    #[serde(default)]
+    buffers: Vec<Buffer>,
+}
+
+#[derive(Default, Deserialize)]
+struct Extras {
+    extras: Option<serde_json::Map<String, serde_json::Value>>,
+}
+
+#[derive(Deserialize)]
+struct Buffer {
+    uri: Option<String>,
+}
+
+impl Buffer {
+    /// The file with the buffer, relative to the folder of the glTF file.
+    fn file_name(&self) -> Option<PathBuf> {
+        let uri = self.uri.as_deref().filter(|uri| !uri.starts_with("data:"))?;
+        Some(PathBuf::from(percent_decoded(uri)))
+    }
+}
+
+impl Asset {
+    fn of(path: &Path) -> io::Result<Self> {
+        let mut file = BufReader::new(File::open(path)?);
+        let mut header = [0; 20];
+        file.read_exact(&mut header)?;
+        let is_usd = header.starts_with(USD_HEAD) || header.starts_with(ZIP_HEAD);
+        if is_usd || header.starts_with(FBX_HEAD) {
+            let mut bytes = header.to_vec();
+            file.take(HEADER.max(USD_HEADER) as u64).read_to_end(&mut bytes)?;
+            let json = match is_usd {
+                true => usd_provenance(&bytes),
+                false => fbx_provenance(&bytes).map(str::to_owned),
+            };
+            return Ok(Self::of_provenance(json.as_deref()));
+        }
+        let asset = if header.starts_with(b"glTF") {
+            let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
+            serde_json::from_reader(file.take(length.into()))
+        } else {
+            serde_json::from_reader(header.chain(file))
+        };
+        Ok(asset?)
+    }
+
+    fn of_provenance(json: Option<&str>) -> Self {
+        let provenance = json.and_then(|json| serde_json::from_str(json).ok());
+        let extras = provenance.map(|provenance| serde_json::Map::from_iter([(PROVENANCE.to_owned(), provenance)]));
+        Self {
+            asset: Extras { extras },
+            ..Self::default()
+        }
+    }
+}
+
+impl Extras {
+    fn provenance(&self) -> Option<&serde_json::Value> {
+        self.extras.as_ref()?.get(PROVENANCE)
+    }
+
+    fn is_ours(&self) -> bool {
+        self.provenance()
+            .is_some_and(|provenance| provenance.get("version").is_some())
+    }
+
+    fn source_name(&self) -> Option<&str> {
+        self.provenance()?.get("source")?.get("name")?.as_str()
+    }
+
+    /// The file onto whose skeleton the motion was put.
+    fn character_name(&self) -> Option<&str> {
+        let steps = self.provenance()?.get("steps")?.as_array()?;
+        let onto = steps.iter().rev().find_map(|step| step.get("onto"))?;
+        onto.get("source")?.get("name")?.as_str()
+    }
+}
+
+/// Decodes a relative URI: `%` and two digits stand for a byte.
+#[doc(hidden)]
+pub fn percent_decoded(uri: &str) -> String {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&byte, after)) = rest.split_first() {
+        let digits = after
+            .get(..2)
+            .filter(|_| byte == b'%')
+            .and_then(|digits| std::str::from_utf8(digits).ok());
+        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(decoded) => {
+                bytes.push(decoded);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(byte);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

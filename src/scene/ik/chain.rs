@@ -1,0 +1,440 @@
+//! Chains of any number of bones, solved step by step.
+//!
+//! Without limits by FABRIK (Aristidou and Lasenby, 2011), which moves positions along the lines between them: bones
+//! stay of one length, and the bend is shared among them. It comes near quickly and then slowly, so the last step is
+//! exact: two parts of the chain as two rigid bones, else one joint after the other. With limits by cyclic coordinate
+//! descent, one joint after the other, since there each joint has its own rotation to clamp.
+
+use glam::{DVec3, Vec3};
+
+use super::arc;
+use super::goal::Goal;
+use super::limit::JointLimit;
+use super::two_bone::TwoBone;
+use crate::options::setters;
+use crate::pose::{Pose, Trs};
+use crate::scene::NodeId;
+
+/// Options of [`Pose::bend_chain`](crate::Pose::bend_chain).
+///
+/// [`Pose::bend_chain`](crate::Pose::bend_chain) has an example.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ChainOptions {
+    /// The limits, one for each joint from the first; those that are left out are free.
+    pub limits: Vec<JointLimit>,
+    /// How near, in units of the scene, is near enough. Default: 1e-4.
+    pub tolerance: f32,
+    /// The largest number of passes over the chain. Default: 100.
+    pub passes: usize,
+}
+
+impl Default for ChainOptions {
+    fn default() -> Self {
+        Self {
+            limits: Vec::new(),
+            tolerance: 1e-4,
+            passes: 100,
+        }
+    }
+}
+
+setters! {
+    ChainOptions {
+        limits: Vec<JointLimit>,
+        tolerance: f32,
+        passes: usize,
+    }
+}
+
+impl ChainOptions {
+    /// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first
+    /// joint and the distances between neighbours stay. Returns how far the end is from the goal.
+    ///
+    /// The limits do not count. Out of reach, the chain is straight towards the goal.
+    ///
+    /// ```
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::ChainOptions;
+    ///
+    /// let mut tail = [0.0, 1.0, 2.0, 3.0].map(|x| Vec3::new(x, 0.0, 0.0));
+    /// assert!(ChainOptions::default().bend_positions(&mut tail, Vec3::new(1.0, 1.0, 0.5)) < 1e-4);
+    /// assert!((tail[2].distance(tail[1]) - 1.0).abs() < 1e-6);
+    /// ```
+    pub fn bend_positions(&self, positions: &mut [Vec3], goal: Vec3) -> f32 {
+        let Some(end) = positions.last().copied() else {
+            return 0.0;
+        };
+        let mut points: Vec<DVec3> = positions.iter().map(|point| point.as_dvec3()).collect();
+        if goal.is_finite() && points.iter().all(|point| point.is_finite()) {
+            fabrik(&mut points, goal.as_dvec3(), f64::from(self.tolerance), self.passes);
+            if points.iter().all(|point| point.as_vec3().is_finite()) {
+                for (position, point) in positions.iter_mut().zip(&points) {
+                    *position = point.as_vec3();
+                }
+            }
+        }
+        positions.last().unwrap_or(&end).distance(goal)
+    }
+}
+
+fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
+    let lengths: Vec<f64> = points.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+    let reach: f64 = lengths.iter().sum();
+    let (Some(&start), last) = (points.first(), points.len() - 1) else {
+        return;
+    };
+    let to_goal = goal - start;
+    if to_goal.length() >= reach {
+        let to_goal = to_goal.normalize_or_zero();
+        for (index, length) in lengths.iter().enumerate() {
+            points[index + 1] = points[index] + to_goal * length;
+        }
+        return;
+    }
+    // Points in one line with the goal would stay in it: the last bones leave it by a tenth.
+    let aside = to_goal.try_normalize().unwrap_or(DVec3::X).any_orthonormal_vector();
+    let axis = (points[last] - start).try_normalize().unwrap_or(aside);
+    let is_straight = points
+        .iter()
+        .all(|point| (*point - start).reject_from_normalized(axis).length() < 1e-4 * reach);
+    if is_straight && points[last].distance(goal) > tolerance {
+        for (index, length) in lengths.iter().enumerate() {
+            let sign = if index % 2 == 0 { 0.1 } else { -0.1 };
+            points[index + 1] += aside * (sign * length);
+        }
+    }
+    for _ in 0..passes {
+        if is_met(points, &lengths, goal, tolerance) || close(points, goal, tolerance) {
+            return;
+        }
+        points[last] = goal;
+        for index in (0..last).rev() {
+            points[index] =
+                points[index + 1] + (points[index] - points[index + 1]).normalize_or(aside) * lengths[index];
+        }
+        points[0] = start;
+        for index in 0..last {
+            points[index + 1] =
+                points[index] + (points[index + 1] - points[index]).normalize_or(aside) * lengths[index];
+        }
+    }
+    if !close(points, goal, tolerance) && !is_met(points, &lengths, goal, tolerance) {
+        place_in_turn(points, &lengths, goal, aside);
+    }
+}
+
+/// Places one joint after the other, from the first, as near to where it is as the bones after it can still reach the
+/// goal. Exact where FABRIK comes near too slowly: where the goal is almost as near, or as far, as the bones allow.
+fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec3) {
+    for (index, &length) in lengths.iter().enumerate() {
+        let (here, next) = (points[index], points[index + 1]);
+        let after = &lengths[index + 1..];
+        let farthest: f64 = after.iter().sum();
+        let longest = after.iter().copied().fold(0.0, f64::max);
+        let distance = here.distance(goal);
+        let least = (2.0 * longest - farthest).max((distance - length).abs());
+        let most = farthest.min(distance + length);
+        let left = next.distance(goal).min(most).max(least);
+        // The two circles about this joint and the goal meet so far along the line between them.
+        let towards = (goal - here).normalize_or(aside);
+        let along = ((distance * distance + length * length - left * left) / (2.0 * distance)).clamp(-length, length);
+        let along = if along.is_nan() { 0.0 } else { along };
+        let side = (next - here).reject_from_normalized(towards);
+        let side = side.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+        points[index + 1] = here + towards * along + side * (length * length - along * along).max(0.0).sqrt();
+    }
+}
+
+/// Whether the end is at the goal, and every bone as long as it was.
+fn is_met(points: &[DVec3], lengths: &[f64], goal: DVec3, tolerance: f64) -> bool {
+    let is_kept = |(pair, length): (&[DVec3], &f64)| (pair[0].distance(pair[1]) - length).abs() <= 1e-9 * length;
+    points.last().is_some_and(|end| end.distance(goal) <= tolerance) && points.windows(2).zip(lengths).all(is_kept)
+}
+
+/// Turns the chain as two rigid parts about its start and about the joint between them that allows it with the smallest
+/// turn. `false` where none does, or where the parts would turn far: the bend would no longer be shared.
+fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
+    /// The farthest that a pass leaves to the last step, as a fraction of the distance of the goal.
+    const NEAR: f64 = 0.05;
+    let (start, last) = (points[0], points.len() - 1);
+    let distance = goal.distance(start);
+    if last < 2 || points[last].distance(goal) > NEAR * distance {
+        return false;
+    }
+    let room = |joint: usize| {
+        let (a, b) = (points[joint].distance(start), points[joint].distance(points[last]));
+        (a + b - distance).min(distance - (a - b).abs())
+    };
+    let Some(joint) = (1..last).max_by(|a, b| room(*a).total_cmp(&room(*b))) else {
+        return false;
+    };
+    if room(joint) < 0.0 {
+        return false;
+    }
+    // Near the origin of the chain, where single precision has its digits.
+    let local = |point: DVec3| (point - start).as_vec3();
+    let found = TwoBone::solve(
+        [Vec3::ZERO, local(points[joint]), local(points[last])],
+        local(goal),
+        None,
+    );
+    let (pivot, upper, lower) = (
+        points[joint],
+        found.upper.as_dquat().normalize(),
+        found.lower.as_dquat().normalize(),
+    );
+    let new_pivot = start + upper * (pivot - start);
+    for (index, point) in points.iter_mut().enumerate() {
+        *point = match index <= joint {
+            true => start + upper * (*point - start),
+            false => new_pivot + lower * (*point - pivot),
+        };
+    }
+    points[last].distance(goal) <= tolerance.max(1e-6 * distance)
+}
+
+impl Pose {
+    /// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself
+    /// where the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+    ///
+    /// # Panics
+    /// If the pose lacks one of the nodes.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::glam::Vec3;
+    /// use mocap::ik::{ChainOptions, Goal, JointLimit};
+    /// use mocap::{Pose, scene::NodeId};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+    /// let arm: Vec<NodeId> = (0..4).map(NodeId::new).collect(); // shoulder, elbow, wrist, and the tip of the hand
+    /// // The shoulder is free, the elbow a hinge.
+    /// let elbow = JointLimit::Hinge { rest: Default::default(), axis: Vec3::Z, min: -3.0, max: 3.0 };
+    /// let options = ChainOptions::new().limits(vec![JointLimit::Free, elbow]).tolerance(1e-3);
+    /// let goal = pose.position(arm[0]) + Vec3::new(1.0, 2.0, 0.0);
+    /// assert!(pose.bend_chain(&arm, &Goal::at(goal), &options) < 0.01);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn bend_chain(&mut self, nodes: &[NodeId], goal: &Goal, options: &ChainOptions) -> f32 {
+        let Some((&end, joints)) = nodes.split_last() else {
+            return 0.0;
+        };
+        let mut distance = 0.0;
+        if let Some(position) = goal.position_from(self.position(end)) {
+            if options.limits.iter().all(|limit| *limit == JointLimit::Free) {
+                let mut positions: Vec<Vec3> = nodes.iter().map(|node| self.position(*node)).collect();
+                options.bend_positions(&mut positions, position);
+                for (index, &node) in joints.iter().enumerate() {
+                    let from = self.position(nodes[index + 1]) - self.position(node);
+                    turn(self, node, from, positions[index + 1] - self.position(node));
+                }
+            } else {
+                for (&node, limit) in joints.iter().zip(&options.limits) {
+                    clamp(self, node, limit);
+                }
+                cyclic_coordinate_descent(self, nodes, position, options);
+            }
+            distance = self.position(end).distance(position);
+        }
+        let rotation = Trs::from_matrix(self.node_to_world[end.index()]).rotation;
+        if let Some(rotation) = goal.rotation_from(rotation) {
+            self.rotate(end, rotation);
+        }
+        distance
+    }
+}
+
+fn cyclic_coordinate_descent(pose: &mut Pose, nodes: &[NodeId], goal: Vec3, options: &ChainOptions) {
+    let Some((&end, joints)) = nodes.split_last() else {
+        return;
+    };
+    for _ in 0..options.passes {
+        for (index, &node) in joints.iter().enumerate().rev() {
+            if pose.position(end).distance(goal) <= options.tolerance {
+                return;
+            }
+            let here = pose.position(node);
+            let (from, to) = (pose.position(end) - here, goal - here);
+            turn(pose, node, from, to);
+            if let Some(limit) = options.limits.get(index) {
+                clamp(pose, node, limit);
+            }
+        }
+    }
+}
+
+/// Turns `node` so that `from`, a direction in the world, becomes `to`.
+fn turn(pose: &mut Pose, node: NodeId, from: Vec3, to: Vec3) {
+    let (from, to) = (from.as_dvec3(), to.as_dvec3());
+    let axis = from.try_normalize().map_or(DVec3::X, DVec3::any_orthonormal_vector);
+    pose.rotate(node, arc(from, to, axis).as_quat());
+}
+
+/// Brings the rotation of `node` to its parent within its limit.
+fn clamp(pose: &mut Pose, node: NodeId, limit: &JointLimit) {
+    if *limit != JointLimit::Free {
+        let trs = Trs::from_matrix(pose.node_to_parent[node.index()]);
+        let rotation = limit.clamp(trs.rotation);
+        pose.node_to_parent[node.index()] = Trs { rotation, ..trs }.matrix();
+        pose.update_below(node);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Mat4, Quat};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::{Node, Scene};
+
+    fn unit() -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |toward| Vec3::from(toward).try_normalize())
+    }
+
+    /// A chain of 3 to 8 bones of 5 to 50 cm.
+    fn bones() -> impl Strategy<Value = Vec<Vec3>> {
+        prop::collection::vec(
+            (unit(), 0.05f32..0.5).prop_map(|(toward, length)| toward * length),
+            3..8,
+        )
+    }
+
+    fn rotation() -> impl Strategy<Value = Quat> {
+        (unit(), -3f32..3.0).prop_map(|(axis, angle)| Quat::from_axis_angle(axis, angle))
+    }
+
+    fn pose_of(bones: &[Vec3]) -> (Pose, Vec<NodeId>) {
+        let node = |(index, bone): (usize, &Vec3)| Node {
+            parent: index.checked_sub(1).map(NodeId::new),
+            transform: Mat4::from_translation(*bone),
+            ..Node::default()
+        };
+        let offsets = std::iter::once(&Vec3::ZERO).chain(bones);
+        let scene = Scene {
+            nodes: offsets.enumerate().map(node).collect(),
+            ..Scene::default()
+        };
+        (Pose::rest(&scene), (0..=bones.len()).map(NodeId::new).collect())
+    }
+
+    fn turned(bones: &[Vec3], rotations: &[Quat]) -> Pose {
+        let (mut pose, _) = pose_of(bones);
+        for (matrix, rotation) in pose.node_to_parent.iter_mut().zip(rotations) {
+            *matrix *= Mat4::from_quat(*rotation);
+        }
+        pose.update_world();
+        pose
+    }
+
+    /// The angle of a rotation; exact for small ones, unlike an arc cosine.
+    fn angle(rotation: Quat) -> f32 {
+        2.0 * rotation.xyz().length().atan2(rotation.w.abs())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(10_000))]
+
+        #[test]
+        fn a_goal_within_reach_is_reached(bones in bones(), rotations in prop::collection::vec(rotation(), 8)) {
+            let (mut pose, nodes) = pose_of(&bones);
+            let goal = turned(&bones, &rotations).position(nodes[bones.len()]);
+            let distance = pose.bend_chain(&nodes, &Goal::at(goal), &ChainOptions::default());
+            prop_assert!(distance < 1e-3, "{distance}");
+            for (index, bone) in bones.iter().enumerate() {
+                let length = pose.position(nodes[index]).distance(pose.position(nodes[index + 1]));
+                prop_assert!((length - bone.length()).abs() < 1e-6);
+            }
+        }
+
+    }
+
+    proptest! {
+        #[test]
+        fn beyond_reach_the_chain_is_straight_towards_the_goal(bones in bones(), toward in unit(), beyond in 1.001f32..1e4) {
+            let (mut pose, nodes) = pose_of(&bones);
+            let reach: f32 = bones.iter().map(|bone| bone.length()).sum();
+            pose.bend_chain(&nodes, &Goal::at(toward * (reach * beyond)), &ChainOptions::default());
+            let mut length = 0.0;
+            for (bone, node) in bones.iter().zip(&nodes[1..]) {
+                length += bone.length();
+                prop_assert!(pose.position(*node).distance(toward * length) < 1e-5);
+            }
+        }
+
+        #[test]
+        fn no_joint_leaves_its_limit(bones in bones(), goal in unit(), swing in 0.05f32..1.5, twist in 0.0f32..1.0) {
+            let (mut pose, nodes) = pose_of(&bones);
+            let cone = |bone: &Vec3| JointLimit::Cone { rest: Quat::IDENTITY, axis: *bone, swing, twist };
+            let mut limits: Vec<JointLimit> = bones.iter().map(cone).collect();
+            limits[1] = JointLimit::Hinge { rest: Quat::IDENTITY, axis: Vec3::X, min: -0.2, max: swing };
+            let options = ChainOptions { limits: limits.clone(), ..ChainOptions::default() };
+            pose.bend_chain(&nodes, &Goal::at(goal), &options);
+            for (index, bone) in bones.iter().enumerate() {
+                let rotation = Trs::from_matrix(pose.node_to_parent[index]).rotation;
+                if index == 1 {
+                    prop_assert!(rotation.y.abs() < 1e-4 && rotation.z.abs() < 1e-4);
+                    let by = 2.0 * rotation.x.atan2(rotation.w);
+                    prop_assert!((-0.201..swing + 1e-3).contains(&by), "{by}");
+                } else {
+                    let swung = (rotation * *bone).angle_between(*bone);
+                    prop_assert!(swung < swing + 1e-3, "{swung} of {swing}");
+                    let swing_part = arc(bone.as_dvec3(), (rotation * *bone).as_dvec3(), DVec3::X).as_quat();
+                    prop_assert!(angle(swing_part.inverse() * rotation) < twist + 1e-3);
+                }
+            }
+        }
+
+        /// A chain may come to stand where no single joint's turn brings the end nearer, but not far off.
+        #[test]
+        fn a_goal_within_the_limits_is_approached(bones in bones(), rotations in prop::collection::vec((unit(), -0.5f32..0.5), 8)) {
+            let rotations: Vec<Quat> = rotations.iter().map(|(axis, by)| Quat::from_axis_angle(*axis, *by)).collect();
+            let (mut pose, nodes) = pose_of(&bones);
+            let end = nodes[bones.len()];
+            let goal = turned(&bones, &rotations).position(end);
+            let before = pose.position(end).distance(goal);
+            let limit = |bone: &Vec3| JointLimit::Cone { rest: Quat::IDENTITY, axis: *bone, swing: 0.6, twist: 0.6 };
+            let options = ChainOptions { limits: bones.iter().map(limit).collect(), ..ChainOptions::default() };
+            let distance = pose.bend_chain(&nodes, &Goal::at(goal), &options);
+            prop_assert!(distance <= 1e-3 || distance < 0.5 * before, "{distance} of {before}");
+        }
+
+        #[test]
+        fn no_goal_gives_a_pose_that_is_not_finite(bones in bones(), values in prop::array::uniform3(prop_oneof![
+            Just(0.0f32), Just(f32::NAN), Just(f32::INFINITY), Just(f32::MAX), Just(-1e-30), -2f32..2.0,
+        ])) {
+            let limits = [Vec::new(), vec![JointLimit::Cone { rest: Quat::IDENTITY, axis: Vec3::ZERO, swing: 1.0, twist: 0.1 }; 3]];
+            for limits in limits {
+                let (mut pose, nodes) = pose_of(&bones);
+                let options = ChainOptions { limits, ..ChainOptions::default() };
+                pose.bend_chain(&nodes, &Goal::at(Vec3::from(values)), &options);
+                prop_assert!(pose.node_to_world.iter().all(Mat4::is_finite));
+            }
+        }
+    }
+
+    #[test]
+    fn a_rotation_and_half_a_weight() {
+        let (mut pose, nodes) = pose_of(&[Vec3::X, Vec3::X, Vec3::X]);
+        let quarter = Quat::from_rotation_y(1.0);
+        let goal = Goal {
+            position_weight: 0.5,
+            rotation_weight: 0.5,
+            ..Goal::at(Vec3::new(1.0, 1.0, 0.0)).with_rotation(quarter)
+        };
+        pose.bend_chain(&nodes, &goal, &ChainOptions::default());
+        assert!(pose.position(nodes[3]).distance(Vec3::new(2.0, 0.5, 0.0)) < 1e-3);
+        // Half of the rotation from the one that the chain gives it.
+        let mut without = pose_of(&[Vec3::X, Vec3::X, Vec3::X]).0;
+        let position = Goal { rotation: None, ..goal };
+        without.bend_chain(&nodes, &position, &ChainOptions::default());
+        let rotation = |pose: &Pose| Trs::from_matrix(pose.node_to_world[3]).rotation;
+        let (whole, half) = (
+            quarter * rotation(&without).inverse(),
+            rotation(&pose) * rotation(&without).inverse(),
+        );
+        assert!((angle(half) - 0.5 * angle(whole)).abs() < 1e-4);
+    }
+}

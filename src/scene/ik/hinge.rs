@@ -1,0 +1,213 @@
+//! Two bones whose middle joint is a hinge, as an elbow or a knee: where the limb is nearly straight, the hinge says to
+//! which side it bends.
+
+use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
+
+use super::arc;
+use super::goal::Goal;
+use super::two_bone::{NO_DIRECTION, Triangle, direction};
+use crate::math::directions::rotation_of;
+use crate::pose::Pose;
+use crate::scene::NodeId;
+
+/// The sine of the bend at which the bend that is seen counts as much as the hinge: 3 degrees.
+const SEEN: f64 = 0.05;
+
+/// The most that a hinge counts against the bend that is seen, as a fraction of the first bone's length by which the
+/// middle joint is aside: that of a bend of 2.3 degrees. A joint that is seen to bend farther back than that stays
+/// there.
+const MOST_OF_HINGE: f64 = 0.02;
+
+/// The rotations of two bones in the world, to be applied after those that they have, that bring the end to a goal.
+#[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
+pub struct HingeRotations {
+    #[doc(hidden)]
+    pub upper: Quat,
+    /// It contains that of the first bone.
+    #[doc(hidden)]
+    pub lower: Quat,
+}
+
+/// The normal of the plane in which a limb bends, of unit length: that of its two bones, and the hinge where they are
+/// nearly straight. `hinge` is the axis about which the second bone bends from the first, at right angles to it, in the
+/// world. A limb that bends to the wrong side is taken for a straight one.
+#[doc(hidden)]
+pub fn plane_normal(joints: [Vec3; 3], hinge: Vec3) -> Vec3 {
+    let [start, middle, end] = joints.map(Vec3::as_dvec3);
+    let (first, second) = (middle - start, end - middle);
+    let upper = first.normalize_or_zero();
+    let seen = upper.cross(second.normalize_or_zero());
+    let hinge = hinge.as_dvec3().reject_from(upper.try_normalize().unwrap_or(DVec3::X));
+    let Some(hinge) = hinge.try_normalize() else {
+        let normal = seen.try_normalize();
+        return normal.unwrap_or_else(|| upper.any_orthonormal_vector()).as_vec3();
+    };
+    let to_the_right_side = seen - hinge * seen.dot(hinge).min(0.0);
+    (to_the_right_side + SEEN * hinge).normalize().as_vec3()
+}
+
+/// The rotations that bring the end of a limb to `goal`. `normals` are those of the plane in which it bends: as it is,
+/// of [`plane_normal`], and as it is to be. Out of reach, the bones are straight towards the goal.
+#[doc(hidden)]
+pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Option<HingeRotations> {
+    let [start, middle, end] = joints.map(Vec3::as_dvec3);
+    let (first, second) = (middle - start, end - middle);
+    let (a, b) = (first.length(), second.length());
+    let nothing = NO_DIRECTION * (a + b);
+    if !(a.min(b) > nothing && goal.is_finite()) {
+        return None;
+    }
+    let to_goal = goal.as_dvec3() - start;
+    let new = direction(to_goal, nothing).or_else(|| direction(end - start, nothing))?;
+    let normal = direction(normals[1].as_dvec3().reject_from_normalized(new), 0.0)?;
+    let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
+    let upper_way = new * along + new.cross(normal) * aside;
+    let lower_way = new * reach - upper_way;
+    let turn = |from: DVec3, to: DVec3| {
+        let about = normals[0].as_dvec3();
+        Some(frame(to, normal)? * frame(from, about)?.transpose())
+    };
+    let rotation = |from: DVec3, to: DVec3| Some(DQuat::from_mat3(&turn(from, to)?).normalize());
+    let (upper, lower) = (rotation(first, upper_way)?, rotation(second, lower_way)?);
+    // What is left of rounding goes by the shortest rotation.
+    let exact = |rotation: DQuat, from: DVec3, to: DVec3| arc(rotation * from, to, normal) * rotation;
+    let (upper, lower) = (exact(upper, first, upper_way), exact(lower, second, lower_way));
+    let found = HingeRotations {
+        upper: upper.normalize().as_quat(),
+        lower: lower.normalize().as_quat(),
+    };
+    (found.upper.is_finite() && found.lower.is_finite()).then_some(found)
+}
+
+/// The axis about which a limb is bent in a pose, in the frame of its first joint, as long as the sine of the bend.
+#[doc(hidden)]
+pub fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
+    let [start, middle, end] = limb.map(|node| pose.position(node));
+    let (upper, lower) = ((middle - start).normalize_or_zero(), (end - middle).normalize_or_zero());
+    rotation_of(&pose.node_to_world[limb[0].index()]).inverse() * upper.cross(lower)
+}
+
+/// The rotations that bring the end of a limb to `goal`, in the plane in which it bends now, turned with the direction
+/// of its end by the smallest rotation. Where it is nearly straight and has to bend more, noise decides that plane, so
+/// the hinge counts by as much as the middle joint goes farther aside, up to [`MOST_OF_HINGE`]. `hinge` is as in
+/// [`plane_normal`].
+#[doc(hidden)]
+pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<HingeRotations> {
+    let [start, middle, end] = joints.map(Vec3::as_dvec3);
+    let (first, second) = (middle - start, end - middle);
+    let (a, b) = (first.length(), second.length());
+    let nothing = NO_DIRECTION * (a + b);
+    let to_goal = goal.as_dvec3() - start;
+    let old = direction(end - start, nothing).or_else(|| direction(first, nothing))?;
+    let new = direction(to_goal, nothing).unwrap_or(old);
+    let aside = |distance: f64| Triangle::new(a, b, distance).aside;
+    let more = aside(to_goal.length()) - aside(end.distance(start));
+    let hinge = hinge.as_dvec3().reject_from_normalized(old).normalize_or_zero();
+    let seen = first.cross(old);
+    let normal = (seen + more.clamp(0.0, MOST_OF_HINGE * a) * hinge).try_normalize()?;
+    let turned = arc(old, new, normal) * normal;
+    hinge_rotations(joints, goal, [normal.as_vec3(), turned.as_vec3()])
+}
+
+impl Pose {
+    /// As [`Pose::bend_limb`] of a limb whose middle joint is a hinge: its axis is in the frame of the first joint.
+    #[doc(hidden)]
+    pub fn bend_hinged_limb(&mut self, limb: [NodeId; 3], goal: &Goal, hinge: Vec3) -> f32 {
+        let hinge = rotation_of(&self.node_to_world[limb[0].index()]) * hinge;
+        self.bend_by(limb, goal, |joints, position| {
+            let found = bend_about_hinge(joints, position, hinge)?;
+            Some([found.upper, found.lower])
+        })
+    }
+}
+
+/// The axes along a bone, across its plane, and in it.
+fn frame(along: DVec3, normal: DVec3) -> Option<DMat3> {
+    let along = along.try_normalize()?;
+    let normal = normal.reject_from_normalized(along).try_normalize()?;
+    Some(DMat3::from_cols(along, normal, along.cross(normal)))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn unit() -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-1f32..1.0).prop_filter_map("no direction", |toward| Vec3::from(toward).try_normalize())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        /// Also a limb that is straight, of which only the hinge says how it bends.
+        #[test]
+        fn a_goal_within_reach_is_reached(
+            toward in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), fraction in 0f32..=1.0,
+        ) {
+            let hinge = toward.cross(other);
+            prop_assume!(hinge.length() > 0.05);
+            let (hinge, (a, b)) = (hinge.normalize(), lengths);
+            let middle = toward * a;
+            let joints = [Vec3::ZERO, middle, middle + Quat::from_axis_angle(hinge, bend) * toward * b];
+            let goal = goal * ((a - b).abs() + fraction * (a + b - (a - b).abs()));
+            let old = plane_normal(joints, hinge);
+            prop_assert!(old.dot(hinge) > 0.999);
+            prop_assume!(old.reject_from_normalized(goal.normalize_or(Vec3::X)).length() > 0.05);
+            let found = hinge_rotations(joints, goal, [old, old]).unwrap();
+            let knee = found.upper * joints[1];
+            let end = knee + found.lower * (joints[2] - joints[1]);
+            prop_assert!(end.distance(goal) < 1e-5, "{}", end.distance(goal));
+            // The second bone still bends about the hinge, to the right side.
+            let bent = knee.cross(end - knee);
+            prop_assert!(bent.dot(old.reject_from_normalized(goal.normalize())) > -1e-5, "{bent}");
+        }
+    }
+
+    /// Noise of a tenth of a millimetre to any side of a straight leg moves a knee that has to bend by little.
+    #[test]
+    fn noise_does_not_turn_the_plane_of_a_straight_leg() {
+        let (thigh, ankle, hinge) = (Vec3::Y, Vec3::ZERO, Vec3::X);
+        let goal = Vec3::new(0.0, 0.02, 0.01);
+        let knee = |noise: Vec3| {
+            let joints = [thigh, Vec3::Y * 0.5 + noise, ankle];
+            let found = bend_about_hinge(joints, goal, hinge).unwrap();
+            let knee = thigh + found.upper * (joints[1] - thigh);
+            let end = knee + found.lower * (ankle - joints[1]);
+            assert!(end.distance(goal) < 1e-5);
+            assert!(found.upper.to_axis_angle().1 < 0.5, "the thigh is twisted");
+            knee
+        };
+        let still = knee(Vec3::ZERO);
+        assert!(still.z > 0.05, "it bends to the front: {still}");
+        for angle in 0..12 {
+            let noise = Quat::from_rotation_y(angle as f32 * std::f32::consts::FRAC_PI_6) * Vec3::Z * 1e-4;
+            assert!(knee(noise).distance(still) < 0.002, "{noise}");
+        }
+    }
+
+    /// A knee that is bent, also to the back, keeps its plane; where the goal is the end, nothing changes.
+    #[test]
+    fn a_limb_that_is_seen_to_bend_keeps_its_plane() {
+        for knee in [
+            Vec3::new(0.0, 0.5, 0.1),
+            Vec3::new(0.0, 0.5, -0.1),
+            Vec3::new(0.1, 0.5, 0.0),
+        ] {
+            let joints = [Vec3::Y, knee, Vec3::ZERO];
+            let same = bend_about_hinge(joints, joints[2], Vec3::X).unwrap();
+            assert!(same.upper.angle_between(Quat::IDENTITY) < 1e-3);
+            let found = bend_about_hinge(joints, Vec3::Y * 0.02, Vec3::X).unwrap();
+            let moved = joints[0] + found.upper * (knee - joints[0]);
+            let (before, after) = (knee.with_y(0.0), moved.with_y(0.0));
+            // The hinge counts by no more than MOST_OF_HINGE against the tenth of a metre that the knee is aside.
+            let most = (MOST_OF_HINGE as f32 * knee.distance(joints[0]) / 0.1).atan();
+            assert!(
+                after.length() > 0.1 && before.angle_between(after) < most + 1e-3,
+                "{knee} {moved}"
+            );
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Scenes of motion capture: the data, and what needs nothing but the data.
+
+pub mod error;
+pub mod files;
+pub mod ik;
+pub mod limits;
+#[doc(hidden)]
+pub mod math;
+#[doc(hidden)]
+pub mod options;
+pub mod player;
+pub mod pose;
+pub mod process;
+pub mod scene;
+
+pub use self::error::{Code, Diagnostic, Error, Location, Result, visible};
+pub use self::limits::Limits;
+pub use self::player::{LoopMode, Player};
+pub use self::pose::{Binding, OutOfRange, Pose, Trs, Updater};
+pub use self::process::SkeletonMesh;
+pub use self::scene::{Format, RootOffset, Scene};

@@ -1,0 +1,128 @@
+//! Symmetric positive definite systems, of which the lower triangle is given row by row.
+
+/// Products that are added side by side, so that no addition waits for the one before.
+const LANES: usize = 4;
+
+/// The sum of the products of two rows of one length.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = std::iter::zip(a.remainder(), b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in std::iter::zip(a, b) {
+        for lane in 0..LANES {
+            lanes[lane] += a[lane] * b[lane];
+        }
+    }
+    rest + lanes.iter().sum::<f64>()
+}
+
+/// Replaces the lower triangle by its factor L, with L times its transpose the matrix.
+pub fn factor(matrix: &mut [f64], size: usize) {
+    for row in 0..size {
+        for column in 0..=row {
+            let (above, here) = matrix.split_at_mut(row * size);
+            if column < row {
+                let other = &above[column * size..column * size + column];
+                let sum = here[column] - dot(&here[..column], other);
+                here[column] = sum / above[column * size + column];
+            } else {
+                let sum = here[row] - dot(&here[..row], &here[..row]);
+                here[row] = sum.max(1e-18).sqrt();
+            }
+        }
+    }
+}
+
+/// As [`solve`], of a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand before
+/// their parents: nothing else comes into its factor there (A. George, J. Liu, Computer Solution of Large Sparse
+/// Positive Definite Systems, 1981, on envelopes).
+pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
+    let size = first.len();
+    for row in 0..size {
+        let (above, here) = matrix.split_at_mut(row * size);
+        for column in first[row]..=row {
+            let from = first[row].max(first[column]);
+            if column < row {
+                let other = &above[column * size..(column + 1) * size];
+                let sum = here[column] - dot(&here[from..column], &other[from..column]);
+                here[column] = sum / other[column];
+            } else {
+                let sum = here[row] - dot(&here[from..row], &here[from..row]);
+                here[row] = sum.max(1e-18).sqrt();
+            }
+        }
+    }
+    for row in 0..size {
+        let own = &matrix[row * size..(row + 1) * size];
+        let known = dot(&own[first[row]..row], &right[first[row]..row]);
+        right[row] = (right[row] - known) / own[row];
+    }
+    for row in (0..size).rev() {
+        let own = &matrix[row * size..(row + 1) * size];
+        right[row] /= own[row];
+        let value = right[row];
+        for column in first[row]..row {
+            right[column] -= own[column] * value;
+        }
+    }
+}
+
+/// Solves L y = right, and leaves y in `right`.
+pub fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
+    forward_from(matrix, right, size, 0);
+}
+
+/// As [`forward`], of a right side that is 0 before `first`, as y then is.
+pub fn forward_from(matrix: &[f64], right: &mut [f64], size: usize, first: usize) {
+    for row in first..size {
+        let known = dot(&matrix[row * size + first..row * size + row], &right[first..row]);
+        right[row] = (right[row] - known) / matrix[row * size + row];
+    }
+}
+
+/// Solves the transpose of L times x = right, and leaves x in `right`.
+pub fn backward(matrix: &[f64], right: &mut [f64], size: usize) {
+    for row in (0..size).rev() {
+        let known: f64 = (row + 1..size)
+            .map(|other| matrix[other * size + row] * right[other])
+            .sum();
+        right[row] = (right[row] - known) / matrix[row * size + row];
+    }
+}
+
+/// Solves the system, and leaves the solution in its right side; the matrix becomes its factor.
+pub fn solve(matrix: &mut [f64], right: &mut [f64], size: usize) {
+    factor(matrix, size);
+    forward(matrix, right, size);
+    backward(matrix, right, size);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tree_is_solved_as_the_whole_matrix_is() {
+        // Two chains of two below a root: 0 below 1, 2 below 3, both below 4.
+        let first = [0, 0, 2, 2, 0];
+        let mut matrix = vec![0.0; 25];
+        for (row, from) in first.into_iter().enumerate() {
+            for column in from..row {
+                let is_other_chain = row == 3 && column < 2;
+                matrix[row * 5 + column] = if is_other_chain {
+                    0.0
+                } else {
+                    0.3 + 0.1 * (row + column) as f64
+                };
+            }
+            matrix[row * 5 + row] = 4.0 + row as f64;
+        }
+        let mut right = vec![1.0, -2.0, 3.0, 0.5, -1.0];
+        let (mut whole, mut solution) = (matrix.clone(), right.clone());
+        solve(&mut whole, &mut solution, 5);
+        solve_envelope(&mut matrix, &mut right, &first);
+        for (own, other) in right.iter().zip(&solution) {
+            assert!((own - other).abs() < 1e-12, "{right:?} {solution:?}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Numbers of 16 bits, IEEE 754's binary16: 11 significant bits, up to 65,504.
+
+/// The largest number of 16 bits.
+pub const MOST: f32 = 65_504.0;
+/// Bits of a mantissa of 32 that one of 16 lacks.
+const DROPPED: u32 = 13;
+/// The difference of both exponents' biases.
+const REBIAS: u32 = (127 - 15) << 23;
+/// The least normal number: 2^-14.
+const LEAST_NORMAL: f32 = 6.103_515_6e-5;
+/// 2^24: what makes a subnormal number of 16 bits a whole one.
+const SUBNORMAL: f32 = 16_777_216.0;
+
+/// The nearest number of 16 bits to a finite one of at most [`MOST`], halfway the even one; beyond, [`MOST`].
+pub fn to_half(value: f32) -> u16 {
+    let sign = (value.to_bits() >> 16) as u16 & 0x8000;
+    let magnitude = value.abs().min(MOST);
+    if magnitude < LEAST_NORMAL {
+        return sign | (magnitude * SUBNORMAL).round_ties_even() as u16;
+    }
+    let bits = magnitude.to_bits();
+    let odd = (bits >> DROPPED) & 1;
+    let rounded = bits + (1 << (DROPPED - 1)) - 1 + odd;
+    sign | ((rounded - REBIAS) >> DROPPED) as u16
+}
+
+/// The number that 16 bits stand for.
+pub fn from_half(bits: u16) -> f32 {
+    let (exponent, mantissa) = ((bits >> 10) & 31, u32::from(bits & 0x3ff));
+    let magnitude = match exponent {
+        0 => mantissa as f32 / SUBNORMAL,
+        31 if mantissa == 0 => f32::INFINITY,
+        31 => f32::NAN,
+        _ => f32::from_bits((u32::from(exponent) << 23 | mantissa << DROPPED) + REBIAS),
+    };
+    if bits & 0x8000 == 0 { magnitude } else { -magnitude }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_of_16_bits_stays() {
+        for bits in 0..=u16::MAX {
+            let value = from_half(bits);
+            if value.is_finite() {
+                assert_eq!(to_half(value), bits, "{value}");
+            }
+        }
+        // Of IEEE 754: one, the least subnormal, the largest.
+        assert_eq!(
+            [0x3c00, 0x0001, 0x7bff].map(from_half),
+            [1.0, 2.0_f32.powi(-24), 65_504.0]
+        );
+    }
+
+    #[test]
+    fn a_number_goes_to_the_nearest() {
+        for bits in 0..0x7bff_u16 {
+            let (below, above) = (from_half(bits), from_half(bits + 1));
+            let middle = below + (above - below) / 2.0;
+            let even = bits + (bits & 1);
+            assert_eq!(to_half(middle), even);
+            assert_eq!(to_half(f32::from_bits(middle.to_bits() - 1)), bits);
+            assert_eq!(to_half(-f32::from_bits(middle.to_bits() + 1)), (bits + 1) | 0x8000);
+        }
+        assert_eq!(to_half(1e30), 0x7bff);
+    }
+}

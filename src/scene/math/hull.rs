@@ -1,0 +1,49 @@
+//! The convex hull of points in a plane.
+
+use glam::DVec2;
+
+/// The corners of the convex hull, anticlockwise: by A. M. Andrew's monotone chain, the lower side, then the upper one.
+/// None where all points are one.
+pub fn convex_hull(points: &mut [DVec2]) -> Vec<DVec2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let mut hull: Vec<DVec2> = Vec::with_capacity(2 * points.len());
+    for half in [false, true] {
+        let begin = hull.len();
+        let order: Box<dyn Iterator<Item = &DVec2>> = if half {
+            Box::new(points.iter().rev())
+        } else {
+            Box::new(points.iter())
+        };
+        for &point in order {
+            while let &[.., a, b] = &hull[begin..]
+                && (b - a).perp_dot(point - b) <= 0.0
+            {
+                hull.pop();
+            }
+            hull.push(point);
+        }
+        hull.pop();
+    }
+    hull
+}
+
+/// The area within corners that stand anticlockwise.
+pub fn area(corners: &[DVec2]) -> f64 {
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    0.5 * edges.map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_with_points_inside_and_on_its_edge_has_four_corners() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (0.0, 3.0), (2.0, 3.0), (0.5, 0.5), (0.5, 0.0)];
+        let mut points: Vec<DVec2> = corners.into_iter().map(DVec2::from).collect();
+        let hull = convex_hull(&mut points);
+        assert_eq!(hull.len(), 4);
+        assert!((area(&hull) - 6.0).abs() < 1e-12);
+        assert_eq!(area(&convex_hull(&mut points[..1].to_vec())), 0.0);
+    }
+}

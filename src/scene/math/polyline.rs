@@ -1,0 +1,70 @@
+//! A line through points on a plane.
+
+use glam::DVec2;
+
+/// A line through two points or more, none equal to the one before it.
+pub struct Polyline {
+    points: Vec<DVec2>,
+    /// How far along each point is.
+    lengths: Vec<f64>,
+}
+
+impl Polyline {
+    pub fn new(points: Vec<DVec2>) -> Self {
+        let mut lengths = vec![0.0];
+        for (index, pair) in points.windows(2).enumerate() {
+            lengths.push(lengths[index] + pair[0].distance(pair[1]));
+        }
+        Self { points, lengths }
+    }
+
+    pub fn length(&self) -> f64 {
+        self.lengths[self.lengths.len() - 1]
+    }
+
+    /// The point after a distance, an end at most.
+    pub fn at(&self, along: f64) -> DVec2 {
+        let (from, to, fraction) = self.piece(along);
+        from.lerp(to, fraction)
+    }
+
+    /// Where the line leads after a distance: a vector of length 1.
+    pub fn direction(&self, along: f64) -> DVec2 {
+        let (from, to, _) = self.piece(along);
+        (to - from).normalize()
+    }
+
+    /// How far along the point nearest to a position is, from `from` to `beyond` after it.
+    pub fn nearest(&self, position: DVec2, from: f64, beyond: f64) -> f64 {
+        let end = (from + beyond).min(self.length());
+        let mut best = (f64::INFINITY, from);
+        for piece in self.piece_at(from)..self.points.len() {
+            let (first, second) = (self.points[piece - 1], self.points[piece]);
+            let [begin, length] = [self.lengths[piece - 1], self.lengths[piece] - self.lengths[piece - 1]];
+            let part = (position - first).dot(second - first) / (second - first).length_squared();
+            let along = (begin + part * length).clamp(begin.max(from), (begin + length).min(end).max(from));
+            let apart = first.lerp(second, (along - begin) / length).distance_squared(position);
+            if apart < best.0 {
+                best = (apart, along);
+            }
+            if begin + length >= end {
+                break;
+            }
+        }
+        best.1
+    }
+
+    /// The number of the point before which a distance ends.
+    fn piece_at(&self, along: f64) -> usize {
+        let next = self.lengths.partition_point(|length| *length <= along);
+        next.clamp(1, self.points.len() - 1)
+    }
+
+    /// The two points between which a distance ends, and the fraction of their distance that is behind it.
+    fn piece(&self, along: f64) -> (DVec2, DVec2, f64) {
+        let next = self.piece_at(along);
+        let [begin, end] = [self.lengths[next - 1], self.lengths[next]];
+        let fraction = ((along - begin) / (end - begin)).clamp(0.0, 1.0);
+        (self.points[next - 1], self.points[next], fraction)
+    }
+}

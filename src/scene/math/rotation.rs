@@ -1,0 +1,246 @@
+//! Euler angles to quaternions and back, for the formats that write angles: in double precision.
+
+pub mod lanes;
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DQuat, DVec3, EulerRot, Quat};
+
+use crate::scene::RotationOrder;
+
+/// A coordinate axis, as an index into `x y z`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+}
+
+/// glam's intrinsic orders are products of matrices in the order of their letters, as ours are.
+pub fn euler_rot(order: RotationOrder) -> EulerRot {
+    match order {
+        RotationOrder::Xyz => EulerRot::XYZ,
+        RotationOrder::Xzy => EulerRot::XZY,
+        RotationOrder::Yxz => EulerRot::YXZ,
+        RotationOrder::Yzx => EulerRot::YZX,
+        RotationOrder::Zxy => EulerRot::ZXY,
+        RotationOrder::Zyx => EulerRot::ZYX,
+    }
+}
+
+/// The rotation by `degrees` about each axis in turn, each axis turned by the rotations before it: `R = R1 R2 R3`, as
+/// matrices on column vectors, in the order in which CHANNELS names them.
+///
+/// Each factor is a half-angle quaternion `cos(a/2) + sin(a/2) axis`. This is the definition, for tests; [`lanes`] is
+/// what runs.
+pub fn from_euler(rotations: impl Iterator<Item = (Axis, f64)>) -> DQuat {
+    rotations.fold(DQuat::IDENTITY, |rotation, (axis, degrees)| {
+        let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+        let DQuat { x, y, z, w } = rotation;
+        match axis {
+            Axis::X => DQuat::from_xyzw(
+                x * cos + w * sin,
+                y * cos + z * sin,
+                z * cos - y * sin,
+                w * cos - x * sin,
+            ),
+            Axis::Y => DQuat::from_xyzw(
+                x * cos - z * sin,
+                y * cos + w * sin,
+                z * cos + x * sin,
+                w * cos - y * sin,
+            ),
+            Axis::Z => DQuat::from_xyzw(
+                x * cos + y * sin,
+                y * cos - x * sin,
+                z * cos + w * sin,
+                w * cos - z * sin,
+            ),
+        }
+    })
+}
+
+/// Of a rotation's two quaternions, the one that Assimp takes.
+///
+/// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
+/// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+pub fn with_assimp_sign(rotation: DQuat) -> Quat {
+    let DQuat { x, y, z, w } = rotation;
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let positive = if 3.0 * w * w > xx + yy + zz {
+        w
+    } else if xx > yy && xx > zz {
+        x
+    } else if yy > zz {
+        y
+    } else {
+        z
+    };
+    // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
+    let rotation = if positive < 0.0 { -rotation } else { rotation } + DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
+    rotation.as_quat()
+}
+
+/// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`: of all such triples the one
+/// nearest to `before`, so that angles go on past 180 degrees without a jump.
+///
+/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`, and `cos b` is a factor of all
+/// others in that row and column, which gives `b` and then `c`; what is left of `R` after taking `c` and `b` away gives
+/// `a`. The other solution is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn
+/// about one axis, and only their sum is known: `c` stays as it was.
+pub fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) -> [f64; 3] {
+    /// The cosine of `b` below which the single precision of a key says nothing about `c`.
+    const LOCKED: f64 = 1e-6;
+    let [i, j, k] = order.axes();
+    let parity = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+    let matrix = DMat3::from_quat(rotation);
+    let at = |row: usize, column: usize| matrix.col(column)[row];
+    let before = before.map(f64::to_radians);
+
+    let cos_b = at(i, i).hypot(at(i, j));
+    let b = (parity * at(i, k)).atan2(cos_b);
+    let c = if cos_b < LOCKED {
+        before[2]
+    } else {
+        (-parity * at(i, j)).atan2(at(i, i))
+    };
+    let (sin_c, cos_c) = c.sin_cos();
+    // Column j of R Rk(-c), which is column j of Ri(a).
+    let without_c = |row| cos_c * at(row, j) + parity * sin_c * at(row, i);
+    let a = (parity * without_c(k)).atan2(without_c(j));
+
+    let near = |angles: [f64; 3]| {
+        let mut near = angles;
+        for (angle, before) in std::iter::zip(&mut near, before) {
+            *angle += ((before - *angle) / TAU).round() * TAU;
+        }
+        near
+    };
+    let distance = |angles: &[f64; 3]| -> f64 {
+        std::iter::zip(angles, before)
+            .map(|(angle, before)| (angle - before).abs())
+            .sum()
+    };
+    let (one, other) = (near([a, b, c]), near([a + PI, PI - b, c + PI]));
+    let nearest = if distance(&other) < distance(&one) { other } else { one };
+    nearest.map(f64::to_degrees)
+}
+
+/// The angles of [`to_euler`] about x, y and z.
+pub fn to_euler_xyz(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
+    let axes = order.axes();
+    let mut angles = DVec3::ZERO;
+    let found = to_euler(rotation, order, axes.map(|axis| before[axis]));
+    for (axis, angle) in std::iter::zip(axes, found) {
+        angles[axis] = angle;
+    }
+    angles
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn from_angles(order: RotationOrder, angles: [f64; 3]) -> DQuat {
+        from_euler(order.axes().map(|axis| Axis::ALL[axis]).into_iter().zip(angles))
+    }
+
+    /// Straight from the definition of a rotation about an axis.
+    fn matrix(axis: Axis, degrees: f64) -> DMat3 {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        match axis {
+            Axis::X => DMat3::from_cols(DVec3::X, DVec3::new(0.0, cos, sin), DVec3::new(0.0, -sin, cos)),
+            Axis::Y => DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos)),
+            Axis::Z => DMat3::from_cols(DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z),
+        }
+    }
+
+    #[test]
+    fn every_order_is_the_product_of_its_matrices() {
+        for order in RotationOrder::ALL {
+            for angles in [[10.0, 20.0, 30.0], [-100.0, 77.0, 200.0], [658.0, -90.0, 45.0]] {
+                let rotations = order.axes().map(|axis| Axis::ALL[axis]).into_iter().zip(angles);
+                let expected = rotations
+                    .clone()
+                    .fold(DMat3::IDENTITY, |m, (axis, angle)| m * matrix(axis, angle));
+                let rotation = from_euler(rotations);
+                assert!(
+                    DMat3::from_quat(rotation).abs_diff_eq(expected, 1e-12),
+                    "{order:?} {angles:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn angles_come_back_in_every_order() {
+        for order in RotationOrder::ALL {
+            for angles in [
+                [10.0, 20.0, 30.0],
+                [-100.0, 77.0, 200.0],
+                [658.0, -89.0, 45.0],
+                [0.0, 130.0, -170.0],
+            ] {
+                let rotation = from_angles(order, angles);
+                // Near the angles themselves, these very angles.
+                let near = angles.map(|angle| angle + 7.0);
+                let found = to_euler(rotation, order, near);
+                for (angle, found) in std::iter::zip(angles, found) {
+                    assert!((angle - found).abs() < 1e-9, "{order:?} {angles:?} {found}");
+                }
+                // From anywhere else, angles of an equal rotation.
+                let again = from_angles(order, to_euler(-rotation, order, [0.0; 3]));
+                assert!(again.dot(rotation).abs() > 1.0 - 1e-12, "{order:?} {angles:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn gimbal_lock_keeps_the_last_angle() {
+        for order in RotationOrder::ALL {
+            for b in [90.0, -90.0] {
+                let rotation = from_angles(order, [40.0, b, 25.0]);
+                let found = to_euler(rotation, order, [30.0, b, 20.0]);
+                assert!((found[2] - 20.0).abs() < 1e-9, "{order:?} {found:?}");
+                let again = from_angles(order, found);
+                assert!(again.dot(rotation).abs() > 1.0 - 1e-12, "{order:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_smooth_motion_has_smooth_angles() {
+        for order in RotationOrder::ALL {
+            let mut before = [0.0; 3];
+            for step in 0..=1080 {
+                let rotation = from_angles(order, [f64::from(step), 20.0, -0.5 * f64::from(step)]);
+                let angles = to_euler(rotation, order, before);
+                let jump = std::iter::zip(angles, before)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
+                assert!(
+                    step == 0 || jump < 1.001,
+                    "{order:?} at {step}: {before:?} to {angles:?}"
+                );
+                before = angles;
+            }
+            assert!((before[0] - 1080.0).abs() < 1e-6, "{order:?} {before:?}");
+        }
+    }
+
+    #[test]
+    fn the_sign_is_that_of_the_matrix_quaternion() {
+        let sign = |axis, degrees| with_assimp_sign(from_euler([(axis, degrees)].into_iter()));
+        assert!(sign(Axis::Z, 100.0).w > 0.0);
+        // Trace 1 + 2 cos 130 is negative: the largest of x, y, z turns positive.
+        assert!(sign(Axis::Z, 130.0).z > 0.0 && sign(Axis::Z, -130.0).z > 0.0);
+        assert!(sign(Axis::Z, -130.0).w < 0.0);
+        assert!(sign(Axis::X, 359.0).w > 0.0);
+    }
+}

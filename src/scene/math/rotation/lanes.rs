@@ -1,0 +1,301 @@
+//! Euler angles to quaternions, several frames at a time.
+
+use glam::Quat;
+
+use super::Axis;
+use crate::math::{soa, wide};
+
+/// Frames that are converted together: two vectors of AVX2, or two of WebAssembly, which are half as wide. With fewer,
+/// or more, it is slower: `tools/bench/README.md`.
+const LANES: usize = if cfg!(target_family = "wasm") { 4 } else { 8 };
+
+type Lanes = soa::Lanes<f64, LANES>;
+type Quaternions = soa::Quaternions<f64, LANES>;
+
+wide::dispatch! {
+    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees: about each axis in turn,
+    /// each axis rotated by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns they
+    /// are identities.
+    pub fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
+        fill_lanes(columns, keys);
+    }
+}
+
+#[inline(always)]
+fn fill_lanes(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
+    let frames = keys.len();
+    for (keys, start) in keys.chunks_mut(LANES).zip((0..).step_by(LANES)) {
+        let mut rotations = Quaternions::IDENTITY;
+        if let Some((&(axis, column), others)) = columns.split_first() {
+            begin(&mut rotations, axis, lanes(&column[start..frames]));
+            for &(axis, column) in others {
+                rotate(&mut rotations, axis, lanes(&column[start..frames]));
+            }
+        }
+        if let Ok(keys) = <&mut [Quat; LANES]>::try_from(&mut *keys) {
+            store(&rotations, keys);
+        } else {
+            let mut all = [Quat::IDENTITY; LANES];
+            store(&rotations, &mut all);
+            keys.copy_from_slice(&all[..keys.len()]);
+        }
+    }
+}
+
+/// The first values of a column; zeros where it has too few.
+#[inline(always)]
+fn lanes(column: &[f64]) -> Lanes {
+    soa::Lanes(column.first_chunk().copied().unwrap_or_else(|| {
+        let mut lanes = [0.0; LANES];
+        lanes[..column.len()].copy_from_slice(column);
+        lanes
+    }))
+}
+
+/// Sets identities to the rotation about one axis: `cos(a/2) + sin(a/2) axis`.
+#[inline(always)]
+fn begin(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
+    let (sin, cos) = sin_cos_of_half(degrees);
+    *match axis {
+        Axis::X => &mut rotations.x,
+        Axis::Y => &mut rotations.y,
+        Axis::Z => &mut rotations.z,
+    } = sin;
+    rotations.w = cos;
+}
+
+/// Multiplies by the rotation about one axis, from the right.
+#[inline(always)]
+fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
+    let (sin, cos) = sin_cos_of_half(degrees);
+    let Quaternions { x, y, z, w } = rotations;
+    // The products of i, j and k differ between axes only by a cyclic change of names: `about` is the axis,
+    // `next` and `last` the two that follow it.
+    let (about, next, last) = match axis {
+        Axis::X => (x, y, z),
+        Axis::Y => (y, z, x),
+        Axis::Z => (z, x, y),
+    };
+    let (a, n, l, r) = (*about, *next, *last, *w);
+    *about = Lanes::of(|i| a.0[i] * cos.0[i] + r.0[i] * sin.0[i]);
+    *next = Lanes::of(|i| n.0[i] * cos.0[i] + l.0[i] * sin.0[i]);
+    *last = Lanes::of(|i| l.0[i] * cos.0[i] - n.0[i] * sin.0[i]);
+    *w = Lanes::of(|i| r.0[i] * cos.0[i] - a.0[i] * sin.0[i]);
+}
+
+/// Of a rotation's two quaternions, the one that Assimp takes.
+///
+/// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
+/// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+#[inline(always)]
+fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
+    let mut components = [[0.0_f32; LANES]; 4];
+    for lane in 0..LANES {
+        let [x, y, z, w] = rotations.lane(lane);
+        let (xx, yy, zz) = (x * x, y * y, z * z);
+        let of_yz = if yy > zz { y } else { z };
+        let of_xyz = if (xx > yy) & (xx > zz) { x } else { of_yz };
+        let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
+        let sign = if positive < 0.0 { -1.0 } else { 1.0 };
+        for (to, component) in components.iter_mut().zip([x, y, z, w]) {
+            // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
+            to[lane] = (component * sign + 0.0) as f32;
+        }
+    }
+    let [x, y, z, w] = components;
+    for lane in 0..LANES {
+        keys[lane] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
+    }
+}
+
+/// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float,
+/// whose rounding is far coarser; but a file that is written from keys reads back to the very same keys only if the
+/// angles found for them do not come to stand on the other side of a rounding.
+///
+/// Degrees can be brought near zero without an error: `half - 90 n` is exact in binary floating point, where the same
+/// step in radians would need many digits of pi. What is left, at most 45 degrees, goes into the Taylor polynomials of
+/// degree 15 and 16, whose next terms are 4.7e-17 and 2.1e-18 there.
+#[inline(always)]
+fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
+    /// Adding it rounds to a whole number, which then stands in the low bits.
+    const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
+    /// Beyond it `90 n` might not be exact.
+    const LARGEST: f64 = 1e9;
+    // Without an early end, so that the loop becomes vector instructions.
+    if degrees.0.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
+        degrees = without_whole_turns(degrees);
+    }
+    let (mut sin, mut cos) = (Lanes::ZERO, Lanes::ZERO);
+    for lane in 0..LANES {
+        let half = 0.5 * degrees.0[lane];
+        let rounded = half * (1.0 / 90.0) + ROUND;
+        let quarters = rounded.to_bits();
+        let x = (half - 90.0 * (rounded - ROUND)).to_radians();
+        let (s, c) = (sin_near_zero(x).to_bits(), cos_near_zero(x).to_bits());
+        // An odd number of quarter turns swaps the two, and every second one changes a sign.
+        let swap = (quarters & 1).wrapping_neg();
+        let sin_sign = (quarters & 2) << 62;
+        let cos_sign = (quarters.wrapping_add(1) & 2) << 62;
+        sin.0[lane] = f64::from_bits(((s & !swap) | (c & swap)) ^ sin_sign);
+        cos.0[lane] = f64::from_bits(((c & !swap) | (s & swap)) ^ cos_sign);
+    }
+    (sin, cos)
+}
+
+/// Not inlined, because no real file has such angles.
+#[cold]
+#[inline(never)]
+fn without_whole_turns(degrees: Lanes) -> Lanes {
+    Lanes::of(|lane| degrees.0[lane] % 720.0)
+}
+
+/// `x - x^3/3! + x^5/5! - ...`
+#[inline(always)]
+fn sin_near_zero(x: f64) -> f64 {
+    const TERMS: [f64; 7] = [
+        -1.0 / 6.0,
+        1.0 / 120.0,
+        -1.0 / 5_040.0,
+        1.0 / 362_880.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 1_307_674_368_000.0,
+    ];
+    let square = x * x;
+    x + x * square * polynomial(TERMS, square)
+}
+
+/// The even and the odd powers by themselves, two chains of sums that need not wait for each other.
+#[inline(always)]
+fn polynomial<const N: usize>(terms: [f64; N], x: f64) -> f64 {
+    let square = x * x;
+    let (mut even, mut odd) = (0.0, 0.0);
+    for power in (0..N).rev() {
+        let sum = if power % 2 == 0 { &mut even } else { &mut odd };
+        *sum = *sum * square + terms[power];
+    }
+    even + x * odd
+}
+
+/// `1 - x^2/2! + x^4/4! - ...`
+#[inline(always)]
+fn cos_near_zero(x: f64) -> f64 {
+    const TERMS: [f64; 8] = [
+        -1.0 / 2.0,
+        1.0 / 24.0,
+        -1.0 / 720.0,
+        1.0 / 40_320.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 87_178_291_200.0,
+        1.0 / 20_922_789_888_000.0,
+    ];
+    let square = x * x;
+    1.0 + square * polynomial(TERMS, square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rotation::{from_euler, with_assimp_sign};
+
+    fn key(rotations: &[(Axis, f64)]) -> Quat {
+        let columns: Vec<(Axis, &[f64])> = rotations
+            .iter()
+            .map(|(axis, angle)| (*axis, std::slice::from_ref(angle)))
+            .collect();
+        let mut keys = [Quat::NAN];
+        fill(&columns, &mut keys);
+        keys[0]
+    }
+
+    #[test]
+    fn a_key_is_that_of_one_rotation_after_the_other() {
+        let mut angle = 0.0;
+        for order in [
+            [0, 1, 2],
+            [0, 2, 1],
+            [1, 0, 2],
+            [1, 2, 0],
+            [2, 0, 1],
+            [2, 1, 0],
+            [2, 2, 0],
+        ] {
+            for _ in 0..5_000 {
+                let rotations = order.map(|axis| {
+                    // No fraction of a turn, so that every part of the circle is met.
+                    angle += 0.377;
+                    (Axis::ALL[axis], angle % 1_000.0 - 500.0)
+                });
+                let expected = with_assimp_sign(from_euler(rotations.into_iter()));
+                // Half a unit in the last digit, and once more where the two fall on different sides of a rounding.
+                assert!(
+                    key(&rotations).abs_diff_eq(expected, f32::EPSILON / 2.0),
+                    "{rotations:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn sine_and_cosine_are_those_of_the_standard_library() {
+        for step in -200_000..=200_000 {
+            // 0.37 degrees are no fraction of a turn, so that every part of the circle is met.
+            let degrees: Lanes = Lanes::of(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
+            let (sin, cos) = sin_cos_of_half(degrees);
+            for lane in 0..LANES {
+                // In -360 to 360, without an error; as radians it is rounded twice, by 7e-16 at most.
+                let angle = degrees.0[lane] - 720.0 * (degrees.0[lane] / 720.0).round();
+                let (expected_sin, expected_cos) = (0.5 * angle).to_radians().sin_cos();
+                assert!((sin.0[lane] - expected_sin).abs() < 1e-15, "{}", degrees.0[lane]);
+                assert!((cos.0[lane] - expected_cos).abs() < 1e-15, "{}", degrees.0[lane]);
+            }
+        }
+    }
+
+    #[test]
+    fn whole_quarter_turns_are_exact() {
+        for (degrees, expected) in [
+            (0.0, (0.0, 1.0)),
+            (180.0, (1.0, 0.0)),
+            (360.0, (0.0, -1.0)),
+            (-180.0, (-1.0, 0.0)),
+            (540.0, (-1.0, 0.0)),
+            (720e9 + 180.0, (1.0, 0.0)),
+            (720.0, (0.0, 1.0)),
+        ] {
+            let (sin, cos) = sin_cos_of_half(Lanes::all(degrees));
+            assert_eq!((sin.0[0], cos.0[0]), expected, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn angles_of_any_size_give_rotations() {
+        for angle in [1e9, 1e12, -3.4e38, 1e-300, -0.0] {
+            let rotation = key(&[(Axis::X, angle), (Axis::Y, angle), (Axis::Z, angle)]);
+            assert!(rotation.is_normalized(), "{angle}: {rotation}");
+        }
+    }
+
+    #[test]
+    fn wider_vectors_give_the_same_bits() {
+        let column: Vec<f64> = (0..1003).map(|frame| f64::from(frame) * 1.37 - 700.0).collect();
+        let columns: [(Axis, &[f64]); 3] = [(Axis::Z, &column), (Axis::X, &column[1..]), (Axis::Y, &column[2..])];
+        let (mut here, mut anywhere) = ([Quat::NAN; 1001], [Quat::NAN; 1001]);
+        fill(&columns, &mut here);
+        fill_lanes(&columns, &mut anywhere);
+        assert_eq!(here, anywhere);
+    }
+
+    #[test]
+    fn a_key_does_not_depend_on_its_neighbours() {
+        let column: Vec<f64> = (0..37).map(|frame| f64::from(frame) * 33.3).collect();
+        let mut together = vec![Quat::NAN; column.len()];
+        fill(&[(Axis::Y, &column), (Axis::X, &column)], &mut together);
+        let alone: Vec<Quat> = column
+            .iter()
+            .map(|&angle| key(&[(Axis::Y, angle), (Axis::X, angle)]))
+            .collect();
+        assert_eq!(together, alone);
+    }
+}

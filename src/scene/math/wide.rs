@@ -1,0 +1,56 @@
+//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide, and
+//! with BMI, whose shifts take any register: every processor with AVX2 has it.
+//!
+//! Products and sums are not fused (that would be the instructions FMA), so that both give the same bits.
+
+/// Declares a function whose body is compiled twice; a call runs the version that the processor can run.
+///
+/// The body has to consist of `#[inline(always)]` functions, and of closures that are marked so or called directly: any
+/// other function or closure is compiled once, for every processor.
+/// With `else` there is another body for processors without AVX2.
+///
+/// ```ignore
+/// wide::dispatch! {
+///     fn sum(values: &[f32]) -> f32 {
+///         sum_lanes(values)
+///     }
+/// }
+/// ```
+#[macro_export]
+macro_rules! dispatch {
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $output:ty)? $body:block
+    ) => {
+        $crate::math::wide::dispatch! {
+            $(#[$attribute])*
+            $visibility fn $name($($argument: $type),*) $(-> $output)? $body else $body
+        }
+    };
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $output:ty)? $wide:block else $body:block
+    ) => {
+        $(#[$attribute])*
+        $visibility fn $name($($argument: $type),*) $(-> $output)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2,bmi1,bmi2")]
+                fn with_avx2($($argument: $type),*) $(-> $output)? $wide
+
+                if std::arch::is_x86_feature_detected!("avx2")
+                    && std::arch::is_x86_feature_detected!("bmi1")
+                    && std::arch::is_x86_feature_detected!("bmi2")
+                {
+                    // SAFETY: all that a call requires is that the processor has AVX2, BMI1 and BMI2, and it has.
+                    #[allow(unsafe_code, reason = "up to twice as fast: tools/bench/README.md")]
+                    return unsafe { with_avx2($($argument),*) };
+                }
+            }
+            $body
+        }
+    };
+}
+
+#[doc(inline)]
+pub use dispatch;

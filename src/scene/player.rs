@@ -1,0 +1,250 @@
+//! A clock for animations: from elapsed seconds to ticks.
+
+use crate::pose::OutOfRange;
+use crate::scene::Animation;
+
+/// What a [`Player`] does at the end of its animation.
+///
+/// [`Player`](crate::Player) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LoopMode {
+    /// It stops there.
+    Once,
+    /// It starts again. The last frame and the first are one moment, so one loop takes [`Animation::duration`]
+    /// ticks.
+    #[default]
+    Loop,
+    /// It plays backwards, and forwards again from the start.
+    PingPong,
+}
+
+/// The playback position of an animation.
+///
+/// A player is only a clock. It stores the length of its animation and no reference to it, so one player can drive many
+/// skeletons, and one animation can have many players, on any threads:
+///
+/// ```
+/// use mocap::{Binding, Player, Pose, Scene};
+///
+/// fn play(dancers: &[Scene], clip: &mocap::scene::Animation, seconds_per_picture: f64) {
+///     let bindings: Vec<_> = dancers.iter().map(|dancer| Binding::new(dancer, clip)).collect();
+///     let mut poses: Vec<_> = dancers.iter().map(Pose::rest).collect();
+///     let mut player = Player::new(clip);
+///     player.speed = 0.5;
+///     loop {
+///         for (pose, binding) in poses.iter_mut().zip(&bindings) {
+///             pose.sample(binding, clip, player.tick);
+///             // draw the pose
+///         }
+///         player.advance(seconds_per_picture);
+///         # break;
+///     }
+/// }
+/// # play(&[Scene::default()], &Default::default(), 0.1);
+/// ```
+///
+/// The timer of a first course in animation, `tick = 0; while tick <= duration { update; tick += 1 }`, is a player that
+/// plays once and advances by whole ticks:
+///
+/// ```
+/// use mocap::scene::Animation;
+/// use mocap::{LoopMode, Player};
+///
+/// let animation = Animation { ticks_per_second: 10.0, duration: 9.0, ..Animation::default() };
+/// let mut shown = Vec::new();
+///
+/// let mut player = Player::new(&animation);
+/// player.loop_mode = LoopMode::Once;
+/// loop {
+///     shown.push(player.tick); // scene.update_node_matrices(0, player.tick)
+///     if player.is_finished() {
+///         break;
+///     }
+///     player.advance_ticks(1.0);
+/// }
+/// assert_eq!(shown, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Player {
+    /// The current tick. Set it to jump.
+    pub tick: f64,
+    /// The playback speed. Default: 1; negative plays backwards.
+    pub speed: f64,
+    /// What it does at the end.
+    pub loop_mode: LoopMode,
+    ticks_per_second: f64,
+    duration: f64,
+    /// Whether [`LoopMode::PingPong`] is playing backwards.
+    returns: bool,
+}
+
+impl Player {
+    /// A player at the start of `animation` that loops at its normal speed.
+    pub fn new(animation: &Animation) -> Self {
+        Self::of_length(animation.duration, animation.ticks_per_second)
+    }
+
+    /// A player of what has a length in ticks and is no [`Animation`], such as a packed clip, whose
+    /// `player` it is. A length that is not above 0 is 0.
+    pub fn of_length(duration: f64, ticks_per_second: f64) -> Self {
+        Self {
+            tick: 0.0,
+            speed: 1.0,
+            loop_mode: LoopMode::default(),
+            ticks_per_second,
+            // NaN becomes 0 as well.
+            duration: duration.max(0.0),
+            returns: false,
+        }
+    }
+
+    /// Advances by `seconds` times [`speed`](Self::speed), and returns the new tick.
+    pub fn advance(&mut self, seconds: f64) -> f64 {
+        self.advance_ticks(seconds * self.ticks_per_second)
+    }
+
+    /// Advances by `ticks` times [`speed`](Self::speed), and returns the new tick, which is from 0 to the duration. A
+    /// step that is not finite is ignored.
+    pub fn advance_ticks(&mut self, ticks: f64) -> f64 {
+        let step = ticks * self.speed;
+        let step = if step.is_finite() { step } else { 0.0 };
+        // Forwards and backwards as one cycle of twice the duration.
+        let cycle = 2.0 * self.duration;
+        self.returns &= self.loop_mode == LoopMode::PingPong;
+        let so_far = if self.returns { cycle - self.tick } else { self.tick } + step;
+        self.tick = match self.loop_mode {
+            LoopMode::Once => OutOfRange::Clamp.resolve(so_far, self.duration),
+            LoopMode::Loop => OutOfRange::Loop.resolve(so_far, self.duration),
+            LoopMode::PingPong => {
+                let so_far = OutOfRange::Loop.resolve(so_far, cycle);
+                self.returns = so_far > self.duration;
+                if self.returns { cycle - so_far } else { so_far }
+            }
+        };
+        self.tick
+    }
+
+    /// Whether it plays once and has reached the end, or the start if it plays backwards.
+    pub fn is_finished(&self) -> bool {
+        self.loop_mode == LoopMode::Once
+            && if self.speed < 0.0 {
+                self.tick <= 0.0
+            } else {
+                self.tick >= self.duration
+            }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Pose;
+    use crate::scene::Scene;
+
+    /// Four ticks long, two ticks a second.
+    fn player(loop_mode: LoopMode, speed: f64) -> Player {
+        let animation = Animation {
+            ticks_per_second: 2.0,
+            duration: 4.0,
+            ..Animation::default()
+        };
+        let mut player = Player::new(&animation);
+        player.loop_mode = loop_mode;
+        player.speed = speed;
+        player
+    }
+
+    fn ticks(mut player: Player, seconds: f64, count: usize) -> Vec<f64> {
+        (0..count).map(|_| player.advance(seconds)).collect()
+    }
+
+    #[test]
+    fn once_stops_at_the_end_it_plays_towards() {
+        assert_eq!(ticks(player(LoopMode::Once, 1.0), 0.75, 4), [1.5, 3.0, 4.0, 4.0]);
+        let mut backwards = player(LoopMode::Once, -1.0);
+        backwards.tick = 2.0;
+        assert!(!backwards.is_finished());
+        assert_eq!(backwards.advance(0.5), 1.0);
+        assert_eq!(backwards.advance(5.0), 0.0);
+        assert!(backwards.is_finished());
+    }
+
+    #[test]
+    fn loop_takes_the_duration_for_a_round() {
+        assert_eq!(ticks(player(LoopMode::Loop, 1.0), 0.75, 4), [1.5, 3.0, 0.5, 2.0]);
+        assert_eq!(ticks(player(LoopMode::Loop, -1.0), 0.75, 4), [2.5, 1.0, 3.5, 2.0]);
+        assert_eq!(ticks(player(LoopMode::Loop, 1.0), 21.0, 1), [2.0]);
+        assert!(!player(LoopMode::Loop, 1.0).is_finished());
+    }
+
+    #[test]
+    fn ping_pong_turns_at_both_ends() {
+        let expected = [1.5, 3.0, 3.5, 2.0, 0.5, 1.0, 2.5, 4.0, 2.5];
+        assert_eq!(ticks(player(LoopMode::PingPong, 1.0), 0.75, 9), expected);
+        assert_eq!(ticks(player(LoopMode::PingPong, -1.0), 0.75, 9), expected);
+        assert_eq!(ticks(player(LoopMode::PingPong, 1.0), 21.0, 2), [2.0, 4.0]);
+    }
+
+    #[test]
+    fn ping_pong_forgets_its_way_back_when_the_mode_changes() {
+        let mut player = player(LoopMode::PingPong, 1.0);
+        assert_eq!(player.advance_ticks(5.0), 3.0);
+        player.loop_mode = LoopMode::Loop;
+        assert_eq!(player.advance_ticks(0.5), 3.5);
+        player.loop_mode = LoopMode::PingPong;
+        assert_eq!(player.advance_ticks(0.25), 3.75);
+    }
+
+    #[test]
+    fn speed_scales_time() {
+        assert_eq!(ticks(player(LoopMode::Loop, 0.25), 1.0, 3), [0.5, 1.0, 1.5]);
+        assert_eq!(ticks(player(LoopMode::Loop, 0.0), 1.0, 2), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn numbers_without_sense_keep_the_tick_in_range() {
+        for loop_mode in [LoopMode::Once, LoopMode::Loop, LoopMode::PingPong] {
+            for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN] {
+                let mut player = player(loop_mode, 1.0);
+                player.advance_ticks(odd);
+                assert!(
+                    (0.0..=4.0).contains(&player.tick),
+                    "{loop_mode:?} {odd}: {}",
+                    player.tick
+                );
+                player.tick = odd;
+                player.advance_ticks(1.0);
+                assert!(
+                    (0.0..=4.0).contains(&player.tick),
+                    "{loop_mode:?} from {odd}: {}",
+                    player.tick
+                );
+
+                let animation = Animation {
+                    ticks_per_second: odd,
+                    duration: f64::NAN,
+                    ..Animation::default()
+                };
+                let mut player = Player::new(&animation);
+                player.loop_mode = loop_mode;
+                assert_eq!(player.advance(1.0), 0.0);
+                assert_eq!(player.is_finished(), loop_mode == LoopMode::Once);
+            }
+        }
+    }
+
+    #[test]
+    fn everything_that_plays_can_be_shared_between_threads() {
+        const fn assert_send_sync<T: Send + Sync>() {}
+        const {
+            assert_send_sync::<Scene>();
+            assert_send_sync::<Animation>();
+            assert_send_sync::<Pose>();
+            assert_send_sync::<Player>();
+            assert_send_sync::<crate::pose::Binding>();
+            assert_send_sync::<crate::pose::Updater>();
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! The tracks of a face: taken from one scene, and given to another.
+
+use super::{Binding, Trs};
+use crate::scene::{Animation, Channel, Face, Keys, Node, NodeId, NodeKind, Scene};
+
+/// A node of a face, and its keys in one animation; a node that does not move has those of its rest pose.
+#[derive(Clone, Debug, PartialEq)]
+#[doc(hidden)]
+pub struct FaceTrack {
+    #[doc(hidden)]
+    pub node: Node,
+    #[doc(hidden)]
+    pub face: Face,
+    #[doc(hidden)]
+    pub keys: Channel,
+}
+
+impl Scene {
+    /// What an animation says of the face.
+    #[doc(hidden)]
+    pub fn face_tracks(&self, animation: &Animation) -> Vec<FaceTrack> {
+        if self.nodes.iter().all(|node| node.face.is_none()) {
+            return Vec::new();
+        }
+        let driven: Vec<_> = Binding::new(self, animation).driven().collect();
+        let tracks = self.nodes.iter().enumerate().filter_map(|(index, node)| {
+            let face = node.face.clone()?;
+            let moved = driven.iter().find(|(driven, _)| driven.index() == index);
+            let rest = Trs::from_matrix(node.transform);
+            let keys = moved.map(|(_, channel)| animation.channels[*channel].clone());
+            let keys = keys.unwrap_or_else(|| Channel {
+                node_name: node.name.clone(),
+                node: None,
+                position_keys: Keys::constant(rest.translation),
+                rotation_keys: Keys::constant(rest.rotation),
+                scaling_keys: Keys::constant(rest.scale),
+            });
+            let node = node.clone();
+            Some(FaceTrack { node, face, keys })
+        });
+        tracks.collect()
+    }
+
+    /// Gives an animation of the scene, by its index, the tracks of a face: those of a part that no node is are left
+    /// out, or get a node below the first if `adds`. Returns the names of what is left out.
+    #[doc(hidden)]
+    pub fn set_face(&mut self, animation: usize, tracks: &[FaceTrack], adds: bool) -> Vec<String> {
+        let mut left_out = Vec::new();
+        for track in tracks {
+            let is_it = |node: &Node| node.face.as_ref().is_some_and(|face| face.is_part(&track.face));
+            let index = match self.nodes.iter().position(is_it) {
+                Some(index) => index,
+                None if adds && !self.nodes.is_empty() => {
+                    self.nodes.push(Node {
+                        name: track.node.name.clone(),
+                        kind: NodeKind::Group,
+                        parent: Some(NodeId::new(0)),
+                        transform: track.node.transform,
+                        face: Some(track.face.clone()),
+                        ..Node::default()
+                    });
+                    self.nodes.len() - 1
+                }
+                None => {
+                    left_out.push(track.face.name().to_owned());
+                    continue;
+                }
+            };
+            let (id, name) = (NodeId::new(index), self.nodes[index].name.clone());
+            let channels = &mut self.animations[animation].channels;
+            channels.retain(|channel| channel.node != Some(id));
+            let keys = Channel {
+                node_name: name,
+                node: Some(id),
+                ..track.keys.clone()
+            };
+            let at = channels.partition_point(|channel| channel.node < Some(id));
+            channels.insert(at, keys);
+        }
+        left_out
+    }
+}

@@ -1,0 +1,22 @@
+//! Forward kinematics over nodes of which parents stand before children.
+
+/// Calls `update` for every node, parents first: with its index, its parent, which has been updated, and the node
+/// itself.
+///
+/// What a node is, is up to the caller: a matrix at one moment, or transforms at many. `update` sets it to the product
+/// of the parent and of the node's transform to the parent.
+#[inline(always)]
+#[doc(hidden)]
+pub fn forward_kinematics<T>(
+    nodes: &mut [T],
+    parent_of: impl Fn(usize) -> Option<usize>,
+    mut update: impl FnMut(usize, Option<&T>, &mut T),
+) {
+    for index in 0..nodes.len() {
+        let (above, rest) = nodes.split_at_mut(index);
+        if let Some(node) = rest.first_mut() {
+            let parent = parent_of(index).and_then(|parent| above.get(parent));
+            update(index, parent, node);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Whether a pose of one scene is a pose of another.
+
+use crate::scene::Scene;
+
+/// Whether two scenes have the same joints below the same parents, so that a pose of one is a pose of the other.
+#[doc(hidden)]
+pub fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
+    if a.nodes.len() != b.nodes.len() {
+        return Err(format!(
+            "one has {} nodes and the other {}",
+            a.nodes.len(),
+            b.nodes.len()
+        ));
+    }
+    match a
+        .nodes
+        .iter()
+        .zip(&b.nodes)
+        .find(|(a, b)| a.name != b.name || a.parent != b.parent)
+    {
+        Some((a, b)) if a.name != b.name => Err(format!("one has {:?} where the other has {:?}", a.name, b.name)),
+        Some((a, _)) => Err(format!("{:?} has another parent", a.name)),
+        None => Ok(()),
+    }
+}

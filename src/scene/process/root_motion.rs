@@ -1,0 +1,146 @@
+//! Removes or separates the motion of the root over the ground.
+//!
+//! For both steps the ground is the plane of x and z, which is true after
+//! [`convert_units`](crate::Scene::convert_units).
+
+use glam::{DQuat, Quat, Vec3};
+
+use crate::pose::Binding;
+use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, NodeKind, Scene};
+
+/// The name of the new node, unless another has it.
+const ROOT_NAME: &str = "Root";
+
+/// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
+const NO_HEADING: f64 = 1e-9;
+
+impl Scene {
+    /// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
+    pub fn put_in_place(&mut self) {
+        let roots: Vec<_> = roots(self).collect();
+        for index in 0..self.animations.len() {
+            let driven: Vec<_> = Binding::new(self, &self.animations[index]).driven().collect();
+            for (_, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
+                let values = &mut self.animations[index].channels[channel].position_keys.values;
+                if let Some(&start) = values.first() {
+                    for value in values {
+                        *value = Vec3::new(start.x, value.y, start.z);
+                    }
+                }
+            }
+        }
+        self.metadata.steps.push(AppliedStep::InPlace);
+    }
+}
+
+impl Scene {
+    /// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there,
+    /// as game engines expect. The old root keeps its height and its other rotations. No node's position in the world
+    /// changes. Returns the new joint; none where there is no root.
+    pub fn extract_root_motion(&mut self) -> Option<NodeId> {
+        let old_root = roots(self).next()?;
+        let name = self.root_name();
+        for index in 0..self.animations.len() {
+            let driven = Binding::new(self, &self.animations[index])
+                .driven()
+                .find(|(node, _)| *node == old_root);
+            if let Some((_, channel)) = driven {
+                let rest = self.nodes[old_root.index()].transform.w_axis.truncate();
+                split_channel(&mut self.animations[index], channel, &name, rest);
+            }
+        }
+
+        self.insert_root_above(old_root);
+        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+            if channel.node_name == name {
+                channel.node = Some(old_root);
+            }
+        }
+        self.metadata.steps.push(AppliedStep::RootMotion);
+        Some(old_root)
+    }
+
+    /// What a new root is called.
+    fn root_name(&self) -> String {
+        let is_taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
+        let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
+        let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
+        names.find(|name| !is_taken(name)).unwrap_or_default()
+    }
+
+    /// Puts a joint named `Root`, without a transform, above a node. It takes the index of the node; from there on
+    /// indices increase by one.
+    #[doc(hidden)]
+    pub fn insert_root_above(&mut self, below: NodeId) {
+        let name = self.root_name();
+        let shifted = |id: NodeId| if id < below { id } else { NodeId(id.0 + 1) };
+        for node in &mut self.nodes {
+            node.parent = node.parent.map(shifted);
+        }
+        for bone in self.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
+            bone.node = shifted(bone.node);
+        }
+        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+            channel.node = channel.node.map(shifted);
+        }
+        let parent = self.nodes[below.index()].parent.replace(below);
+        self.nodes.insert(
+            below.index(),
+            Node {
+                name,
+                parent,
+                ..Node::default()
+            },
+        );
+    }
+}
+
+/// The root joints: the first node, or its children if it is only a group.
+fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
+    let is_top =
+        |parent: Option<NodeId>| parent.is_none_or(|parent| scene.nodes[parent.index()].kind == NodeKind::Group);
+    let tops = scene
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(move |(_, node)| node.kind == NodeKind::Joint && is_top(node.parent));
+    tops.map(|(index, _)| NodeId::new(index))
+}
+
+/// Splits a root's channel in two: one for the new node `name`, inserted before it, and the rest.
+fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3) {
+    let channel = &mut animation.channels[index];
+    let ticks: Vec<f64> = {
+        let (positions, rotations) = (&channel.position_keys, &channel.rotation_keys);
+        let mut ticks: Vec<_> = (0..positions.len()).map(|key| positions.tick(key)).collect();
+        ticks.extend((0..rotations.len()).map(|key| rotations.tick(key)));
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+        ticks
+    };
+    let mut heading = DQuat::IDENTITY;
+    let (mut on_ground, mut headings) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
+    let (mut heights, mut leans) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
+    for &tick in &ticks {
+        let position = channel.position_keys.sample(tick).unwrap_or(rest);
+        let rotation = channel.rotation_keys.sample(tick).unwrap_or(Quat::IDENTITY).as_dquat();
+        // The twist about Y of the swing-twist decomposition.
+        if rotation.y * rotation.y + rotation.w * rotation.w > NO_HEADING {
+            heading = DQuat::from_xyzw(0.0, rotation.y, 0.0, rotation.w).normalize();
+        }
+        on_ground.push(Vec3::new(position.x, 0.0, position.z));
+        headings.push(heading.as_quat());
+        heights.push(Vec3::new(0.0, position.y, 0.0));
+        leans.push((heading.inverse() * rotation).as_quat());
+    }
+    channel.position_keys = Keys::at_ticks(heights, ticks.clone());
+    channel.rotation_keys = Keys::at_ticks(leans, ticks.clone());
+    let root = Channel {
+        node_name: name.to_owned(),
+        node: None,
+        position_keys: Keys::at_ticks(on_ground, ticks.clone()),
+        rotation_keys: Keys::at_ticks(headings, ticks),
+        scaling_keys: Keys::constant(Vec3::ONE),
+    };
+    animation.channels.insert(index, root);
+}

@@ -1,0 +1,77 @@
+//! Takes shear out of rest transforms, for formats whose nodes have translation, rotation and scale alone.
+
+use glam::{DMat4, Mat4};
+
+use crate::pose::{Pose, Trs};
+use crate::scene::Scene;
+
+/// The cosine of the angle between two axes from which a transform shears, 0.006 degrees: a file that prints its
+/// matrices with few digits has less.
+const LEAST: f64 = 1e-4;
+
+/// A scene without shear, and what was taken out.
+#[doc(hidden)]
+pub struct Unsheared {
+    #[doc(hidden)]
+    pub scene: Scene,
+    /// How many nodes sheared.
+    #[doc(hidden)]
+    pub nodes: usize,
+    /// The one whose axes were farthest from right angles, and how far, in degrees.
+    #[doc(hidden)]
+    pub most: String,
+    #[doc(hidden)]
+    pub degrees: f64,
+}
+
+/// The scene in which each node whose axes shear at rest has the translation, the rotation and the scale that
+/// [`Trs::from_matrix`] finds. The vertices of meshes stay where they are at rest. `None` where nothing shears.
+#[doc(hidden)]
+pub fn take_shear_out(scene: &Scene) -> Option<Unsheared> {
+    let angles: Vec<f64> = scene
+        .nodes
+        .iter()
+        .map(|node| off_right_angles(&node.transform))
+        .collect();
+    let (most, degrees) = (angles.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let shears = |angle: f64| angle.to_radians().sin() > LEAST;
+    if !shears(degrees) {
+        return None;
+    }
+    let before = Pose::rest(scene).node_to_world;
+    let mut scene = scene.clone();
+    for (node, angle) in scene.nodes.iter_mut().zip(&angles) {
+        if shears(*angle) {
+            node.transform = Trs::from_matrix(node.transform).matrix();
+        }
+    }
+    let after = Pose::rest(&scene).node_to_world;
+    for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
+        let (Some(before), Some(after)) = (before.get(bone.node.index()), after.get(bone.node.index())) else {
+            continue;
+        };
+        let moved = after.as_dmat4().inverse() * before.as_dmat4();
+        if before != after && moved.is_finite() {
+            bone.offset_matrix = (moved * bone.offset_matrix.as_dmat4()).as_mat4();
+        }
+    }
+    Some(Unsheared {
+        nodes: angles.iter().filter(|angle| shears(**angle)).count(),
+        most: scene.nodes[most].name.clone(),
+        degrees,
+        scene,
+    })
+}
+
+/// How far two axes of a transform are from right angles, in degrees. What is flat has no angle.
+fn off_right_angles(transform: &Mat4) -> f64 {
+    let DMat4 {
+        x_axis, y_axis, z_axis, ..
+    } = transform.as_dmat4();
+    let [x, y, z] = [x_axis, y_axis, z_axis].map(|axis| axis.truncate().normalize_or_zero());
+    let cosine = [x.dot(y), y.dot(z), z.dot(x)]
+        .into_iter()
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    cosine.min(1.0).asin().to_degrees()
+}

@@ -1,0 +1,65 @@
+//! A part of a motion.
+
+use glam::{Quat, Vec3};
+
+use crate::scene::{AppliedStep, Keys, Scene};
+
+impl Scene {
+    /// Keeps what is between two ticks, both included, of every animation. The first of the two becomes tick 0.
+    ///
+    /// Ticks outside of the motion are moved to its ends, and a `last` before `first` to `first`, which leaves one
+    /// frame. Where a tick is between two keys, the value there becomes a key.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// scene.trim(2.0, 5.0);
+    /// assert_eq!(scene.animations[0].frame_count(), 4);
+    /// // The lecture's posKey 2 of Shoulder.
+    /// assert!((scene.animations[0].channels[0].position_keys.values[0].x - 0.3).abs() < 1e-6);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn trim(&mut self, first: f64, last: f64) {
+        let end = self
+            .animations
+            .iter()
+            .map(|animation| animation.duration)
+            .fold(0.0, f64::max);
+        // A NaN stands for the start, as it does where a pose is asked for.
+        let first = first.min(end).max(0.0);
+        let last = last.min(end).max(first);
+        for animation in &mut self.animations {
+            for channel in &mut animation.channels {
+                trim_keys(&mut channel.position_keys, first, last, Keys::<Vec3>::sample);
+                trim_keys(&mut channel.rotation_keys, first, last, Keys::<Quat>::sample);
+                trim_keys(&mut channel.scaling_keys, first, last, Keys::<Vec3>::sample);
+            }
+            animation.duration = last - first;
+        }
+        for keys in self.weight_keys().flatten() {
+            trim_keys(keys, first, last, Keys::<f32>::sample);
+        }
+        self.metadata.steps.push(AppliedStep::Trim { first, last });
+    }
+}
+
+fn trim_keys<T: Copy>(keys: &mut Keys<T>, first: f64, last: f64, sample: fn(&Keys<T>, f64) -> Option<T>) {
+    if keys.len() <= 1 {
+        return;
+    }
+    let between = (0..keys.len()).filter(|&key| first < keys.tick(key) && keys.tick(key) < last);
+    let mut kept: Vec<_> = between.map(|key| (keys.tick(key), keys.values[key])).collect();
+    if let Some(value) = sample(keys, first) {
+        kept.insert(0, (first, value));
+    }
+    if last > first
+        && let Some(value) = sample(keys, last)
+    {
+        kept.push((last, value));
+    }
+    *keys = Keys::at_ticks(
+        kept.iter().map(|(_, value)| *value).collect(),
+        kept.iter().map(|(tick, _)| tick - first).collect(),
+    );
+}

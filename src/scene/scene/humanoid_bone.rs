@@ -1,0 +1,212 @@
+//! The bones of the VRM 1.0 humanoid.
+
+use serde::{Deserialize, Serialize};
+
+/// Left or right, as the character sees it.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs, reason = "each says itself")]
+pub enum Side {
+    Left,
+    Right,
+}
+
+impl Side {
+    /// Both of them.
+    pub const ALL: [Self; 2] = [Self::Left, Self::Right];
+
+    /// The other one.
+    pub const fn opposite(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+}
+
+macro_rules! humanoid_bones {
+    ($($variant:ident $name:literal $parent:literal),* $(,)?) => {
+        /// A bone of the VRM 1.0 humanoid, each before those below it.
+        ///
+        /// The [module](crate::scene) has an example.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "camelCase")]
+        #[allow(missing_docs, reason = "each says itself")]
+        pub enum HumanoidBone {
+            $($variant,)*
+        }
+
+        impl HumanoidBone {
+            /// Every bone; a parent stands before its children.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its name in VRM files, as `leftUpperArm`.
+            pub const fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            const fn parent_name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $parent,)*
+                }
+            }
+        }
+    };
+}
+
+humanoid_bones! {
+    Hips "hips" "",
+    Spine "spine" "hips",
+    Chest "chest" "spine",
+    UpperChest "upperChest" "chest",
+    Neck "neck" "upperChest",
+    Head "head" "neck",
+    LeftEye "leftEye" "head",
+    RightEye "rightEye" "head",
+    Jaw "jaw" "head",
+    LeftUpperLeg "leftUpperLeg" "hips",
+    LeftLowerLeg "leftLowerLeg" "leftUpperLeg",
+    LeftFoot "leftFoot" "leftLowerLeg",
+    LeftToes "leftToes" "leftFoot",
+    RightUpperLeg "rightUpperLeg" "hips",
+    RightLowerLeg "rightLowerLeg" "rightUpperLeg",
+    RightFoot "rightFoot" "rightLowerLeg",
+    RightToes "rightToes" "rightFoot",
+    LeftShoulder "leftShoulder" "upperChest",
+    LeftUpperArm "leftUpperArm" "leftShoulder",
+    LeftLowerArm "leftLowerArm" "leftUpperArm",
+    LeftHand "leftHand" "leftLowerArm",
+    RightShoulder "rightShoulder" "upperChest",
+    RightUpperArm "rightUpperArm" "rightShoulder",
+    RightLowerArm "rightLowerArm" "rightUpperArm",
+    RightHand "rightHand" "rightLowerArm",
+    LeftThumbMetacarpal "leftThumbMetacarpal" "leftHand",
+    LeftThumbProximal "leftThumbProximal" "leftThumbMetacarpal",
+    LeftThumbDistal "leftThumbDistal" "leftThumbProximal",
+    LeftIndexProximal "leftIndexProximal" "leftHand",
+    LeftIndexIntermediate "leftIndexIntermediate" "leftIndexProximal",
+    LeftIndexDistal "leftIndexDistal" "leftIndexIntermediate",
+    LeftMiddleProximal "leftMiddleProximal" "leftHand",
+    LeftMiddleIntermediate "leftMiddleIntermediate" "leftMiddleProximal",
+    LeftMiddleDistal "leftMiddleDistal" "leftMiddleIntermediate",
+    LeftRingProximal "leftRingProximal" "leftHand",
+    LeftRingIntermediate "leftRingIntermediate" "leftRingProximal",
+    LeftRingDistal "leftRingDistal" "leftRingIntermediate",
+    LeftLittleProximal "leftLittleProximal" "leftHand",
+    LeftLittleIntermediate "leftLittleIntermediate" "leftLittleProximal",
+    LeftLittleDistal "leftLittleDistal" "leftLittleIntermediate",
+    RightThumbMetacarpal "rightThumbMetacarpal" "rightHand",
+    RightThumbProximal "rightThumbProximal" "rightThumbMetacarpal",
+    RightThumbDistal "rightThumbDistal" "rightThumbProximal",
+    RightIndexProximal "rightIndexProximal" "rightHand",
+    RightIndexIntermediate "rightIndexIntermediate" "rightIndexProximal",
+    RightIndexDistal "rightIndexDistal" "rightIndexIntermediate",
+    RightMiddleProximal "rightMiddleProximal" "rightHand",
+    RightMiddleIntermediate "rightMiddleIntermediate" "rightMiddleProximal",
+    RightMiddleDistal "rightMiddleDistal" "rightMiddleIntermediate",
+    RightRingProximal "rightRingProximal" "rightHand",
+    RightRingIntermediate "rightRingIntermediate" "rightRingProximal",
+    RightRingDistal "rightRingDistal" "rightRingIntermediate",
+    RightLittleProximal "rightLittleProximal" "rightHand",
+    RightLittleIntermediate "rightLittleIntermediate" "rightLittleProximal",
+    RightLittleDistal "rightLittleDistal" "rightLittleIntermediate",
+}
+
+impl HumanoidBone {
+    /// The bones without which VRM calls nothing a humanoid.
+    pub const REQUIRED: [Self; 15] = [
+        Self::Hips,
+        Self::Spine,
+        Self::Head,
+        Self::LeftUpperLeg,
+        Self::LeftLowerLeg,
+        Self::LeftFoot,
+        Self::RightUpperLeg,
+        Self::RightLowerLeg,
+        Self::RightFoot,
+        Self::LeftUpperArm,
+        Self::LeftLowerArm,
+        Self::LeftHand,
+        Self::RightUpperArm,
+        Self::RightLowerArm,
+        Self::RightHand,
+    ];
+
+    /// The bone of this name, as VRM spells it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|bone| bone.as_str() == name)
+    }
+
+    /// Its parent where every bone is there; none for the hips.
+    pub fn parent(self) -> Option<Self> {
+        Self::from_name(self.parent_name())
+    }
+
+    /// The side that it is on; none for those in the middle.
+    pub fn side(self) -> Option<Side> {
+        if self.as_str().starts_with("left") {
+            Some(Side::Left)
+        } else if self.as_str().starts_with("right") {
+            Some(Side::Right)
+        } else {
+            None
+        }
+    }
+
+    /// Its partner on the other side; a bone in the middle is its own.
+    pub fn mirrored(self) -> Self {
+        let other = match self.side() {
+            Some(Side::Left) => format!("right{}", &self.as_str()["left".len()..]),
+            Some(Side::Right) => format!("left{}", &self.as_str()["right".len()..]),
+            None => return self,
+        };
+        Self::from_name(&other).unwrap_or(self)
+    }
+
+    /// Whether it is a thigh, a shin or a foot.
+    #[doc(hidden)]
+    pub fn is_of_leg(self) -> bool {
+        matches!(
+            self.on(Side::Left),
+            Self::LeftUpperLeg | Self::LeftLowerLeg | Self::LeftFoot
+        )
+    }
+
+    /// The bone of the left side, or of the right for `Side::Right`: `LeftHand` and right give `RightHand`.
+    #[doc(hidden)]
+    pub fn on(self, side: Side) -> Self {
+        if self.side() == Some(side.opposite()) {
+            self.mirrored()
+        } else {
+            self
+        }
+    }
+
+    /// Whether it is a bone of a finger or of a thumb.
+    pub fn is_finger(self) -> bool {
+        self >= Self::LeftThumbMetacarpal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bone_is_found_by_its_name_and_hangs_on_one_before_it() {
+        assert_eq!(HumanoidBone::ALL.len(), 55);
+        for &bone in HumanoidBone::ALL {
+            assert_eq!(HumanoidBone::from_name(bone.as_str()), Some(bone));
+            assert_eq!(bone.parent().is_none(), bone == HumanoidBone::Hips, "{bone:?}");
+            assert!(bone.parent().is_none_or(|parent| parent < bone), "{bone:?}");
+            assert_eq!(bone.mirrored().mirrored(), bone);
+            assert_eq!(bone.mirrored() == bone, bone.side().is_none());
+            let json = serde_json::to_string(&bone).unwrap();
+            assert_eq!(json, format!("\"{}\"", bone.as_str()));
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Meshes, the bones that move them, and how they look.
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+#[cfg(doc)]
+use super::Node;
+use super::{Keys, NodeId, Scene};
+
+/// The type of a mesh's faces.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Primitive {
+    /// Three indices per face.
+    #[default]
+    Triangles,
+    /// One index per face.
+    Points,
+}
+
+impl Primitive {
+    /// The number of indices of one face.
+    pub fn indices_per_face(self) -> usize {
+        match self {
+            Self::Triangles => 3,
+            Self::Points => 1,
+        }
+    }
+}
+
+/// Vertices and faces, in the space of the node that holds the mesh.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mesh {
+    /// The name; empty on a skeleton mesh.
+    pub name: String,
+    /// The type of the faces.
+    pub primitive: Primitive,
+    /// Positions, one per vertex.
+    pub vertices: Vec<Vec3>,
+    /// Unit normals, one per vertex.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub texture_coords: Vec<Vec2>,
+    /// Vertex indices, [`Primitive::indices_per_face`] for each face.
+    pub indices: Vec<u32>,
+    /// The ties of vertices to nodes; empty for a rigid mesh.
+    pub bones: Vec<Bone>,
+    /// Shapes that it can be moved towards; read where `Importer::morph_targets` asks
+    /// for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub morph_targets: Vec<MorphTarget>,
+    /// Index into [`Scene::materials`].
+    pub material_index: usize,
+}
+
+impl Mesh {
+    /// The faces, each as its vertex indices.
+    pub fn faces(&self) -> std::slice::ChunksExact<'_, u32> {
+        self.indices.chunks_exact(self.primitive.indices_per_face())
+    }
+
+    /// Changes what the targets add to each vertex as its position is changed.
+    pub(crate) fn map_morph_targets(&mut self, change: impl Fn(usize, Vec3) -> Vec3) {
+        for target in &mut self.morph_targets {
+            let MorphTarget {
+                vertex_ids,
+                offsets,
+                normal_offsets,
+                ..
+            } = target;
+            for changed in [offsets, normal_offsets] {
+                for (vertex, offset) in std::iter::zip(&*vertex_ids, changed) {
+                    *offset = change(*vertex as usize, *offset);
+                }
+            }
+        }
+    }
+}
+
+/// A shape that a mesh can be moved towards, such as a smile: glTF's morph target, FBX's blend shape.
+///
+/// `Importer::morph_targets` has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MorphTarget {
+    /// The name.
+    pub name: String,
+    /// The weight at rest, which [`Mesh::vertices`] have already.
+    pub weight: f32,
+    /// The weight over time in each of [`Scene::animations`](crate::Scene::animations), without keys where it stays at
+    /// rest; empty where no animation moves it. [`Scene::trim`](crate::Scene::trim) and
+    /// [`Scene::resample`](crate::Scene::resample) change them; other steps leave them as they were in the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub weight_keys: Vec<Keys<f32>>,
+    /// The vertices that it moves, each once.
+    pub vertex_ids: Vec<u32>,
+    /// What it adds to the position of each of them at weight 1.
+    pub offsets: Vec<Vec3>,
+    /// What it adds to the normal of each of them at weight 1, or nothing.
+    pub normal_offsets: Vec<Vec3>,
+}
+
+impl MorphTarget {
+    /// The target of a mesh that has other vertices: `new_id` gives the new place of each that is kept.
+    pub(crate) fn renumbered(&self, new_id: impl Fn(u32) -> Option<u32>) -> Self {
+        let kept = self.vertex_ids.iter().enumerate();
+        let kept: Vec<(usize, u32)> = kept.filter_map(|(at, old)| Some((at, new_id(*old)?))).collect();
+        let of = |all: &[Vec3]| kept.iter().filter_map(|(at, _)| all.get(*at).copied()).collect();
+        Self {
+            name: self.name.clone(),
+            weight: self.weight,
+            weight_keys: self.weight_keys.clone(),
+            vertex_ids: kept.iter().map(|(_, new)| *new).collect(),
+            offsets: of(&self.offsets),
+            normal_offsets: of(&self.normal_offsets),
+        }
+    }
+}
+
+impl Scene {
+    /// The weights of all morph targets over time: of each target those of all animations.
+    #[doc(hidden)]
+    pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
+        let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
+        targets.map(|target| &mut target.weight_keys)
+    }
+}
+
+/// A tie of vertices to a node.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bone {
+    /// The name of the node.
+    pub name: String,
+    /// The node; unique, while names may repeat.
+    pub node: NodeId,
+    /// Mesh space to the node's space, in the bind pose.
+    pub offset_matrix: Mat4,
+    /// The vertices it moves.
+    pub weights: Vec<VertexWeight>,
+}
+
+/// The influence of a bone on a vertex.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VertexWeight {
+    /// Index into [`Mesh::vertices`].
+    pub vertex_id: u32,
+    /// The fraction of the vertex's motion, from 0 to 1.
+    pub weight: f32,
+}
+
+/// What the faces of a mesh are made of.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Material {
+    /// The name.
+    pub name: String,
+    /// Whether back faces are drawn.
+    pub two_sided: bool,
+    /// The colour, where the file states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Surface>,
+}
+
+/// The colour of a material, in the terms of glTF.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// Red, green, blue and alpha, linear. They multiply the texture's.
+    pub base_color: Vec4,
+    /// The texture of the colour, an index into [`Scene::textures`].
+    pub texture: Option<usize>,
+    /// What alpha means.
+    pub alpha: AlphaMode,
+    /// How the texture goes on beyond its edges, along u and along v.
+    pub wrap: [Wrap; 2],
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            base_color: Vec4::ONE,
+            texture: None,
+            alpha: AlphaMode::Opaque,
+            wrap: [Wrap::Repeat; 2],
+        }
+    }
+}
+
+/// How a texture goes on beyond its edges.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Wrap {
+    /// It begins again.
+    #[default]
+    Repeat,
+    /// It begins again as its mirror image. FBX has no word for it.
+    Mirror,
+    /// The colours of its edge go on.
+    Clamp,
+}
+
+/// What the alpha of a colour means.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// Below this alpha there is no surface, and above it is opaque.
+    Mask(f32),
+    /// The fraction of the colour over what is behind it.
+    Blend,
+}
+
+/// An image, in the bytes of its file.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Texture {
+    /// The name.
+    pub name: String,
+    /// The media type, such as `image/png`.
+    pub media_type: String,
+    /// The file of the image.
+    #[serde(skip)]
+    pub bytes: Vec<u8>,
+}

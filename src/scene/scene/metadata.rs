@@ -1,0 +1,473 @@
+//! The origin of a scene, the decisions about it, and the steps that changed it.
+
+mod applied_step;
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
+use super::{Animation, MmdModel, Recorded, Solved};
+use crate::error::{Code, Diagnostic, Error};
+
+/// The origin of a scene, the assumptions of the reader, and the steps that changed it.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Metadata {
+    /// The file that the scene was read from.
+    pub origin: Option<Origin>,
+    /// The file's format. Absent for a scene without a file.
+    #[serde(with = "format_name")]
+    pub format: Option<Format>,
+    /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state
+    /// it.
+    pub metres_per_unit: Option<f64>,
+    /// The up axis, if the format, the file or the caller states it or the scene was converted. BVH and Acclaim's files
+    /// do not state it.
+    pub up: Option<UpAxis>,
+    /// How the root's OFFSET was used, and why. Absent for formats without an OFFSET.
+    pub root_offset: Option<RootOffsetUsed>,
+    /// All other decisions that the file does not state.
+    pub assumptions: Vec<Assumption>,
+    /// The steps that changed positions or times since then, in order.
+    pub steps: Vec<AppliedStep>,
+    /// Events, analog channels and force plates of the file.
+    #[serde(skip)]
+    pub recorded: Option<Arc<Recorded>>,
+    /// How well a skeleton that was solved from markers explains them.
+    #[serde(skip)]
+    pub solved: Option<Arc<Solved>>,
+    /// The model of MikuMikuDance whose skeleton it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[doc(hidden)]
+    pub mmd: Option<Box<MmdModel>>,
+}
+
+/// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.
+macro_rules! formats {
+    ($(#[$about:meta] $variant:ident $name:literal)*) => {
+        /// A file format, by the name that users type.
+        ///
+        /// ```
+        /// use mocap::Format;
+        ///
+        /// assert_eq!("asf-amc".parse::<Format>()?, Format::AsfAmc);
+        /// assert_eq!(Format::Gltf.to_string(), "gltf");
+        /// # Ok::<(), mocap::Error>(())
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[non_exhaustive]
+        pub enum Format {
+            $(#[$about] #[doc = concat!("`", $name, "`.")] $variant,)*
+        }
+
+        impl Format {
+            /// Every format.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// The name that users type.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+        }
+    };
+}
+
+formats! {
+    /// Biovision Hierarchy:
+    Bvh "bvh"
+    /// glTF 2.0, `.glb` and `.gltf`:
+    Gltf "gltf"
+    /// VRM animation:
+    Vrma "vrma"
+    /// Acclaim skeleton and motion:
+    AsfAmc "asf-amc"
+    /// C3D, markers over time:
+    C3d "c3d"
+    /// TRC, markers over time in text:
+    Trc "trc"
+    /// Autodesk FBX:
+    Fbx "fbx"
+    /// Universal Scene Description:
+    Usd "usd"
+    /// MikuMikuDance motion:
+    Vmd "vmd"
+    /// MikuMikuDance model:
+    Pmx "pmx"
+    /// Biped of 3ds Max:
+    Bip "bip"
+    /// Unified Robot Description Format:
+    Urdf "urdf"
+    /// The model of a robot for MuJoCo:
+    Mjcf "mjcf"
+    /// Packed clip of this crate:
+    Mclip "mclip"
+    /// Arrays of NumPy:
+    Npz "npz"
+    /// One array of NumPy:
+    Npy "npy"
+    /// Tensors of PyTorch:
+    Torch "torch"
+    /// Arrays in a pickle of Python:
+    Pickle "pickle"
+    /// Tables of text:
+    Csv "csv"
+    /// Tables of columns:
+    Parquet "parquet"
+    /// Joint angles of OpenSim:
+    Mot "mot"
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Parses the name, in any case.
+impl FromStr for Format {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let format = Self::ALL
+            .into_iter()
+            .find(|format| format.as_str().eq_ignore_ascii_case(name));
+        format.ok_or_else(|| {
+            let found = format!("\"{name}\"");
+            Diagnostic::new(Code::UnknownFormat, format!("{found} is not the name of a format"))
+                .expected_found(Self::ALL.map(Self::as_str).join(", "), found)
+                .into()
+        })
+    }
+}
+
+/// A format in JSON: its name, or an empty text for an unknown format.
+#[doc(hidden)]
+pub mod format_name {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::Format;
+
+    #[doc(hidden)]
+    pub fn serialize<S: Serializer>(format: &Option<Format>, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(format.map_or("", Format::as_str))
+    }
+
+    #[doc(hidden)]
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Format>, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Ok(name.parse().ok())
+    }
+}
+
+/// A file that was read.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Its name, without folders.
+    pub name: String,
+    /// The SHA-256 of its bytes, as `sha256sum` prints it. Empty where it was not asked for.
+    pub sha256: String,
+    /// Frames of motion read from it.
+    pub frames: u64,
+    /// Seconds between two frames, as read.
+    pub frame_time: f64,
+}
+
+/// What readers call a motion whose format has no name for it.
+#[doc(hidden)]
+pub const UNNAMED_MOTION: &str = "Motion";
+
+impl Metadata {
+    /// What a clip is called in a file: its own name, or else the name of the file that it was read from.
+    #[doc(hidden)]
+    pub fn clip_name<'a>(&'a self, animation: &'a Animation) -> &'a str {
+        let own = animation.name.as_str();
+        let of_file = self.origin.as_ref().map(Origin::stem);
+        match own.trim().is_empty() || own == UNNAMED_MOTION {
+            false => own,
+            true => of_file.filter(|stem| !stem.is_empty()).unwrap_or(UNNAMED_MOTION),
+        }
+    }
+}
+
+impl Origin {
+    /// The name without its extension.
+    pub fn stem(&self) -> &str {
+        self.name.rsplit_once('.').map_or(self.name.as_str(), |(stem, _)| stem)
+    }
+}
+
+/// The axis that points up.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxis {
+    /// +Y, as in glTF and most BVH files.
+    #[default]
+    Y,
+    /// +Z, as in Blender, Vicon and 3ds Max.
+    Z,
+    /// -Y, as in pictures, whose rows are counted from above.
+    #[serde(rename = "-y")]
+    NegY,
+    /// -Z.
+    #[serde(rename = "-z")]
+    NegZ,
+}
+
+impl UpAxis {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::Y, Self::Z, Self::NegY, Self::NegZ];
+
+    /// Its name in JSON: `y`, `z`, `-y` or `-z`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::NegY => "-y",
+            Self::NegZ => "-z",
+        }
+    }
+}
+
+impl UpAxis {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+    pub(super) fn is_y(&self) -> bool {
+        *self == Self::Y
+    }
+}
+
+/// How a root's OFFSET and its position channels combine.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum RootOffset {
+    /// Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
+    /// else replace.
+    #[default]
+    Auto,
+    /// The position channels replace the OFFSET, as in Assimp and Blender.
+    Replace,
+    /// The position channels are added to the OFFSET.
+    Add,
+}
+
+/// How a root's OFFSET was used.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RootOffsetUsed {
+    /// [`RootOffset::Replace`] or [`RootOffset::Add`].
+    pub policy: RootOffset,
+    /// The reason, as one phrase. Empty where a compressed file left it out.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// The confidence.
+    #[serde(default)]
+    pub confidence: Confidence,
+}
+
+/// The confidence in a guess.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confidence {
+    /// All evidence agrees.
+    Sure,
+    /// The most likely answer; others are possible.
+    #[default]
+    Likely,
+    /// There is little evidence.
+    Unsure,
+}
+
+impl Confidence {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Sure => "sure",
+            Self::Likely => "likely",
+            Self::Unsure => "unsure",
+        }
+    }
+}
+
+/// A decision that the file does not state.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Assumption {
+    /// The topic.
+    pub topic: Topic,
+    /// The decision.
+    pub choice: String,
+    /// The reason, as one phrase. Empty where a compressed file left it out.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// The confidence, where it is a guess.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<Confidence>,
+}
+
+/// The topic of an [`Assumption`].
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Topic {
+    /// The unit of length.
+    Unit,
+    /// The axis that points up.
+    Up,
+    /// The frames per second.
+    FrameRate,
+    /// Whether the first frame is part of the motion.
+    FirstFrame,
+    /// How a root's OFFSET was used.
+    RootOffset,
+    /// What the position channels of joints below the root mean.
+    JointPositions,
+    /// The direction that the rest pose faces.
+    Facing,
+    /// The kind of the rest pose.
+    RestPose,
+    /// Whether the names of the sides are right for the body.
+    Sides,
+    /// Whether the skeleton is a humanoid.
+    Humanoid,
+    /// Axes that the reader converted.
+    UpAxis,
+    /// Meshes that were left out.
+    Meshes,
+    /// Analog samples that were left out.
+    Analog,
+    /// Events that were left out.
+    Events,
+    /// Curves between keys that were sampled.
+    Interpolation,
+    /// What the numbers of an array without names are.
+    Layout,
+    /// The lengths of a body of which a file has rotations alone.
+    Body,
+    /// From which pose the rotations of fingers begin.
+    Hands,
+    /// How well a skeleton explains the markers that it was solved from.
+    Markers,
+    /// A topic of another version of this crate.
+    #[serde(other)]
+    Other,
+}
+
+impl Topic {
+    /// Its name in kebab case, which does not change between versions.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Unit => "unit",
+            Self::Up => "up",
+            Self::FrameRate => "frame-rate",
+            Self::FirstFrame => "first-frame",
+            Self::RootOffset => "root-offset",
+            Self::JointPositions => "joint-positions",
+            Self::Facing => "facing",
+            Self::RestPose => "rest-pose",
+            Self::Sides => "sides",
+            Self::Humanoid => "humanoid",
+            Self::UpAxis => "up-axis",
+            Self::Meshes => "meshes",
+            Self::Analog => "analog",
+            Self::Events => "events",
+            Self::Interpolation => "interpolation",
+            Self::Layout => "layout",
+            Self::Body => "body",
+            Self::Hands => "hands",
+            Self::Markers => "markers",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl fmt::Display for Topic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// `unit: cm, because the skeleton measures 170 units`.
+impl fmt::Display for Assumption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { topic, choice, .. } = self;
+        write!(f, "{topic}: {choice}, because {}", self.explanation())
+    }
+}
+
+impl Assumption {
+    /// The reason, and in brackets the confidence.
+    pub fn explanation(&self) -> String {
+        match self.confidence {
+            Some(confidence) if self.reason.is_empty() => format!("({})", confidence.as_str()),
+            Some(confidence) => format!("{} ({})", self.reason, confidence.as_str()),
+            None => self.reason.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_json_are_those_that_print() {
+        for format in Format::ALL {
+            assert_eq!(serde_json::to_value(format).unwrap(), format.as_str());
+            assert_eq!(format.as_str().to_uppercase().parse::<Format>().unwrap(), format);
+        }
+        let topics = [
+            Topic::Unit,
+            Topic::Up,
+            Topic::FrameRate,
+            Topic::FirstFrame,
+            Topic::RootOffset,
+            Topic::JointPositions,
+            Topic::UpAxis,
+            Topic::Meshes,
+            Topic::Analog,
+            Topic::Events,
+            Topic::Interpolation,
+            Topic::Layout,
+            Topic::Body,
+            Topic::Hands,
+            Topic::Markers,
+            Topic::Other,
+        ];
+        for topic in topics {
+            assert_eq!(serde_json::to_value(topic).unwrap(), topic.as_str());
+        }
+    }
+
+    /// A file of a later version may have unknown topics.
+    #[test]
+    fn unknown_names_in_json_are_read_as_none_and_other() {
+        let text = r#"{"topic": "gravity", "choice": "9.81", "reason": "it is Earth"}"#;
+        assert_eq!(serde_json::from_str::<Assumption>(text).unwrap().topic, Topic::Other);
+
+        #[derive(Serialize, Deserialize)]
+        struct Named(#[serde(with = "format_name")] Option<Format>);
+        for (text, format) in [("\"nosuch\"", None), ("\"\"", None), ("\"c3d\"", Some(Format::C3d))] {
+            assert_eq!(serde_json::from_str::<Named>(text).unwrap().0, format);
+        }
+        assert_eq!(serde_json::to_string(&Named(None)).unwrap(), "\"\"");
+    }
+}

@@ -1,0 +1,99 @@
+//! What a laboratory records beside positions: events, analog channels and force plates.
+
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// What a laboratory recorded beside the motion. Steps and conversions do not change it: times are in seconds from the
+/// first frame of the file, lengths in metres, axes those of the scene as it was read, with +Y up.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// let scene = mocap::import("fixtures/real/py_c3d_motion.c3d")?;
+/// let recorded = scene.metadata.recorded.as_ref().expect("the file has analog channels");
+/// let channel = &recorded.channels[0];
+/// assert_eq!((channel.name.as_str(), channel.unit.as_str(), recorded.analog_rate), ("FX1", "nt", 200.0));
+/// assert_eq!(channel.values.len(), 450 * recorded.samples_per_frame);
+/// assert_eq!((recorded.plates[0].plate_type, recorded.events[1].label.as_str()), (2, "RHS"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Recorded {
+    /// Events, in the order of time.
+    pub events: Vec<Event>,
+    /// Samples of each channel a second; 0 without channels.
+    pub analog_rate: f64,
+    /// Samples of each channel in a frame of the motion; 0 without channels.
+    pub samples_per_frame: usize,
+    /// Analog channels.
+    pub channels: Vec<AnalogChannel>,
+    /// Force plates.
+    pub plates: Vec<ForcePlate>,
+}
+
+/// A moment that somebody, or a program, named.
+///
+/// [`Recorded`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// In seconds from the first frame.
+    pub time: f64,
+    /// What happens, such as `Foot Strike`.
+    pub label: String,
+    /// The side to which it happens, such as `Left`; may be empty.
+    pub context: String,
+    /// The person to whom it happens; may be empty.
+    pub subject: String,
+}
+
+/// A channel of analog samples, as scaled by the file.
+///
+/// [`Recorded`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AnalogChannel {
+    /// Its label.
+    pub name: String,
+    /// The unit of its values as the file states it; may be empty.
+    pub unit: String,
+    /// The samples.
+    #[serde(skip)]
+    pub values: Vec<f32>,
+}
+
+/// A force plate as C3D describes it: by its type, where it is, and its channels.
+///
+/// [`Recorded`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ForcePlate {
+    /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of
+    /// Kistler; 4, as 2 with a calibration matrix; 5, eight sensors of which a matrix makes force and moment; 6, three
+    /// forces at each of four corners, and 7, as 3, both with a matrix. Others are kept and not computed.
+    pub plate_type: u32,
+    /// The corners in metres, in the quadrants +x +y, -x +y, -x -y and +x -y of the plate's own axes.
+    pub corners: [Vec3; 4],
+    /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of types 3, 6 and 7
+    /// half the distances of the sensors along x and y, and the height of the sensors.
+    pub origin: DVec3,
+    /// The indices of its channels in [`Recorded::channels`].
+    pub channels: Vec<usize>,
+    /// What the values of each channel are multiplied by to be in newtons, metres and newton metres.
+    pub scales: Vec<f64>,
+    /// Of types 4 to 7: what the values are multiplied by, row by row; 6 x 6 numbers, 6 x 8, 12 x 12 or 8 x 8. Of types
+    /// 4 and 5 force and moment follow, of the others the values of the sensors.
+    pub calibration: Vec<f64>,
+    /// The first and the last frame, from 0, in which nobody is on the plate, and whose mean is taken out.
+    pub zero: Option<[usize; 2]>,
+}
+
+impl ForcePlate {
+    /// Rows and columns of the calibration matrix of a type that has one.
+    #[doc(hidden)]
+    pub const fn calibration_size(plate_type: u32) -> Option<[usize; 2]> {
+        match plate_type {
+            4 => Some([6, 6]),
+            5 => Some([6, 8]),
+            6 => Some([12, 12]),
+            7 => Some([8, 8]),
+            _ => None,
+        }
+    }
+}

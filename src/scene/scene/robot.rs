@@ -1,0 +1,467 @@
+//! The data of a robot: links, joints, inertia and shapes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DMat3, DQuat, DVec3, Mat4};
+use serde::Serialize;
+
+use super::{Format, Mesh};
+use crate::error::Diagnostic;
+
+/// A robot, as its file describes it: in metres and radians, +Z up.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::Importer;
+/// use mocap::robot::{JointKind, ShapeKind};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let elbow = robot.links.iter().find(|link| link.joint.name == "left_elbow_joint").unwrap();
+/// assert_eq!(elbow.joint.kind, JointKind::Hinge);
+/// let limits = elbow.joint.limits;
+/// assert_eq!((limits.lower, limits.upper), (-1.25, 2.61));
+/// assert!(elbow.inertial.is_some_and(|inertial| inertial.mass > 0.5));
+/// assert!(robot.links.iter().flat_map(|link| &link.shapes).any(|shape| matches!(shape.kind, ShapeKind::Mesh { .. })));
+/// // The elbow bent by a right angle, in the space of the link above.
+/// let bent = elbow.joint.link_to_parent(std::f64::consts::FRAC_PI_2);
+/// assert!(bent.rotation.angle_between(elbow.joint.link_to_parent(0.0).rotation) > 1.5);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Robot {
+    /// The name.
+    pub name: String,
+    /// The links, depth-first: a parent stands before its children, the base first.
+    pub links: Vec<RobotLink>,
+    /// The format of the file.
+    #[serde(with = "crate::scene::format_name")]
+    pub format: Option<Format>,
+    /// The warnings of the reader.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A rigid body, and the joint by which it hangs on its parent.
+///
+/// `Robot` has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RobotLink {
+    /// The name; in MJCF the name of the body.
+    pub name: String,
+    /// The parent, an index into [`Robot::links`]; absent on the base.
+    pub parent: Option<usize>,
+    /// The joint to the parent; of the base, the joint to the world.
+    pub joint: RobotJoint,
+    /// Mass and inertia, where the file states them.
+    pub inertial: Option<Inertial>,
+    /// Its geometry.
+    pub shapes: Vec<RobotShape>,
+    /// The line of the file, from 1.
+    pub line: usize,
+}
+
+/// How a joint moves.
+///
+/// `Robot` has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum JointKind {
+    /// Not at all.
+    #[default]
+    Fixed,
+    /// About an axis: URDF's revolute and continuous.
+    Hinge,
+    /// Along an axis: URDF's prismatic.
+    Slide,
+    /// Freely: the base of a robot that walks.
+    Floating,
+}
+
+/// A joint between two links.
+///
+/// `Robot` has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotJoint {
+    /// The name.
+    pub name: String,
+    /// How it moves.
+    pub kind: JointKind,
+    /// The link to its parent where the joint is at 0.
+    pub origin: Placement,
+    /// A point on the axis, in the frame of the link. URDF: the origin.
+    pub anchor: DVec3,
+    /// The unit vector of the axis, in the frame of the link.
+    pub axis: DVec3,
+    /// The limits; of a joint that others follow, narrowed to what keeps theirs.
+    pub limits: JointLimits,
+    /// What its motor adds to the inertia about its axis, in kilogram square metres, or along it, in kilograms; of the
+    /// base in all its directions. MJCF: armature.
+    pub armature: f64,
+    /// The joint that it follows, where it is not free: URDF's mimic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mimic: Option<Mimic>,
+}
+
+/// A joint whose position is `multiplier * leader + offset`.
+///
+/// `Robot` has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Mimic {
+    /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
+    pub leader: usize,
+    /// What the position of the leader is multiplied by.
+    pub multiplier: f64,
+    /// What is added, in radians or metres.
+    pub offset: f64,
+}
+
+/// The limits of a joint, in radians or metres.
+///
+/// `Robot` has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct JointLimits {
+    /// The smallest position; minus infinity without a limit.
+    pub lower: f64,
+    /// The largest position; infinity without a limit.
+    pub upper: f64,
+    /// The largest velocity, a second.
+    pub velocity: Option<f64>,
+    /// The largest torque or force, in newton metres or newtons.
+    pub effort: Option<f64>,
+}
+
+/// A rotation and a translation.
+///
+/// `Robot` has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Placement {
+    /// The rotation.
+    pub rotation: DQuat,
+    /// The translation.
+    pub translation: DVec3,
+}
+
+/// Mass and inertia of a link.
+///
+/// `Robot` has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Inertial {
+    /// The mass, in kilograms.
+    pub mass: f64,
+    /// The centre of mass and the axes of the inertia, in the frame of the link.
+    pub origin: Placement,
+    /// The inertia about the centre, in these axes: xx, yy, zz, xy, xz, yz.
+    pub inertia: [f64; 6],
+}
+
+/// A piece of the geometry of a link.
+///
+/// `Robot` has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotShape {
+    /// Its pose in the frame of the link.
+    pub origin: Placement,
+    /// What it is.
+    pub kind: ShapeKind,
+    /// Whether it touches other things, or is only seen.
+    pub collides: bool,
+}
+
+/// A geometric body about the origin; cylinders and capsules stand along Z.
+///
+/// `Robot` has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs, reason = "each says itself")]
+pub enum ShapeKind {
+    Sphere {
+        radius: f64,
+    },
+    Capsule {
+        radius: f64,
+        /// Half the length without the caps.
+        half_length: f64,
+    },
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+    Box {
+        half_size: DVec3,
+    },
+    Ellipsoid {
+        half_size: DVec3,
+    },
+    Mesh {
+        /// The file, as written.
+        file: String,
+        /// The least and the largest coordinates of its vertices, where the file is there and can be read.
+        bounds: Option<[DVec3; 2]>,
+        /// What its coordinates are multiplied with.
+        scale: DVec3,
+        /// Where the file is, if it is there.
+        #[serde(skip)]
+        path: Option<PathBuf>,
+        /// Its triangles, in the frame of the shape, where
+        /// `Importer::robot_meshes` asks for them.
+        #[serde(skip)]
+        surface: Option<Arc<Mesh>>,
+    },
+}
+
+impl Placement {
+    /// No rotation and no translation.
+    pub const IDENTITY: Self = Self {
+        rotation: DQuat::IDENTITY,
+        translation: DVec3::ZERO,
+    };
+
+    /// `inner` seen from outside.
+    pub fn then(&self, inner: &Self) -> Self {
+        Self {
+            rotation: (self.rotation * inner.rotation).normalize(),
+            translation: self.point(inner.translation),
+        }
+    }
+
+    /// The matrix from the inner frame to the outer frame, in the precision of a scene.
+    pub fn to_matrix(self) -> Mat4 {
+        Mat4::from_rotation_translation(self.rotation.as_quat(), self.translation.as_vec3())
+    }
+
+    /// A point of the inner frame in the outer frame.
+    pub fn point(&self, point: DVec3) -> DVec3 {
+        self.translation + self.rotation * point
+    }
+
+    /// A point of the outer frame in the inner frame.
+    pub fn to_inner(&self, point: DVec3) -> DVec3 {
+        self.rotation.inverse() * (point - self.translation)
+    }
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Default for JointLimits {
+    fn default() -> Self {
+        Self {
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            velocity: None,
+            effort: None,
+        }
+    }
+}
+
+impl Default for RobotJoint {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            kind: JointKind::Fixed,
+            origin: Placement::IDENTITY,
+            anchor: DVec3::ZERO,
+            axis: DVec3::Z,
+            limits: JointLimits::default(),
+            armature: 0.0,
+            mimic: None,
+        }
+    }
+}
+
+impl RobotJoint {
+    /// Whether it has a position of one number.
+    pub fn moves(&self) -> bool {
+        matches!(self.kind, JointKind::Hinge | JointKind::Slide)
+    }
+
+    /// The link to its parent where the joint is at `position`.
+    pub fn link_to_parent(&self, position: f64) -> Placement {
+        let motion = match self.kind {
+            JointKind::Hinge => {
+                let rotation = DQuat::from_axis_angle(self.axis, position);
+                Placement {
+                    rotation,
+                    translation: self.anchor - rotation * self.anchor,
+                }
+            }
+            JointKind::Slide => Placement {
+                rotation: DQuat::IDENTITY,
+                translation: position * self.axis,
+            },
+            JointKind::Fixed | JointKind::Floating => return self.origin,
+        };
+        self.origin.then(&motion)
+    }
+
+    /// The position within the limits that is nearest to 0.
+    pub fn rest(&self) -> f64 {
+        0.0_f64.max(self.limits.lower).min(self.limits.upper)
+    }
+}
+
+impl Inertial {
+    /// The longest side of a link, in metres: inertia that needs a larger box is a placeholder, such as ixx="1".
+    const LONGEST: f64 = 1.0;
+
+    /// [`Self::equivalent_box`], unless it is larger than a link can be.
+    pub fn plausible_box(&self) -> Option<(Placement, DVec3)> {
+        let found = self.equivalent_box();
+        found.filter(|(_, half_size)| 2.0 * half_size.max_element() <= Self::LONGEST)
+    }
+
+    /// The inertia about the centre, in its axes.
+    pub fn matrix(&self) -> DMat3 {
+        let [xx, yy, zz, xy, xz, yz] = self.inertia;
+        DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
+    }
+
+    /// The moments of inertia about the principal axes.
+    pub fn moments(&self) -> DVec3 {
+        principal(self.matrix()).0
+    }
+
+    /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the
+    /// link.
+    pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {
+        let (moments, axes) = principal(self.matrix());
+        let total = moments.element_sum();
+        let squares = (DVec3::splat(total) - 2.0 * moments) * (1.5 / self.mass);
+        let origin = Placement {
+            rotation: (self.origin.rotation * axes).normalize(),
+            translation: self.origin.translation,
+        };
+        let half_size = squares.max(DVec3::ZERO).map(f64::sqrt);
+        (self.mass > 0.0 && half_size.is_finite() && half_size != DVec3::ZERO).then_some((origin, half_size))
+    }
+}
+
+impl RobotShape {
+    /// Balls whose hull is the shape, or is a little larger, in the frame of the link: centres and radii.
+    pub fn balls(&self) -> Vec<(DVec3, f64)> {
+        let of_box = |low: DVec3, high: DVec3| {
+            let corner = |index: usize| {
+                let pick = |bit: usize, low: f64, high: f64| if index & bit == 0 { low } else { high };
+                DVec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
+            };
+            (0..8).map(|index| (corner(index), 0.0)).collect()
+        };
+        let balls: Vec<(DVec3, f64)> = match &self.kind {
+            ShapeKind::Sphere { radius } => vec![(DVec3::ZERO, *radius)],
+            ShapeKind::Capsule { radius, half_length } => {
+                let end = DVec3::Z * *half_length;
+                vec![(end, *radius), (-end, *radius)]
+            }
+            ShapeKind::Cylinder { radius, half_length } => {
+                let half_size = DVec3::new(*radius, *radius, *half_length);
+                of_box(-half_size, half_size)
+            }
+            ShapeKind::Box { half_size } | ShapeKind::Ellipsoid { half_size } => of_box(-*half_size, *half_size),
+            ShapeKind::Mesh { bounds, .. } => bounds.map(|[low, high]| of_box(low, high)).unwrap_or_default(),
+        };
+        let placed = balls.into_iter();
+        placed
+            .map(|(centre, radius)| (self.origin.point(centre), radius))
+            .collect()
+    }
+}
+
+/// The moments of a symmetric matrix about its principal axes, and these, by Jacobi's rotations.
+fn principal(mut matrix: DMat3) -> (DVec3, DQuat) {
+    const SWEEPS: usize = 16;
+    let mut axes = DQuat::IDENTITY;
+    for _ in 0..SWEEPS {
+        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+            let off = matrix.col(b)[a];
+            let angle = 0.5 * (2.0 * off).atan2(matrix.col(a)[a] - matrix.col(b)[b]);
+            let axis = [DVec3::Z, DVec3::NEG_Y, DVec3::X][a + b - 1];
+            let turn = DQuat::from_axis_angle(axis, angle);
+            let turned = DMat3::from_quat(turn);
+            matrix = turned.transpose() * matrix * turned;
+            axes *= turn;
+        }
+    }
+    let moments = DVec3::new(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z);
+    (moments, axes.normalize())
+}
+
+impl Robot {
+    /// The joints that have a position, by their links, in the order of the links.
+    pub fn moving_joints(&self) -> Vec<usize> {
+        let links = self.links.iter().enumerate();
+        links
+            .filter_map(|(index, link)| link.joint.moves().then_some(index))
+            .collect()
+    }
+
+    /// The names of the joints that have a position, in the order of the links: the order of `dof_pos` in outputs.
+    pub fn dof_names(&self) -> Vec<String> {
+        let joints = self.moving_joints().into_iter();
+        joints.map(|link| self.links[link].joint.name.clone()).collect()
+    }
+
+    /// All links with every joint at 0, whatever its limits: from the origin of the base, which is turned as its file
+    /// has it.
+    pub fn zero_pose(&self) -> Vec<Placement> {
+        let mut transforms: Vec<Placement> = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            let origin = match link.parent {
+                Some(parent) => transforms[parent].then(&link.joint.link_to_parent(0.0)),
+                None => Placement {
+                    translation: DVec3::ZERO,
+                    ..link.joint.origin
+                },
+            };
+            transforms.push(origin);
+        }
+        transforms
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_has_the_inertia_of_a_box() {
+        // The moments of a box of 2 kg and 0.2 x 0.4 x 0.6 m are m / 12 (b^2 + c^2), and so on.
+        let moments = [
+            2.0 / 12.0 * (0.16 + 0.36),
+            2.0 / 12.0 * (0.04 + 0.36),
+            2.0 / 12.0 * (0.04 + 0.16),
+        ];
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.2, 0.7);
+        let axes = DMat3::from_quat(turn);
+        let inertia = axes * DMat3::from_diagonal(DVec3::from_array(moments)) * axes.transpose();
+        let inertial = Inertial {
+            mass: 2.0,
+            origin: Placement::IDENTITY,
+            inertia: [
+                inertia.x_axis.x,
+                inertia.y_axis.y,
+                inertia.z_axis.z,
+                inertia.x_axis.y,
+                inertia.x_axis.z,
+                inertia.y_axis.z,
+            ],
+        };
+        let (origin, half_size) = inertial.equivalent_box().unwrap();
+        let mut sides = (2.0 * half_size).to_array();
+        sides.sort_by(f64::total_cmp);
+        assert!(
+            DVec3::from_array(sides).abs_diff_eq(DVec3::new(0.2, 0.4, 0.6), 1e-9),
+            "{sides:?}"
+        );
+        // The shortest side is along the box's own X.
+        let shortest = [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .min_by(|a, b| (half_size * *a).length().total_cmp(&(half_size * *b).length()))
+            .unwrap();
+        let along = (origin.rotation * shortest).dot(turn * DVec3::X).abs();
+        assert!((along - 1.0).abs() < 1e-9, "{along}");
+    }
+}

@@ -1,0 +1,145 @@
+//! Joint angles.
+
+use glam::DQuat;
+
+use super::segments::Segments;
+use mocap_figure::Figure;
+use mocap_figure::joint_angles::{Joint, Part, Rotations, Segment, ending};
+use mocap_scene::error::Result;
+use mocap_scene::scene::{Scene, Side};
+
+/// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
+/// name it, where they have it.
+///
+/// In every joint the frame of the distal segment is turned against that of the proximal one; both are those of the
+/// International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right, of a body
+/// that stands with arms hanging and palms forward. All angles are 0 there. They are in degrees, and without jumps of
+/// 360; those of the left side are signed as those of the right.
+///
+/// | columns | rotations, each about the axis turned by those before | positive |
+/// |---|---|---|
+/// | `pelvis_tilt`, `_list`, `_rotation` | Z, X, Y, from the laboratory | backward, to the right, to the left |
+/// | `pelvis_tx`, `_ty`, `_tz` | position in metres | forward, up, to the right |
+/// | `hip_flexion`, `_adduction`, `_rotation` | Z, X, Y | flexion, adduction, internal |
+/// | `knee_angle`, `_adduction`, `_rotation` | Z, X, Y: Grood and Suntay (1983) | flexion, adduction, internal |
+/// | `ankle_angle`, `_inversion`, `_rotation` | Z, X, Y | dorsiflexion, inversion, internal |
+/// | `lumbar_extension`, `_bending`, `_rotation` | Z, X, Y: chest against pelvis | back, to the right, to the left |
+/// | `neck_extension`, `_bending`, `_rotation` | Z, X, Y: head against chest | back, to the right, to the left |
+/// | `arm_flex`, `_add`, `_rot` | Z, X, Y, as OpenSim has shoulders | flexion, adduction, internal |
+/// | `shoulder_plane`, `_elevation`, `_rotation` | Y, X, Y | 0 sideways and 90 forward, up, internal |
+/// | `elbow_flex`, `elbow_carrying`, `pro_sup` | Z, X, Y | flexion, varus, pronation |
+/// | `wrist_flex`, `_deviation`, `_rotation` | Z, X, Y | flexion, to the little finger, pronation |
+///
+/// The names of sides end in `_r` and `_l`. The upper arm is taken against the chest. A plane of elevation has no
+/// meaning where the arm hangs, and `arm_flex` none where it is abducted by 90 degrees. The T-pose of the figure is the
+/// standing pose: a pelvis that a laboratory calls tilted because of its spines is 0 here.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::biomechanics::JointAngles;
+///
+/// let angles = JointAngles::of(&mocap::import("fixtures/real/cmu_12_01_walk.bvh")?)?;
+/// let knee = angles.column("knee_angle_r").expect("the body has a right knee");
+/// let most = knee.fold(0.0, f64::max);
+/// assert!((50.0..80.0).contains(&most), "{most}"); // knees of a walk bend by about 60 degrees
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct JointAngles {
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// The names of the columns.
+    pub columns: Vec<String>,
+    /// The values, frame by frame, in the order of the columns: degrees, and metres of the pelvis's position.
+    pub values: Vec<f64>,
+}
+
+/// The columns with the position of the pelvis in metres; all others are angles.
+pub(super) const POSITION: [&str; 3] = ["pelvis_tx", "pelvis_ty", "pelvis_tz"];
+
+/// A column: its name, and its value in every frame.
+type Column = (String, Vec<f64>);
+
+impl JointAngles {
+    /// Those of the first animation of a scene, in any unit and with any axis up.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) where no humanoid is found;
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) where there is no motion.
+    pub fn of(scene: &Scene) -> Result<Self> {
+        Self::of_figure(scene, &Figure::new(scene))
+    }
+
+    /// As [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
+        let segments = Segments::of(scene, figure)?;
+        let mut columns = pelvis(&segments);
+        for joint in &Joint::OF_TRUNK {
+            columns.extend(angles(&segments, joint, None));
+        }
+        for side in [Side::Right, Side::Left] {
+            for joint in &Joint::OF_SIDES {
+                columns.extend(angles(&segments, joint, Some(side)));
+            }
+        }
+        let values = (0..segments.frames).flat_map(|frame| columns.iter().map(move |(_, values)| values[frame]));
+        Ok(Self {
+            frame_rate: segments.frame_rate,
+            values: values.collect(),
+            columns: columns.into_iter().map(|(name, _)| name).collect(),
+        })
+    }
+
+    /// How many frames there are.
+    pub fn frames(&self) -> usize {
+        self.values.len() / self.columns.len().max(1)
+    }
+
+    /// The values of a column, frame by frame; `None` where the body has no such joint.
+    pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
+        let column = self.columns.iter().position(|own| own == name)?;
+        Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
+    }
+}
+
+/// The angles and the position of the pelvis in the laboratory.
+fn pelvis(segments: &Segments) -> Vec<Column> {
+    let rotations = segments.to_world(Segment::Pelvis).unwrap_or_default();
+    let names = ["pelvis_tilt", "pelvis_list", "pelvis_rotation"];
+    let mut columns = taken_apart(rotations.iter().copied(), Rotations::PLAIN, names.map(str::to_owned));
+    for (axis, name) in POSITION.into_iter().enumerate() {
+        let values = segments.pelvis.iter().map(|position| position[axis]);
+        columns.push((name.to_owned(), values.collect()));
+    }
+    columns
+}
+
+/// The three columns of a joint; none where the body lacks one of its segments.
+fn angles(segments: &Segments, joint: &Joint, side: Option<Side>) -> Vec<Column> {
+    let part = |segment: Segment| -> Part {
+        let is_of_trunk = matches!(segment, Segment::Pelvis | Segment::Trunk | Segment::Head);
+        (segment, side.filter(|_| !is_of_trunk))
+    };
+    let names = joint.names.map(|name| format!("{name}{}", ending(side)));
+    match segments.between(part(joint.above), part(joint.below)) {
+        Some(rotations) => taken_apart(rotations, joint.rotations, names),
+        None => Vec::new(),
+    }
+}
+
+fn taken_apart(rotations: impl Iterator<Item = DQuat>, into: Rotations, names: [String; 3]) -> Vec<Column> {
+    let mut columns: Vec<Column> = names.into_iter().map(|name| (name, Vec::new())).collect();
+    let mut before = None;
+    for rotation in rotations {
+        let angles = into.of(rotation, before);
+        for ((_, values), angle) in columns.iter_mut().zip(angles) {
+            values.push(angle);
+        }
+        before = Some(angles);
+    }
+    columns
+}

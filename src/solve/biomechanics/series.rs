@@ -1,0 +1,136 @@
+//! Columns over time, such as analog channels and ground reaction forces.
+
+use std::collections::{HashMap, HashSet};
+
+use super::JointAngles;
+use super::angles::POSITION;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::{ANALOG_MARK, ANGLES_MARK};
+use mocap_scene::scene::{Recorded, Scene};
+
+/// Columns with their units, sample by sample. [`JointAngles`] become one as well.
+///
+/// ```
+/// # std::env::set_current_dir("../..")?;
+/// use mocap::biomechanics::TimeSeries;
+///
+/// let analog = TimeSeries::analog(&mocap::import("fixtures/real/py_c3d_motion.c3d")?)?;
+/// assert_eq!((analog.frame_rate, analog.frames()), (200.0, 1800));
+/// assert!(analog.to_csv().starts_with("time,FX1,"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct TimeSeries {
+    /// The first line of an OpenSim file.
+    pub(super) title: &'static str,
+    /// Samples a second.
+    pub frame_rate: f64,
+    /// The names of the columns, each once.
+    pub columns: Vec<String>,
+    /// The unit of each column, as the file states it; may be empty.
+    pub units: Vec<String>,
+    /// The values, sample by sample, with one for each column.
+    pub values: Vec<f64>,
+    /// What was decided or left out, as sentences.
+    pub notes: Vec<String>,
+}
+
+impl TimeSeries {
+    /// The analog channels of the file that the scene was read from.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where it has none.
+    pub fn analog(scene: &Scene) -> Result<Self> {
+        let recorded = recorded(scene, |recorded| !recorded.channels.is_empty(), "analog channels")?;
+        let channels = &recorded.channels;
+        let samples = channels.iter().map(|channel| channel.values.len()).min().unwrap_or(0);
+        let of_sample = |sample: usize| channels.iter().map(move |channel| f64::from(channel.values[sample]));
+        Ok(Self {
+            title: ANALOG_MARK,
+            frame_rate: recorded.analog_rate,
+            columns: unique(channels.iter().map(|channel| channel.name.as_str())),
+            units: channels.iter().map(|channel| channel.unit.clone()).collect(),
+            values: (0..samples)
+                .flat_map(of_sample)
+                .map(|value| if value.is_finite() { value } else { 0.0 })
+                .collect(),
+            notes: Vec::new(),
+        })
+    }
+
+    /// How many samples a column has.
+    pub fn frames(&self) -> usize {
+        self.values.len() / self.columns.len().max(1)
+    }
+
+    /// The values of a column.
+    pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
+        let column = self.columns.iter().position(|own| own == name)?;
+        Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
+    }
+}
+
+impl From<JointAngles> for TimeSeries {
+    fn from(angles: JointAngles) -> Self {
+        let is_length = |name: &str| POSITION.contains(&name);
+        let unit = |name: &String| if is_length(name) { "m" } else { "deg" }.to_owned();
+        Self {
+            title: ANGLES_MARK,
+            frame_rate: angles.frame_rate,
+            units: angles.columns.iter().map(unit).collect(),
+            columns: angles.columns,
+            values: angles.values,
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// What the file of `scene` has beside the motion, if `has` finds there what is asked for: `what`, in the plural.
+pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recorded) -> bool, what: &str) -> Result<&'a Recorded> {
+    let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
+    recorded.ok_or_else(|| {
+        let help = "C3D files of laboratories have them: mocap info --json lists what is in a file";
+        Diagnostic::new(Code::NoMotion, format!("the file has no {what}"))
+            .help(help)
+            .into()
+    })
+}
+
+/// Names of columns without the separators of tables, each once: the second of a name ends in `_2`.
+fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut taken = HashSet::from(["time".to_owned()]);
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    for name in names {
+        let plain: String = name
+            .chars()
+            .map(|letter| {
+                if letter.is_control() || ",\";".contains(letter) {
+                    '_'
+                } else {
+                    letter
+                }
+            })
+            .collect();
+        let count = counts.entry(plain.clone()).or_insert(1);
+        let mut own = plain.clone();
+        while !taken.insert(own.clone()) {
+            *count += 1;
+            own = format!("{plain}_{count}");
+        }
+        found.push(own);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_columns_are_there_once() {
+        let names = ["Fz", "Fz", "a,b", "time", "Fz_2"];
+        assert_eq!(unique(names.into_iter()), ["Fz", "Fz_2", "a_b", "time_2", "Fz_2_2"]);
+    }
+}

@@ -1,0 +1,112 @@
+//! Columns over time as text: OpenSim's motion and storage files, and comma-separated values.
+
+use std::fmt::Write;
+
+use super::{JointAngles, TimeSeries};
+use mocap_scene::files::ANGLES_MARK;
+
+impl JointAngles {
+    /// A motion file of OpenSim, `.mot`: a header, the names of the columns, and a row for each frame, separated by
+    /// tabs. Angles are in degrees, which its header says, lengths in metres.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// # use mocap::biomechanics::JointAngles;
+    /// let angles = JointAngles::of(&mocap::import("fixtures/real/cmu_short.bvh")?)?;
+    /// let text = angles.to_mot();
+    /// assert!(text.contains("\ninDegrees=yes\n") && text.contains("\ntime\tpelvis_tilt\t"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn to_mot(&self) -> String {
+        self.rows().of_opensim(ANGLES_MARK, "yes")
+    }
+
+    /// Comma-separated values: `time` in seconds, then the columns.
+    pub fn to_csv(&self) -> String {
+        self.rows().of_csv()
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        Rows {
+            frame_rate: self.frame_rate,
+            columns: &self.columns,
+            values: &self.values,
+            is_measured: false,
+        }
+    }
+}
+
+impl TimeSeries {
+    /// A motion or storage file of OpenSim, `.mot` or `.sto`: a header, the names of the columns, and a row for each
+    /// sample, separated by tabs.
+    pub fn to_mot(&self) -> String {
+        let in_degrees = if self.is_measured() { "no" } else { "yes" };
+        self.rows().of_opensim(self.title, in_degrees)
+    }
+
+    /// Comma-separated values: `time` in seconds, then the columns.
+    pub fn to_csv(&self) -> String {
+        self.rows().of_csv()
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        Rows {
+            frame_rate: self.frame_rate,
+            columns: &self.columns,
+            values: &self.values,
+            is_measured: self.is_measured(),
+        }
+    }
+
+    fn is_measured(&self) -> bool {
+        self.title != ANGLES_MARK
+    }
+}
+
+/// What both have.
+struct Rows<'a> {
+    frame_rate: f64,
+    columns: &'a [String],
+    values: &'a [f64],
+    /// Values of any unit, in single precision; or else angles and lengths with six decimals.
+    is_measured: bool,
+}
+
+impl Rows<'_> {
+    fn of_opensim(&self, title: &str, in_degrees: &str) -> String {
+        let mut text = format!(
+            "{title}\nversion=1\nnRows={}\nnColumns={}\ninDegrees={in_degrees}\nendheader\n",
+            self.values.len() / self.columns.len().max(1),
+            self.columns.len() + 1
+        );
+        self.write(&mut text, '\t');
+        text
+    }
+
+    fn of_csv(&self) -> String {
+        let mut text = String::new();
+        self.write(&mut text, ',');
+        text
+    }
+
+    fn write(&self, text: &mut String, separator: char) {
+        text.push_str("time");
+        for column in self.columns {
+            text.push(separator);
+            text.push_str(column);
+        }
+        text.push('\n');
+        for (frame, row) in self.values.chunks(self.columns.len().max(1)).enumerate() {
+            // Writing to a string cannot fail. Six decimals are a millionth of a degree, or a micrometre.
+            let _ = write!(text, "{:.6}", frame as f64 / self.frame_rate);
+            for value in row {
+                // Adding zero turns the -0 of a small negative number into 0.
+                let _ = match self.is_measured {
+                    true => write!(text, "{separator}{}", *value as f32 + 0.0),
+                    false => write!(text, "{separator}{:.6}", (value * 1e6).round() / 1e6 + 0.0),
+                };
+            }
+            text.push('\n');
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Positions of joints into rotations: a skeleton whose joints are where points are, frame by frame.
+//!
+//! A [`JointSet`] says which joint stands where which points are, what its parent is, and which bone it is. From there:
+//!
+//! 1. Gaps in the points are filled by straight lines, and named.
+//! 2. [`Lengths`] are medians over the frames, so that a few bad frames change nothing, or those of each frame.
+//! 3. From the root outwards each joint gets a rotation. Hips and chest are fitted to the line across and the line up.
+//!    Of a limb the direction is exact; how it is turned about itself (its roll) is told by the hinge below it: a knee
+//!    bends so that the shin goes back, an elbow so that the forearm goes forward with palms down. Where a limb is too
+//!    straight to tell, the roll goes evenly from what it was to what it will be, in a frame that is carried along with
+//!    the least twist. A spine shares the twist between hips and chest. All other joints twist as little as they can.
+//!
+//! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
+
+pub mod biomechanics;
+#[doc(hidden)]
+pub mod markers;
+mod points;
+mod rest;
+mod roll;
+mod rules;
+mod set;
+mod turn;
+
+use glam::{Mat4, Quat, Vec3};
+
+use self::points::Points;
+use self::rest::Rest;
+pub use self::set::{JointSet, Lengths};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::up_axis::to_y_up;
+use mocap_scene::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
+
+impl JointSet {
+    /// Puts a skeleton with rotations in the place of the points of `scene`, which keeps its name, its rate and its
+    /// unit. Its joints are those of `set`. Axes become +Y up: up is where the body's spine points on the average.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..")?;
+    /// use mocap::solve::JointSet;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/hand_take.c3d")?;
+    /// let set = r#"[{"name": "hips", "bone": "hips", "points": ["no such marker"]}]"#;
+    /// let error = JointSet::from_json("my joints", set)?.solve(&mut scene).unwrap_err();
+    /// assert!(error.to_string().contains("missing: no such marker"));
+    /// // Readers do it where the joints are named, and for arrays with those of SMPL.
+    /// let scene = mocap::import("fixtures/arrays/points_smpl22.npy")?;
+    /// assert!(scene.animations[0].channels.iter().any(|channel| channel.rotation_keys.len() > 1));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where there is no motion; [`Code::InvalidValue`] where the scene does not have the points of
+    /// the set; [`Code::NumberRange`] where positions are too far apart to compute with.
+    pub fn solve(&self, scene: &mut Scene) -> Result<()> {
+        let mut points = Points::of_scene(scene, self)?;
+        let up = points.up(self);
+        points.turn(up);
+        let rules = rules::Rules::new(self, &points);
+        let (rest, rotations) = turn::turn(self, &rules, &points);
+        check_finite(self, &rotations)?;
+        // The reader said the same of each point.
+        scene.warnings.retain(|warning| warning.code != Code::Gap);
+        scene.warnings.append(&mut points.warnings);
+        let lengths = match self.lengths {
+            Lengths::Median => "lengths are medians",
+            Lengths::Moving => "lengths are those of each frame",
+        };
+        write(scene, self, &points, &rest, rotations, up, lengths);
+        Ok(())
+    }
+}
+
+/// Products of distances may be beyond the numbers that 32 bits hold.
+fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
+    for (joint, rotations) in set.joints.iter().zip(rotations) {
+        if let Some(frame) = rotations.iter().position(|rotation| !rotation.is_finite()) {
+            let message = format!("the joints are too far apart in frame {frame} for rotations to be solved");
+            return Err(Diagnostic::new(Code::NumberRange, message)
+                .in_joint(&joint.name)
+                .help("correct the positions in that frame, or leave it out")
+                .into());
+        }
+    }
+    Ok(())
+}
+
+/// Replaces nodes and keys; `lengths` says how those of bones were found.
+fn write(
+    scene: &mut Scene,
+    set: &JointSet,
+    points: &Points,
+    rest: &Rest,
+    world: Vec<Vec<Quat>>,
+    up: (UpAxis, Confidence),
+    lengths: &str,
+) {
+    let order = set.depth_first();
+    let mut ids = vec![None; set.joints.len()];
+    let (mut nodes, mut channels) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len()));
+    for &index in &order {
+        let joint = &set.joints[index];
+        let id = NodeId::new(nodes.len());
+        ids[index] = Some(id);
+        let offset = rest.offsets[index];
+        nodes.push(Node {
+            name: joint.name.clone(),
+            parent: joint.parent.and_then(|parent| ids[parent]),
+            transform: Mat4::from_translation(offset),
+            humanoid_bone: joint.bone,
+            ..Node::default()
+        });
+        let mut before = Quat::IDENTITY;
+        let local = (0..points.frames).map(|frame| {
+            let own = world[index][frame];
+            let local = joint
+                .parent
+                .map_or(own, |parent| world[parent][frame].inverse() * own)
+                .normalize();
+            before = if local.dot(before) < 0.0 { -local } else { local };
+            before
+        });
+        channels.push(Channel {
+            node_name: joint.name.clone(),
+            node: Some(id),
+            rotation_keys: Keys::every_tick(local.collect()),
+            position_keys: match joint.parent {
+                None => Keys::every_tick(points.tracks[index].clone()),
+                Some(parent) if set.lengths == Lengths::Moving => {
+                    let position =
+                        |frame: usize| world[parent][frame].inverse() * rest::vector(points, parent, index, frame);
+                    Keys::every_tick((0..points.frames).map(position).collect())
+                }
+                Some(_) => Keys::constant(offset),
+            },
+            scaling_keys: Keys::constant(Vec3::ONE),
+        });
+    }
+    scene.nodes = nodes;
+    scene.meshes.clear();
+    if let Some(first) = scene.animations.first_mut() {
+        *first = Animation {
+            channels,
+            ..std::mem::take(first)
+        };
+    }
+    scene.animations.truncate(1);
+    scene.metadata.assumptions.retain(|said| said.topic != Topic::Layout);
+    let mut assume = |topic: Topic, choice: String, reason: &str, confidence: Option<Confidence>| {
+        scene.metadata.assumptions.push(Assumption {
+            topic,
+            choice,
+            reason: reason.to_owned(),
+            confidence,
+        });
+    };
+    let choice = format!("rotations are solved from the positions of {}; {lengths}", set.name);
+    assume(Topic::Body, choice, "the file has no rotations", None);
+    if scene.metadata.up.is_none() && up.0 != UpAxis::Y {
+        let choice = format!("{} was up, and is +Y now", up.0.as_str().to_uppercase());
+        assume(
+            Topic::UpAxis,
+            choice,
+            "the spine points there on the average",
+            Some(up.1),
+        );
+    }
+    scene.metadata.up = Some(UpAxis::Y);
+}
+
+/// The error for a scene that does not go with a set.
+fn refused(message: String, expected: String, found: String) -> Diagnostic {
+    Diagnostic::new(Code::InvalidValue, message).expected_found(expected, found)
+}
+
+/// A point of a space in which `up` points up, where +Y does.
+fn turned(point: Vec3, up: UpAxis) -> Vec3 {
+    to_y_up(point, up)
+}
