@@ -6,10 +6,8 @@
 mod contacts;
 mod depth;
 mod exchange;
-mod floor;
 mod gaps;
 mod hands;
-mod least_squares;
 mod lengths;
 mod live;
 mod measures;
@@ -20,16 +18,16 @@ mod rate;
 mod report;
 mod smoother;
 mod time;
-mod work;
 
 pub use self::live::LiveClean;
 pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
 use self::hands::Meetings;
-use self::work::Work;
+use super::floor;
 use super::quantity::counted;
 use super::step::step;
+use super::work::Work;
 use super::{Step, StepInput, StepKey, Takes, flips};
 use mocap_figure::Figure;
 use mocap_scene::error::Result;
@@ -258,19 +256,6 @@ impl Clean {
         }
         Ok(())
     }
-}
-
-/// Puts the motion of a figure on the floor. Returns the height that the floor had, its slope and the drift of the
-/// body, in metres and degrees, of which those that were taken out are there.
-pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize) -> Result<[Option<f64>; 3]> {
-    let mut work = Work::new(scene, figure, &[], animation)?;
-    let Some(done) = floor::level(&mut work, 0.0) else {
-        return Ok([None; 3]);
-    };
-    let frames = work.frames;
-    let moved: Vec<_> = frames.nodes().to_vec();
-    frames.write(scene, animation, &moved, &moved);
-    Ok([done.height, done.slope, done.drift])
 }
 
 /// Takes the noise out, as strongly as the peaks allow, and says what was done. Finds what the hands meet before.

@@ -8,15 +8,15 @@ use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::fit::Fit;
-use super::frames::Frames;
 use super::inertia::{Seam, onward};
+use super::pair::pair;
 use super::quantity::{centimetres, degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::not_negative;
-use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
-use mocap_scene::scene::{NodeId, Scene};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
@@ -166,25 +166,4 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     first.with_rows(rows).write_all(scene, animation);
     scene.warnings.extend(warning);
     Ok(report)
-}
-
-/// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
-/// that one of the two drives.
-pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames, Frames)> {
-    if let Err(difference) = have_the_same_joints(scene, other) {
-        let message = format!("the two motions have different skeletons: {difference}");
-        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
-        return Err(diagnostic
-            .help("retarget one onto the skeleton of the other first, as retargeting::apply_steps does")
-            .into());
-    }
-    let driven = |scene: &Scene, animation: usize| -> Vec<NodeId> {
-        let animation = scene.animations.get(animation);
-        let binding = animation.map(|animation| Binding::new(scene, animation));
-        binding.iter().flat_map(Binding::driven).map(|(node, _)| node).collect()
-    };
-    let nodes = [driven(scene, animation), driven(other, 0)].concat();
-    let first = Frames::new(scene, animation, &nodes)?;
-    first.require_nodes()?;
-    Ok((first, Frames::new(other, 0, &nodes)?))
 }

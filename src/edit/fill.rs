@@ -2,17 +2,16 @@
 
 use std::fmt;
 
-use glam::Vec3;
 use serde::Serialize;
 
+use super::bridge::bridge;
 use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::math::quaternion::{exp, log};
-use mocap_scene::pose::Trs;
+use mocap_scene::math::quaternion::log;
 use mocap_scene::scene::Scene;
 
 step! {
@@ -129,43 +128,4 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     }
     frames.write(scene, animation, &rotated, &moved);
     Ok(report)
-}
-
-/// Sets the frames from `first` to `last` by those on both sides, two on each where there are two.
-pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
-    let (before, after) = (first - 1, last + 1);
-    let (from, to) = (track[before], track[after]);
-    let steps = (after - before) as f32;
-    // In the tangent space at the frame before the gap. A speed that was not seen on one side is that of the chord.
-    let whole = log(from.rotation.inverse() * to.rotation);
-    let turn_in = before.checked_sub(1).map_or(whole / steps, |earlier| {
-        log(track[earlier].rotation.inverse() * from.rotation)
-    });
-    let turn_out = track
-        .get(after + 1)
-        .map_or(whole / steps, |later| log(to.rotation.inverse() * later.rotation));
-    let offset = to.translation - from.translation;
-    let move_in = before
-        .checked_sub(1)
-        .map_or(offset / steps, |earlier| from.translation - track[earlier].translation);
-    let move_out = track
-        .get(after + 1)
-        .map_or(offset / steps, |later| later.translation - to.translation);
-    for (index, trs) in track[first..=last].iter_mut().enumerate() {
-        let t = (index + 1) as f32 / steps;
-        let moves = from.translation != to.translation;
-        let turns = from.rotation != to.rotation;
-        if turns {
-            trs.rotation = (from.rotation * exp(cubic(whole, turn_in, turn_out, steps, t))).normalize();
-        }
-        if moves {
-            trs.translation = from.translation + cubic(offset, move_in, move_out, steps, t);
-        }
-    }
-}
-
-/// The cubic from 0 to `whole` within `steps` frames, with the changes per frame `start` and `end` there.
-fn cubic(whole: Vec3, start: Vec3, end: Vec3, steps: f32, t: f32) -> Vec3 {
-    let (t2, t3) = (t * t, t * t * t);
-    whole * (3.0 * t2 - 2.0 * t3) + (start * (t3 - 2.0 * t2 + t) + end * (t3 - t2)) * steps
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::body::figure_of;
-use super::clean::put_on_floor;
+use super::floor::put_on_floor;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey};

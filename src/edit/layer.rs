@@ -2,74 +2,17 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::body::{and_below, figure_of};
-use super::concat::pair;
+use super::body::figure_of;
+use super::layer_part::LayerPart;
+use super::pair::pair;
 use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::{Humanoid, HumanoidBone};
 use mocap_scene::error::Result;
 use mocap_scene::pose::Trs;
-use mocap_scene::scene::{NodeId, Scene};
-
-/// A part of the body.
-///
-/// [`Layer`](crate::Layer) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum LayerPart {
-    /// The spine and all above it.
-    #[default]
-    Upper,
-    /// Both legs.
-    Legs,
-    /// Both arms, from the shoulders.
-    Arms,
-    /// The neck and the head.
-    Head,
-}
-
-impl LayerPart {
-    /// Every part.
-    pub const ALL: [Self; 4] = [Self::Upper, Self::Legs, Self::Arms, Self::Head];
-
-    /// Their names.
-    pub(super) const NAMES: &'static [&'static str] = &["upper", "legs", "arms", "head"];
-
-    /// Its name.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Upper => "upper",
-            Self::Legs => "legs",
-            Self::Arms => "arms",
-            Self::Head => "head",
-        }
-    }
-
-    /// The bones where it begins: of each list the first that is there.
-    const fn tops(self) -> &'static [&'static [HumanoidBone]] {
-        use HumanoidBone as Bone;
-        match self {
-            Self::Upper => &[&[Bone::Spine]],
-            Self::Legs => &[&[Bone::LeftUpperLeg], &[Bone::RightUpperLeg]],
-            Self::Arms => &[
-                &[Bone::LeftShoulder, Bone::LeftUpperArm],
-                &[Bone::RightShoulder, Bone::RightUpperArm],
-            ],
-            Self::Head => &[&[Bone::Neck, Bone::Head]],
-        }
-    }
-
-    /// The joints of the part.
-    pub(super) fn joints(self, scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
-        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| humanoid.joint(*bone));
-        let tops = self.tops().iter().filter_map(top);
-        tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect()
-    }
-}
+use mocap_scene::scene::Scene;
 
 step! {
     /// Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which

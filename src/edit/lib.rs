@@ -12,17 +12,22 @@
 
 mod alike;
 mod body;
+mod bridge;
 mod carrier;
 mod contacts;
 mod fit;
 mod flips;
+mod floor;
 mod frames;
 mod frames_report;
 pub mod graph;
 mod held;
 mod inertia;
+mod layer_part;
 mod limb;
 mod list;
+mod lock;
+mod pair;
 mod pose_distance;
 mod quantity;
 mod sequence;
@@ -35,6 +40,7 @@ mod walk;
 mod warp_path;
 mod warp_time;
 mod window;
+mod work;
 
 #[doc(hidden)]
 pub use self::body::knee_at_rest;
@@ -43,12 +49,14 @@ pub use self::clean::MotionErrors;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
 #[doc(hidden)]
 pub use self::contacts::{LiveContacts, contacts_of};
-#[doc(hidden)]
-pub use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::frames_report::FramesReport;
 pub use self::held::LimbReport;
+pub use self::layer_part::LayerPart;
 pub use self::limb::Limb;
 pub use self::list::EditReport;
+#[doc(hidden)]
+pub use self::lock::{Followed, SolePoint, follow_feet};
+pub use self::lock::{FootLockOptions, FootLockReport, foot_lock};
 #[doc(hidden)]
 pub use self::sequence::Fitted;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
@@ -61,7 +69,7 @@ pub use self::warp_time::WarpTimeReport;
 
 // A line for each step, in the order of the help: its file, its type, and what else of the file is public.
 self::list::steps! {
-    foot_lock: FootLock, FootLockOptions, FootLockReport, foot_lock;
+    foot_lock: FootLock;
     mirror: Mirror, MirrorReport;
     smooth: Smooth, SmoothFilter, SmoothReport;
     despike: Despike, DespikeReport;
@@ -70,7 +78,7 @@ self::list::steps! {
     loop_clip: Loop, LoopReport;
     concat: Concat, ConcatReport;
     blend: Blend, BlendReport, BlendWeight;
-    layer: Layer, LayerPart, LayerReport;
+    layer: Layer, LayerReport;
     warp: Warp, WarpReport;
     in_between: InBetween, InBetweenReport, KeyInterpolation;
     trim: Trim;

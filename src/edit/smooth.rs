@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{figure_of, metres_per_unit};
 use super::frames::{Frames, between};
-use super::layer::LayerPart;
+use super::layer_part::LayerPart;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::target::node_named;

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::body::figure_of;
 use super::carrier::{Carrier, Placement};
-use super::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
 use super::frames::{Frames, between};
+use super::lock::{FootLockOptions, FootLockReport, foot_lock};
 use super::quantity::centimetres;
 use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::floor;
-use super::work::Work;
 use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
-use crate::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
+use crate::floor;
 use crate::frames::Frames;
+use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::counted;
+use crate::work::Work;
 use mocap_figure::contacts::ContactRule;
 use mocap_scene::error::Result;
 use mocap_scene::math::velocity::velocities;

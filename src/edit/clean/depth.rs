@@ -7,12 +7,12 @@
 
 use glam::{DMat3, DVec2, DVec3, Mat4};
 
-use super::floor::{Feet, axes};
 use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
-use super::work::Work;
+use crate::floor::{Feet, axes};
 use crate::frames::tracks;
+use crate::work::Work;
 
 /// The difference that shows noise: the fourth, which multiplies the variance of white noise by 70.
 const ORDER: usize = 4;

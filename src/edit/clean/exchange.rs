@@ -6,7 +6,7 @@
 
 use glam::Quat;
 
-use super::work::Work;
+use crate::work::Work;
 use mocap_scene::math::quaternion::squared_angle;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 

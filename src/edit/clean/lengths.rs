@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::work::Work;
+use crate::work::Work;
 
 /// Noise of a length below this is none, in metres.
 const LEAST: f32 = 1e-3;

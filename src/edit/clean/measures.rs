@@ -3,11 +3,12 @@
 use glam::Vec3;
 use serde::Serialize;
 
-use super::work::Work;
-use super::{floor, time};
+use super::time;
 use crate::contacts::{ContactOptions, DetectedContacts, detect};
 use crate::flips;
+use crate::floor;
 use crate::frames::Frames;
+use crate::work::Work;
 use mocap_scene::math::median::median;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeKind};

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 
 use super::pace::Bank;
 use super::smoother::{Positions, Rotations, Values, smooth};
-use super::work::Work;
+use crate::work::Work;
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::NodeId;

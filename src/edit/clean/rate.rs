@@ -7,9 +7,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::work::Work;
 use crate::frames::tracks;
 use crate::quantity::counted;
+use crate::work::Work;
 use mocap_figure::contacts::points_of_feet;
 use mocap_scene::math::median::{median, wide_median};
 use mocap_scene::pose::Pose;
@@ -160,7 +160,7 @@ impl Measured {
         }
         let [ankles, balls] = points_of_feet(work.scene, &work.figure.humanoid);
         let feet: Vec<NodeId> = ankles.iter().chain(&balls).map(|(_, node)| *node).collect();
-        let [x, y, up] = super::floor::axes(work.up);
+        let [x, y, up] = crate::floor::axes(work.up);
         let local = |point: Vec3| (Vec3::new(point.dot(x), point.dot(y), point.dot(up)) * work.metres).as_dvec3();
         let mut pose = Pose::rest(work.scene);
         let centre = (0..work.frames.len()).map(|frame| {

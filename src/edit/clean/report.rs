@@ -5,13 +5,13 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Flips;
-use super::floor::Levelled;
 use super::hands::Meetings;
 use super::measures::CleanMeasures;
 use super::noise::Smoothed;
 use super::time::Mended;
-use super::work::Work;
+use crate::floor::Levelled;
 use crate::quantity::{centimetres, counted, degrees};
+use crate::work::Work;
 
 /// A part of a cleaning.
 ///

@@ -9,9 +9,9 @@ use glam::Vec3;
 
 use super::gaps::{Gaps, SURE};
 use super::rate::{self, Pattern, Told};
-use super::work::Work;
-use crate::fill::bridge;
+use crate::bridge::bridge;
 use crate::flips;
+use crate::work::Work;
 use mocap_scene::math::quaternion::log;
 use mocap_scene::pose::Trs;
 

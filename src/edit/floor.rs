@@ -5,14 +5,18 @@
 //! in the air is above the floor, and nothing is below it. The drift is what is left over time: in height of these
 //! points, and over the ground as the speed of feet that stand.
 
+mod least_squares;
+
 use glam::{DVec3, Mat4, Quat, Vec3};
 
-use super::least_squares::{Knots, LeastSquares, biweight};
+use self::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::frames::tracks;
+use mocap_figure::Figure;
 use mocap_figure::contacts::points_of_feet;
 use mocap_figure::ground::level as level_of;
-use mocap_scene::scene::{HumanoidBone, Side};
+use mocap_scene::error::Result;
+use mocap_scene::scene::{HumanoidBone, Scene, Side};
 
 /// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
 const SLOW: f64 = 0.35;
@@ -491,4 +495,17 @@ fn drift(feet: &Feet, height: &[f64]) -> Option<Vec<DVec3>> {
         }
     }
     Some(drift)
+}
+
+/// Puts the motion of a figure on the floor. Returns the height that the floor had, its slope and the drift of the
+/// body, in metres and degrees, of which those that were taken out are there.
+pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize) -> Result<[Option<f64>; 3]> {
+    let mut work = Work::new(scene, figure, &[], animation)?;
+    let Some(done) = level(&mut work, 0.0) else {
+        return Ok([None; 3]);
+    };
+    let frames = work.frames;
+    let moved: Vec<_> = frames.nodes().to_vec();
+    frames.write(scene, animation, &moved, &moved);
+    Ok([done.height, done.slope, done.drift])
 }

@@ -1,0 +1,27 @@
+//! The frames of two motions of one skeleton.
+
+use super::frames::Frames;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, have_the_same_joints};
+use mocap_scene::scene::{NodeId, Scene};
+
+/// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
+/// that one of the two drives.
+pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames, Frames)> {
+    if let Err(difference) = have_the_same_joints(scene, other) {
+        let message = format!("the two motions have different skeletons: {difference}");
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
+        return Err(diagnostic
+            .help("retarget one onto the skeleton of the other first, as retargeting::apply_steps does")
+            .into());
+    }
+    let driven = |scene: &Scene, animation: usize| -> Vec<NodeId> {
+        let animation = scene.animations.get(animation);
+        let binding = animation.map(|animation| Binding::new(scene, animation));
+        binding.iter().flat_map(Binding::driven).map(|(node, _)| node).collect()
+    };
+    let nodes = [driven(scene, animation), driven(other, 0)].concat();
+    let first = Frames::new(scene, animation, &nodes)?;
+    first.require_nodes()?;
+    Ok((first, Frames::new(other, 0, &nodes)?))
+}
