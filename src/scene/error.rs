@@ -43,6 +43,7 @@ pub struct Location {
 ///
 /// [`Error`](crate::Error) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Diagnostic {
     /// Its stable name.
     pub code: Code,

@@ -14,11 +14,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 
-#[cfg(feature = "parquet")]
 #[doc(hidden)]
-pub use self::array_mark::PARQUET_CREATOR;
-#[doc(hidden)]
-pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK};
+pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK, PARQUET_CREATOR};
 pub use self::confined::{check_confined, confine};
 pub use self::csv_table::csv_field;
 #[doc(hidden)]

@@ -225,10 +225,7 @@ impl<'a> Reader<'a, '_> {
         let number = number::parse(word.bytes).filter(|number| number.length == word.bytes.len());
         let Some(number) = number else {
             let failure = self.lines.invalid_number(word, "a value of the bone");
-            return Err(Box::new(Diagnostic {
-                joint: Some(bone.name.clone()),
-                ..*failure
-            }));
+            return Err(Box::new(failure.in_joint(&bone.name)));
         };
         if number.comma {
             self.warnings.tally(Code::DecimalComma, || {

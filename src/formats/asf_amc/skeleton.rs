@@ -205,9 +205,9 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    fn located(&self, diagnostic: Diagnostic, word: Word<'_>) -> Failure {
-        let location = self.lines.at(word, diagnostic.code, "").location;
-        Box::new(Diagnostic { location, ..diagnostic })
+    fn located(&self, mut diagnostic: Diagnostic, word: Word<'_>) -> Failure {
+        diagnostic.location = self.lines.at(word, diagnostic.code, "").location;
+        Box::new(diagnostic)
     }
 
     /// Reads from behind `begin` to `end`. Returns the location of the name, too.
@@ -216,9 +216,9 @@ impl<'a> Reader<'a, '_> {
         let mut named_at = None;
         let (mut direction, mut length) = (None, None);
         loop {
-            let in_bone = |failure: Failure| -> Failure {
-                let joint = (!bone.name.is_empty()).then(|| bone.name.clone());
-                Box::new(Diagnostic { joint, ..*failure })
+            let in_bone = |mut failure: Failure| -> Failure {
+                failure.joint = (!bone.name.is_empty()).then(|| bone.name.clone());
+                failure
             };
             let Some(line) = self.next_in_section() else {
                 return Err(in_bone(self.unclosed("bone", begin)));
@@ -265,10 +265,9 @@ impl<'a> Reader<'a, '_> {
     fn lacks(&self, begin: Word<'_>, bone: &Bone, keyword: &str, what: &str) -> Failure {
         let message = format!("this bone has no {keyword}");
         let diagnostic = self.lines.at(begin, Code::MissingKeyword, message);
-        Box::new(Diagnostic {
-            joint: (!bone.name.is_empty()).then(|| bone.name.clone()),
-            ..diagnostic.expected_found(format!("{keyword}, and {what}"), "end")
-        })
+        let mut diagnostic = diagnostic.expected_found(format!("{keyword}, and {what}"), "end");
+        diagnostic.joint = (!bone.name.is_empty()).then(|| bone.name.clone());
+        Box::new(diagnostic)
     }
 
     /// The error for a missing `end`: a section begins, or the file ends, before it.

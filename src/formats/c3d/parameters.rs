@@ -64,21 +64,17 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
 }
 
 /// The error for a parameter that is longer than the bytes that follow: a wrong length, or a file that is cut off.
-fn in_parameter(diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> Failure {
+fn in_parameter(mut diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> Failure {
     let what = name.map_or("the list of parameters".to_owned(), |name| {
         format!("the parameter {name:?}")
     });
-    Box::new(match is_whole {
-        true => Diagnostic {
-            message: format!("{what} reaches beyond the end of its section"),
-            help: Some("export the file again".to_owned()),
-            ..diagnostic
-        },
-        false => Diagnostic {
-            message: format!("the file is cut off inside {what}"),
-            ..diagnostic
-        },
-    })
+    if is_whole {
+        diagnostic.message = format!("{what} reaches beyond the end of its section");
+        diagnostic.help = Some("export the file again".to_owned());
+    } else {
+        diagnostic.message = format!("the file is cut off inside {what}");
+    }
+    Box::new(diagnostic)
 }
 
 /// Type, dimensions, values.

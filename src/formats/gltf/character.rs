@@ -11,7 +11,7 @@ use super::write::{BufferPlace, GltfOptions, GltfReport};
 use super::{Provenance, json, meshes};
 use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
 use mocap_figure::Humanoid;
-use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::error::Result;
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
@@ -56,10 +56,10 @@ impl Character {
         } = read_placed(source, options, RestPose::Nodes)?;
         bones?;
         let broken = meshes::broken_numbers(source, &placed, &scene.nodes, options);
-        scene.warnings.extend(broken.into_iter().map(|fault| {
-            let message = format!("the mesh is copied as it is: {}", fault.message);
+        scene.warnings.extend(broken.into_iter().map(|mut fault| {
+            fault.message = format!("the mesh is copied as it is: {}", fault.message);
             let help = "other programs may not draw it: repair the number, or export the file again";
-            Diagnostic { message, ..fault }.help(help)
+            fault.help(help)
         }));
         let (bytes, dangling) = dangling::without(source.bytes)?;
         scene.warnings.extend(dangling);

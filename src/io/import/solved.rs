@@ -115,14 +115,11 @@ fn no_frame(scene: &Scene) -> Diagnostic {
         let message = format!("the file has no frames: it names {markers} markers, and has no position of any");
         return Diagnostic::new(Code::NoMotion, message).help("export the take again, with its frames");
     };
-    Diagnostic {
-        code: Code::UnexpectedEnd,
-        message: format!(
-            "the file is cut off before its first frame is whole: of its {markers} markers it has labels alone"
-        ),
-        help: Some("export or download the file again".to_owned()),
-        ..cut.clone()
-    }
+    let mut diagnostic = cut.clone();
+    diagnostic.code = Code::UnexpectedEnd;
+    diagnostic.message =
+        format!("the file is cut off before its first frame is whole: of its {markers} markers it has labels alone");
+    diagnostic.help("export or download the file again")
 }
 
 /// Whether the scene was read from a file of arrays.
