@@ -87,8 +87,8 @@ impl PackedClip<'static> {
     ///
     /// # Errors
     /// [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the bound cannot be kept;
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a scale is not uniform and constant, a value is
-    /// not finite, there is no such animation or there are too many nodes;
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a scale is not uniform and constant, a value
+    /// is not finite, there is no such animation or there are too many nodes;
     /// [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where there are too many frames.
     pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)

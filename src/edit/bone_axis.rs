@@ -39,8 +39,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a joint is scaled otherwise along one axis than
-    /// along another; [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a joint is scaled otherwise along one axis
+    /// than along another; [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     BoneAxis {
         /// The axis that points along the bone. Default: +Y.
         axis: AlongBone = AlongBone::default(), Takes::OneOf(&["y", "x"]);

@@ -174,8 +174,9 @@ impl ContactOptions {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
-    /// animation; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a threshold that is negative or not finite.
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without
+    /// this animation; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a threshold that is negative or not
+    /// finite.
     pub fn detect(&self, scene: &Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<DetectedContacts> {
         self.check()?;
         let figure = figure_of(scene, humanoid)?;

@@ -28,8 +28,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
-    /// animation.
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without
+    /// this animation.
     Ground {}
 }
 

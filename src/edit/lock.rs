@@ -2,10 +2,10 @@
 //!
 //! In contact, the step by which a foot's point of contact slides from frame to frame is taken back, so that a foot may
 //! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the
-//! world; [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) lets the leg follow. Between contacts the shift eases
-//! out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture
-//! editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length
-//! that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
+//! world; [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) lets the leg follow. Between contacts the shift
+//! eases out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion
+//! capture editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep
+//! the length that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
 
 mod follow;
 mod hips;

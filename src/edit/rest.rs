@@ -48,8 +48,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this
-    /// animation.
+    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid); [`Code::NoMotion`](mocap_scene::Code::NoMotion) without
+    /// this animation.
     Rest {
         /// The pose. Default: the T-pose.
         pose: StandingPose = StandingPose::default(), Takes::OneOf(&["t-pose", "a-pose"]);

@@ -31,12 +31,13 @@ use mocap_scene::scene::Scene;
 /// # Errors
 /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
 ///
-/// Of times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where they are not finite, negative, or do not increase;
-/// [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where the result would be far longer than the motion.
+/// Of times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where they are not finite, negative, or do not
+/// increase; [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where the result would be far longer than the
+/// motion.
 ///
-/// Of a path: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or where a number is not finite, or the
-/// times are negative, do not increase from frame to frame, or are after the end, or some points have times and others
-/// not.
+/// Of a path: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or where a number is not finite,
+/// or the times are negative, do not increase from frame to frame, or are after the end, or some points have times and
+/// others not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]

@@ -96,8 +96,8 @@ pub struct Survey {
     pub unit: Guess<Unit>,
     /// Metres in one unit of length: as the file states it, else those of [`unit`](Self::unit).
     pub metres_per_unit: f64,
-    /// Whether the file states its unit, in [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit), so
-    /// that nothing is guessed.
+    /// Whether the file states its unit, in
+    /// [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit), so that nothing is guessed.
     pub unit_is_stated: bool,
     /// The axis that points up.
     pub up: Guess<UpAxis>,

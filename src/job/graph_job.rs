@@ -24,8 +24,8 @@ impl Job {
     ///
     /// # Errors
     /// As [`Importer::import`](mocap_io::Importer::import), with the file.
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, where there is no graph, and for
-    /// what a graph does not heed.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, where there is no graph, and
+    /// for what a graph does not heed.
     pub fn compare(&self, given: &[MemoryFile<'_>]) -> Result<(Outputs, JobReport)> {
         let graphing = self.graph.clone().unwrap_or_default();
         self.graph_of(&graphing, Files { given, has_disk: true })

@@ -235,7 +235,8 @@ impl<'a> Maker<'a> {
     /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
     ///
     /// # Errors
-    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the file.
+    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
+    /// file.
     pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
         if let Some(target) = &self.target {
             let mut target = target.clone();

@@ -177,8 +177,8 @@ impl Moves {
     }
 
     /// Adds the frames of a clip of the database, in the order of its clips: `animation` is its motion on the
-    /// character, as [`Retargeting`](mocap_retarget::Retargeting) makes it. Where the clip is mirrored, the motion is mirrored
-    /// here.
+    /// character, as [`Retargeting`](mocap_retarget::Retargeting) makes it. Where the clip is mirrored, the motion is
+    /// mirrored here.
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] where all poses are too many, and as [`Mirror`].

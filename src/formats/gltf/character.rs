@@ -101,9 +101,9 @@ impl Character {
     ///
     /// # Errors
     /// [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where an animation moves no node of the file or a value
-    /// is not finite, [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and where the
-    /// file would be refused when it is read.
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where an animation moves no node of the file or a
+    /// value is not finite, [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and
+    /// where the file would be refused when it is read.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         let clip = |animation| Clip {
             animation,
@@ -127,8 +127,9 @@ impl Character {
     /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect.
     ///
     /// # Errors
-    /// As [`Character::with_animations`]; and [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error
-    /// cannot be kept, [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no meshopt.
+    /// As [`Character::with_animations`]; and [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest
+    /// error cannot be kept, [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no
+    /// meshopt.
     pub fn with_clips(
         &self,
         motions: &Scene,

@@ -3,8 +3,8 @@
 //!
 //! `Exporter` writes the motion of any humanoid. The format is that of the VRM Consortium's
 //! vrm-specification, `VRMC_vrm_animation-1.0`. `import` reads it as it reads glTF, with the bones
-//! that it states. Expressions and the gaze are nodes, which [`Node::face`](mocap_scene::scene::Node::face) tells from those
-//! of the body.
+//! that it states. Expressions and the gaze are nodes, which [`Node::face`](mocap_scene::scene::Node::face) tells from
+//! those of the body.
 //!
 //! ```
 //! # std::env::set_current_dir("../..")?;

@@ -18,8 +18,8 @@
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
-//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion) brings a
-//! scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
+//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion)
+//! brings a scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
 //!
 //! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
 //! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
@@ -189,8 +189,8 @@ impl Document {
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// quaternion is not a rotation; [`Code::FrameTime`](mocap_scene::Code::FrameTime) where ticks per second are not above
-    /// 0; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error cannot be kept;
+    /// quaternion is not a rotation; [`Code::FrameTime`](mocap_scene::Code::FrameTime) where ticks per second are not
+    /// above 0; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let mut document = build::document(scene, options, Content::Scene)?;

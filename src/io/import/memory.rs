@@ -26,8 +26,8 @@ impl Importer {
     ///
     /// # Errors
     /// [`Code::UnknownFormat`](mocap_scene::Code::UnknownFormat) where the format is unknown;
-    /// [`Code::MissingFile`](mocap_scene::Code::MissingFile) where the bytes refer to another file; other codes where the
-    /// contents are not valid.
+    /// [`Code::MissingFile`](mocap_scene::Code::MissingFile) where the bytes refer to another file; other codes where
+    /// the contents are not valid.
     pub fn read(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
         self.read_source(&Source {
             bytes,

@@ -15,8 +15,8 @@ use mocap_solve::Lengths;
 
 impl Importer {
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
-    /// first frame and from the median of all; [`Metadata::root_offset`](mocap_scene::scene::Metadata::root_offset) states
-    /// the decision and its reason.
+    /// first frame and from the median of all; [`Metadata::root_offset`](mocap_scene::scene::Metadata::root_offset)
+    /// states the decision and its reason.
     ///
     /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
     ///
@@ -42,8 +42,8 @@ impl Importer {
     /// Frames per second, instead of the file's own. Default: the file's own.
     ///
     /// The motion keeps its frames and plays faster or slower, which is recorded in the scene;
-    /// [`Conversion::frame_rate`](mocap_figure::Conversion::frame_rate) keeps the speed and makes new frames. Import fails
-    /// with [`Code::InvalidValue`] where the rate is not finite and above 0.
+    /// [`Conversion::frame_rate`](mocap_figure::Conversion::frame_rate) keeps the speed and makes new frames. Import
+    /// fails with [`Code::InvalidValue`] where the rate is not finite and above 0.
     ///
     /// ```
     /// # std::env::set_current_dir("../..")?;
@@ -87,8 +87,8 @@ impl Importer {
 
     /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres
     /// and the axes to +Y up. [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit) and
-    /// [`Metadata::up`](mocap_scene::scene::Metadata::up) say which they are. Other formats are read in the units of the
-    /// file.
+    /// [`Metadata::up`](mocap_scene::scene::Metadata::up) say which they are. Other formats are read in the units of
+    /// the file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..")?;

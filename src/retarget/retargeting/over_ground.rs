@@ -1,7 +1,7 @@
 //! The motion over the ground of a clip on a character: taken out, or on a node above the hips.
 //!
-//! [`process`](mocap_scene::process) has both for joints whose rest pose has no rotations, below which nothing is bound. Here
-//! the skeleton is somebody's: it gets a node only where none is above the hips, and its frames are any.
+//! [`process`](mocap_scene::process) has both for joints whose rest pose has no rotations, below which nothing is
+//! bound. Here the skeleton is somebody's: it gets a node only where none is above the hips, and its frames are any.
 
 use std::sync::Arc;
 

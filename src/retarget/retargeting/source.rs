@@ -12,7 +12,8 @@ use mocap_scene::scene::{Animation, Assumption, Scene};
 /// A scene in metres with +Y up whose motions go onto a target.
 ///
 /// [`Retargeting::prepare`](super::Retargeting::prepare) makes it of a scene as it was read;
-/// [`converted`](Self::converted) of one that [`Conversion::apply`](mocap_figure::Conversion::apply) has changed already.
+/// [`converted`](Self::converted) of one that [`Conversion::apply`](mocap_figure::Conversion::apply) has changed
+/// already.
 ///
 /// ```
 /// # std::env::set_current_dir("../..")?;

@@ -16,8 +16,8 @@ const RINGS: usize = 5;
 
 /// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene). Pictures draw
 /// them. A link has the triangles of its mesh files, where
-/// [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes) has read them; else the capsules within its shapes, as for
-/// collisions, or where it has none the lines to the joints that it carries.
+/// [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes) has read them; else the capsules within its shapes, as
+/// for collisions, or where it has none the lines to the joints that it carries.
 ///
 /// ```
 /// # std::env::set_current_dir("../..")?;

@@ -43,7 +43,7 @@ pub struct Robot {
 
 /// A rigid body, and the joint by which it hangs on its parent.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RobotLink {
     /// The name; in MJCF the name of the body.
@@ -62,7 +62,7 @@ pub struct RobotLink {
 
 /// How a joint moves.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -80,7 +80,7 @@ pub enum JointKind {
 
 /// A joint between two links.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotJoint {
     /// The name.
@@ -105,7 +105,7 @@ pub struct RobotJoint {
 
 /// A joint whose position is `multiplier * leader + offset`.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mimic {
     /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
@@ -118,7 +118,7 @@ pub struct Mimic {
 
 /// The limits of a joint, in radians or metres.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JointLimits {
     /// The smallest position; minus infinity without a limit.
@@ -133,7 +133,7 @@ pub struct JointLimits {
 
 /// A rotation and a translation.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Placement {
     /// The rotation.
@@ -144,7 +144,7 @@ pub struct Placement {
 
 /// Mass and inertia of a link.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Inertial {
     /// The mass, in kilograms.
@@ -157,7 +157,7 @@ pub struct Inertial {
 
 /// A piece of the geometry of a link.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotShape {
     /// Its pose in the frame of the link.
@@ -170,7 +170,7 @@ pub struct RobotShape {
 
 /// A geometric body about the origin; cylinders and capsules stand along Z.
 ///
-/// `Robot` has an example.
+/// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "each says itself")]
