@@ -1,5 +1,5 @@
 //! Motion capture: reads BVH, FBX, glTF, VRM, ASF/AMC, C3D and robots' files into one kind of scene, plays and changes
-//! the motion, puts it on other characters and robots, writes it for other programs, and proves that it survived.
+//! the motion, retargets it to other characters and robots, writes it for other programs, and verifies what it wrote.
 //!
 //! ```
 //! use mocap::{Conversion, Pose};
@@ -14,26 +14,30 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 //!
-//! | to | use |
-//! |---|---|
-//! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FormatInfo::ALL`] lists what is read |
-//! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] |
-//! | write glTF, BVH, FBX, a VRM animation or a packed clip, small within an error bound | [`Exporter`] |
-//! | have all that one format takes | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips |
-//! | see a motion: a page with a player, pictures, curves | [`render`], with the feature of that name |
-//! | play it in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time |
-//! | put it on a character, a skeleton, or a robot of URDF or MJCF | [`Retargeting`] |
-//! | move single poses as they come | [`retarget`], [`robot`] |
-//! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] bends limbs to a goal |
-//! | take motion from a network, or send it: the VMC protocol | `live`, with the feature of that name |
-//! | walk through many clips as through one: motion graphs | [`graph`] |
-//! | have positions and rotations as arrays or tables | [`arrays`] |
-//! | have joint angles and the steps of a walk as biomechanics states them | [`biomechanics`] |
-//! | prove that a written file has the motion of its source | [`verify`] |
-//! | know what is wrong with many motions, which are alike, which to choose | [`survey`] |
-//! | find in many motions what is like another | [`matching`] |
-//! | know unit, up axis, and which joint is which bone | [`figure`] |
-//! | have the scene and the print-outs of Assimp | [`process`], [`dump`] |
+//! | to | use | feature |
+//! |---|---|---|
+//! | convert a file to another format | [`convert()`] | the two formats |
+//! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FormatInfo::ALL`] lists the formats | its format |
+//! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] | |
+//! | write a format, small within an error bound | [`Exporter`] | its format |
+//! | set all options of one format | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips | its format |
+//! | play a motion in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time | |
+//! | infer unit, up axis, and which joint is which bone | [`figure`] | |
+//! | bend a limb to a goal | [`ik`] | |
+//! | have the scene and the print-outs of Assimp | [`process`], [`dump`] | |
+//! | change a motion: lock feet, mirror, smooth, loop, blend | [`edit`] | `edit` |
+//! | walk through many clips: motion graphs | [`graph`] | `edit` |
+//! | retarget files to a character, a skeleton or a robot | [`Retargeting`] | `retarget` |
+//! | retarget single poses as they come | [`retarget`], [`robot`] | `retarget` |
+//! | receive or send motion over a network: the VMC protocol | [`live`] | `live` |
+//! | see a motion: a page with a player, pictures, curves | [`render`] | `render` |
+//! | solve markers or joint positions to rotations | [`solve`] | `laboratory` |
+//! | have joint angles, gait events and ground forces | [`biomechanics`] | `laboratory` |
+//! | survey a dataset: defects, near-duplicates, a diverse subset | [`survey`] | `corpus` |
+//! | search many motions; motion matching | [`matching`] | `corpus` |
+//! | have positions and rotations as arrays or tables | [`arrays`] | `jobs` |
+//! | verify that a written file has the motion of its source | [`verify`] | `jobs` |
+//! | run what a command line or a JSON file describes | [`job`] | `jobs` |
 //!
 //! A [`Scene`] is plain data in the words of Assimp: nodes, meshes, channels of keys. What is wrong with a file is a
 //! [`Diagnostic`] with its location: the [`Error`] that ended the import, or one of the warnings in the scene. [`Code`]
@@ -41,9 +45,36 @@
 //!
 //! # Features
 //!
-//! `fbx` (default): FBX files; needs a C compiler. `npz` (default): NumPy's archives. `render`: pictures and pages.
-//! `live`: the VMC protocol. `meshopt`: glTF that meshopt compresses; needs a C++ compiler. `arrow`, `parquet`: tables.
-//! `clap`: options of a [`job`] as arguments of a command line. The program `mocap` is the package `mocap-cli`.
+//! The default is `bvh`, `gltf`, `fbx` and `retarget`. A program that converts BVH to glTF needs
+//! `default-features = false, features = ["bvh", "gltf"]`. Scenes, figures, poses, packed clips and print-outs need no
+//! feature.
+//!
+//! | feature | contents |
+//! |---|---|
+//! | `bvh` | BVH |
+//! | `gltf` | glTF and VRM animations |
+//! | `fbx` | FBX; needs a C compiler |
+//! | `acclaim` | ASF and AMC |
+//! | `c3d`, `trc` | markers |
+//! | `usd` | USD as text and in archives |
+//! | `mmd` | VMD and PMX of MikuMikuDance |
+//! | `urdf`, `mjcf` | robots |
+//! | `arrays` | files of NumPy, PyTorch, pickle, CSV and OpenSim |
+//! | `all-formats` | all of these but `fbx` |
+//! | `npz` | `arrays`, and NumPy's archives |
+//! | `meshopt` | glTF that meshopt compresses; needs a C++ compiler |
+//! | `edit` | steps that change a motion; motion graphs |
+//! | `retarget` | `edit`, and motions on other characters and on robots |
+//! | `robots` | `retarget`, `urdf`, `mjcf` |
+//! | `live` | `retarget`, and the VMC protocol |
+//! | `render` | `edit`, and pictures, films and the player page |
+//! | `laboratory` | `c3d`, `trc`, markers to skeletons, biomechanics |
+//! | `corpus` | `retarget`, and surveys, search, motion matching |
+//! | `jobs` | `corpus`, `laboratory`, `robots`, `all-formats`, and jobs, arrays, verification |
+//! | `arrow`, `parquet` | `jobs`, and tables of Arrow and Parquet |
+//! | `clap`, `schema` | `jobs`, and options of a [`job`] as arguments of clap, as a JSON Schema |
+//!
+//! The program `mocap` is the package `mocap-cli`.
 //!
 //! # Vectors and matrices
 //!

@@ -47,7 +47,7 @@ pub(crate) use self::search::{FindArgs, IndexArgs, MatchArgs};
 pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
-/// What the exit codes mean, in every command. `tests/it/exit_codes.rs` holds them to it.
+/// What the exit codes mean, in every command. `src/cli/tests/it/exit_codes.rs` holds them to it.
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done

@@ -1,4 +1,4 @@
-//! What the list of steps in `edit.rs` becomes: the files as modules, any step as a value, and its report.
+//! What the list of steps in `lib.rs` becomes: the files as modules, any step as a value, and its report.
 
 use std::fmt;
 

@@ -2,8 +2,8 @@
 //!
 //! A [`Job`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]), changes
 //! them ([`EditStep`]), puts them on another body ([`Onto`]), and writes the result ([`Writing`]). It serializes:
-//! `docs/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and `--print-job` prints what
-//! a command line means.
+//! `src/job/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and `--print-job` prints
+//! what a command line means.
 //!
 //! ```
 //! use mocap::job::Job;

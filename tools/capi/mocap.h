@@ -553,8 +553,8 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
 struct mocap_scene *mocap_open_file(const char *path);
 
 /*
- Reads a motion file as a job does: `reading` is the JSON of its `read`, which `docs/job.schema.json` describes. So
- markers are solved into a skeleton, with a trial of somebody who stands:
+ Reads a motion file as a job does: `reading` is the JSON of its `read`, which `src/job/job.schema.json` describes.
+ So markers are solved into a skeleton, with a trial of somebody who stands:
 
      mocap_open_file_as("walk.trc", "{\"markers\": \"auto\", \"static\": \"standing.trc\"}")
 
@@ -731,7 +731,7 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 
 /*
  Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
- JSON; `docs/job.schema.json` says what it may hold.
+ JSON; `src/job/job.schema.json` says what it may hold.
 
      mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 

@@ -1,4 +1,4 @@
-//! The body of `format/proportions.rs` for arrays: where joints are that are no bones.
+//! The body of `proportions.rs` for arrays: where joints are that are no bones.
 
 use glam::Vec3;
 

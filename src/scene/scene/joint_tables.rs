@@ -1,6 +1,6 @@
 //! The joints of SMPL, SMPL-H, SMPL-X and SOMA: names, order, parents, and which bone each is. They are facts of the
 //! formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given they
-//! are those of `format::array_files::proportions`.
+//! are those of `array_files/proportions.rs` in `mocap-formats`.
 
 use super::{HumanoidBone as Bone, Side};
 

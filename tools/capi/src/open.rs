@@ -49,8 +49,8 @@ pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
     })
 }
 
-/// Reads a motion file as a job does: `reading` is the JSON of its `read`, which `docs/job.schema.json` describes. So
-/// markers are solved into a skeleton, with a trial of somebody who stands:
+/// Reads a motion file as a job does: `reading` is the JSON of its `read`, which `src/job/job.schema.json` describes.
+/// So markers are solved into a skeleton, with a trial of somebody who stands:
 ///
 ///     mocap_open_file_as("walk.trc", "{\"markers\": \"auto\", \"static\": \"standing.trc\"}")
 ///

@@ -10,7 +10,7 @@ use crate::border::{Failure, guard};
 use crate::{path_from, text};
 
 /// Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
-/// JSON; `docs/job.schema.json` says what it may hold.
+/// JSON; `src/job/job.schema.json` says what it may hold.
 ///
 ///     mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 ///
