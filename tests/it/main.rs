@@ -78,6 +78,7 @@ mod scene_as_json;
 mod schema;
 mod search;
 mod solve;
+mod source;
 mod survey;
 mod threads;
 mod trc;

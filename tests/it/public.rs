@@ -1,111 +1,86 @@
 //! What a user of the library sees: how many names there are, read from the source.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use crate::source::{ItemPath, Modules, Source, is_hidden, sources};
 
 /// How many public names the library has, of types, functions and constants. A new one is worth its line in the
 /// documentation that everybody reads; a number below this is written here.
-const PUBLIC_NAMES: usize = 388;
+const PUBLIC_NAMES: usize = 390;
 
-/// The public names that are found from the root of the crate, each with its path. Methods and modules do not count,
-/// and a type that is re-exported counts once.
-fn public_names() -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    let mut modules = Vec::new();
-    collect(Path::new("src/lib.rs"), "", &mut modules, &mut names);
-    assert!(
-        names.contains("Scene") && names.contains("files::write_file"),
-        "the names are not found: {names:?}"
-    );
-    names
-}
-
-/// Adds what `file`, which is the module `module`, makes public. `read` has the files that were read.
-fn collect(file: &Path, module: &str, read: &mut Vec<PathBuf>, names: &mut BTreeSet<String>) {
-    if read.contains(&file.to_owned()) {
-        return;
-    }
-    read.push(file.to_owned());
-    let text = fs::read_to_string(file).unwrap();
-    for line in text.lines().take_while(|line| *line != "#[cfg(test)]") {
-        let Some(item) = line.strip_prefix("pub ") else {
-            continue;
-        };
-        let mut words = item
-            .split(|c: char| !c.is_alphanumeric() && c != '_')
-            .filter(|word| !word.is_empty());
-        match (words.next(), words.next()) {
-            (Some("mod"), Some(name)) => collect(&file_of(file, name).unwrap(), &join(module, name), read, names),
-            (Some("use"), _) => {}
-            (Some("const"), Some("fn")) => add(words.next().unwrap(), module, names),
-            (_, Some(name)) => add(name, module, names),
-            _ => {}
-        }
-    }
-    for list in text.split("\npub use ").skip(1) {
-        let list = list.split(';').next().unwrap();
-        let (path, list) = list
-            .split_once('{')
-            .or_else(|| list.rsplit_once("::"))
-            .unwrap_or(("", list));
-        let path = path.trim_end_matches("::");
-        for name in list
-            .trim_end_matches('}')
-            .split(',')
-            .map(str::trim)
-            .filter(|name| !name.is_empty())
-        {
-            let source = match path.strip_prefix("crate::") {
-                Some(below) => Path::new("src").join(below.replace("::", "/")).with_extension("rs"),
-                None => file.to_owned(),
-            };
-            let is_module = fs::read_to_string(&source).is_ok_and(|text| text.contains(&format!("\npub mod {name};")));
-            match file_of(&source, name).filter(|_| is_module) {
-                Some(module_file) => collect(&module_file, &join(module, name), read, names),
-                None => add(name, module, names),
+/// What the front door re-exports and does not hide: each item where it is declared, with the path by which a user
+/// names it. Methods and modules do not count.
+fn public_items(sources: &[Source]) -> BTreeMap<ItemPath, String> {
+    let modules = Modules::new(sources);
+    let (mut items, mut read) = (BTreeMap::new(), BTreeSet::new());
+    // Modules near the root come first: an item has its shortest path.
+    let mut queue = VecDeque::from([(ItemPath::new(), String::new())]);
+    while let Some((module, path)) = queue.pop_front() {
+        let source = sources.iter().find(|source| source.module == module).unwrap();
+        for (item, name) in items_of(source) {
+            let path = join(&path, &name);
+            match modules.declared(item) {
+                (module, below) if below.is_empty() => {
+                    if read.insert(module.clone()) {
+                        queue.push_back((module, path));
+                    }
+                }
+                (module, below) => {
+                    items.entry([module, below].concat()).or_insert(path);
+                }
             }
         }
     }
-    if let Some(steps) = text.split("::steps! {").nth(1) {
-        // `FILE: NAME, NAME;`, and what the macro declares.
-        let listed = steps.split(';').filter_map(|step| step.split_once(':'));
-        listed
-            .flat_map(|(_, list)| list.split(','))
-            .for_each(|name| add(name.trim(), module, names));
-        let declares = fs::read_to_string("src/edit/list.rs").unwrap();
-        let declared = declares
-            .lines()
-            .filter_map(|line| line.strip_prefix("        pub enum "));
-        declared.for_each(|line| add(line.split(' ').next().unwrap(), module, names));
+    items
+}
+
+/// The items that a file declares or re-exports for users, each with the name that it gets.
+fn items_of(source: &Source) -> Vec<(ItemPath, String)> {
+    let (code, module) = (&source.code, &source.module);
+    let re_exported = source.imports.iter().filter(|import| import.is_public);
+    let mut items: Vec<_> = re_exported
+        .map(|import| (import.path.clone(), import.name.clone()))
+        .collect();
+    let mut declare =
+        |module: &[String], name: &str| items.push(([module, &[name.to_owned()]].concat(), name.to_owned()));
+    for (at, public) in code.match_indices("\npub ") {
+        let (before, item) = code.split_at(at + public.len());
+        let mut words = item.split(|c: char| !c.is_alphanumeric() && c != '_');
+        let keywords = ["struct", "enum", "trait", "type", "fn", "const", "unsafe", "mod"];
+        let name = words.find(|word| !keywords.contains(word)).unwrap();
+        if name != "use" && !is_hidden(before) {
+            declare(module, name);
+        }
     }
+    if code.contains("::steps! {") {
+        // The macro, which stands in `list`, declares these two.
+        let list = [&module[..], &["list".to_owned()]].concat();
+        declare(&list, "EditStep");
+        declare(&list, "StepReport");
+    }
+    items
 }
 
-fn join(module: &str, name: &str) -> String {
-    [module, name]
-        .into_iter()
-        .filter(|part| !part.is_empty())
-        .collect::<Vec<_>>()
-        .join("::")
-}
-
-/// The file of the module `name` that `file` declares, if it is a module.
-fn file_of(file: &Path, name: &str) -> Option<PathBuf> {
-    let folder = if file.ends_with("lib.rs") {
-        PathBuf::from("src")
-    } else {
-        file.with_extension("")
+/// The public names: types have names of their own, functions and constants are told by their modules.
+fn public_names() -> BTreeSet<String> {
+    let items = public_items(&sources());
+    let name = |(item, path): (&ItemPath, &String)| {
+        let name = item.last().unwrap();
+        let is_type = name.starts_with(char::is_uppercase) && name.contains(char::is_lowercase);
+        if is_type { name.clone() } else { path.clone() }
     };
-    Some(folder.join(name).with_extension("rs")).filter(|file| file.exists())
+    let names: BTreeSet<String> = items.iter().map(name).collect();
+    assert!(
+        names.contains("Scene") && names.contains("files::write_file"),
+        "{names:?}"
+    );
+    assert_eq!(names.len(), items.len(), "two public types share a name: {items:#?}");
+    names
 }
 
-/// Other crates do not count. Types have names of their own, wherever they are re-exported; functions and constants are
-/// told by their modules.
-fn add(name: &str, module: &str, names: &mut BTreeSet<String>) {
-    let is_type = name.starts_with(char::is_uppercase) && name.contains(char::is_lowercase);
-    if !["glam", "arrow_array", "arrow_schema"].contains(&name) {
-        names.insert(if is_type { name.to_owned() } else { join(module, name) });
-    }
+fn join(path: &str, name: &str) -> String {
+    let parts = [path, name].into_iter().filter(|part| !part.is_empty());
+    parts.collect::<Vec<_>>().join("::")
 }
 
 #[test]
@@ -164,11 +139,40 @@ const CLOSED: &[&str] = &[
     "UpAxis",
     // From where a T-pose may be: the file's rest pose, its motion, neither.
     "TPoseSource",
+    // What several packages make as literals or match to the end. A new field or variant is to be an error in them.
+    "AlongBone",
+    "AnalogChannel",
+    "AppliedStep",
+    "Character",
+    "Confidence",
+    "Event",
+    "Face",
+    "ForcePlate",
+    "LimbAngles",
+    "Metadata",
+    "MorphTarget",
+    "NamedJoint",
+    "NodeKind",
+    "Origin",
+    "Original",
+    "Provenance",
+    "Recorded",
+    "Renamed",
+    "RootMotion",
+    "RootOffset",
+    "RootOffsetUsed",
+    "ShapeKind",
+    "SolvedJoint",
+    "SolvedMarker",
+    "SwappedMarkers",
+    "Target",
+    "Wrap",
 ];
 
 /// A public type where it is declared.
 struct Declared {
     name: String,
+    package: String,
     place: String,
     /// `struct`, `enum`, `trait` or `type`.
     keyword: &'static str,
@@ -181,19 +185,15 @@ struct Declared {
 }
 
 /// The public types of the library, but for those that `step!` declares, which have an example each.
-fn declared() -> Vec<Declared> {
-    let names = public_names();
-    let declared: Vec<Declared> = files_below("src")
-        .iter()
-        .flat_map(|path| declared_in(path, &names))
-        .collect();
+fn declared(sources: &[Source]) -> Vec<Declared> {
+    let items = public_items(sources);
+    let declared: Vec<Declared> = sources.iter().flat_map(|source| declared_in(source, &items)).collect();
     assert!(declared.len() > 150, "the types are not found");
     declared
 }
 
-fn declared_in(path: &Path, names: &BTreeSet<String>) -> Vec<Declared> {
-    let text = fs::read_to_string(path).unwrap();
-    let lines: Vec<&str> = text.lines().collect();
+fn declared_in(source: &Source, items: &BTreeMap<ItemPath, String>) -> Vec<Declared> {
+    let lines: Vec<&str> = source.text.lines().collect();
     let mut declared = Vec::new();
     let (mut docs, mut attributes, mut is_attribute) = (String::new(), String::new(), false);
     for (at, line) in lines.iter().enumerate() {
@@ -220,10 +220,11 @@ fn declared_in(path: &Path, names: &BTreeSet<String>) -> Vec<Declared> {
                 || body
                     .clone()
                     .any(|line| line.starts_with("    pub ") && line.contains(':'));
-            if names.contains(name) {
+            if items.contains_key(&[&source.module[..], &[name.to_owned()]].concat()) {
                 declared.push(Declared {
+                    package: source.module.first().cloned().unwrap_or_default(),
                     name: name.to_owned(),
-                    place: format!("{}:{}", path.display(), at + 1),
+                    place: format!("{}:{}", source.path, at + 1),
                     keyword,
                     docs: std::mem::take(&mut docs),
                     attributes: attributes.clone(),
@@ -239,7 +240,7 @@ fn declared_in(path: &Path, names: &BTreeSet<String>) -> Vec<Declared> {
 
 #[test]
 fn a_new_field_or_variant_breaks_no_program() {
-    let declared = declared();
+    let declared = declared(&sources());
     let mut failures = Vec::new();
     for found in &declared {
         let may_grow = found.attributes.contains("#[non_exhaustive]");
@@ -262,7 +263,8 @@ fn a_new_field_or_variant_breaks_no_program() {
 }
 
 /// Whether the documentation has an example, or says which item, or which module, has one.
-fn is_shown(docs: &str, examples: &BTreeSet<String>) -> bool {
+fn is_shown(found: &Declared, sources: &[Source], examples: &BTreeSet<String>) -> bool {
+    let docs = &found.docs;
     let named = |link: &str| {
         let name = link
             .split(['`', '('])
@@ -270,14 +272,16 @@ fn is_shown(docs: &str, examples: &BTreeSet<String>) -> bool {
         examples.contains(name.rsplit("::").next()?).then_some(())
     };
     let module = |link: &str| {
-        let path = link.split_once("[module](")?.1.strip_prefix("crate::")?;
-        let text = fs::read_to_string(format!("src/{}.rs", path.trim_end_matches(')'))).ok()?;
-        text.contains("//! ```").then_some(())
+        let path = link.split_once("[module](")?.1.trim_end_matches(')');
+        let path = path.replace("crate", &found.package);
+        let mut files = sources.iter();
+        let file = files.find(|source| source.module.iter().eq(path.split("::")))?;
+        file.text.contains("//! ```").then_some(())
     };
     let says = |sentence: &str| {
-        let link = &sentence[sentence
-            .rfind('[')
-            .filter(|_| sentence.ends_with(')') || sentence.ends_with(']'))?..];
+        // A package cannot link to a package above it, so the name stands there as code.
+        let open = if sentence.ends_with('`') { '`' } else { '[' };
+        let link = &sentence[sentence[..sentence.len() - 1].rfind(open)?..];
         // A module says so of itself.
         named(link)
             .or_else(|| module(link))
@@ -285,20 +289,18 @@ fn is_shown(docs: &str, examples: &BTreeSet<String>) -> bool {
     };
     docs.contains("```")
         || docs
-            .split(" has an example")
-            .next()
-            .filter(|_| docs.contains(" has an example"))
-            .and_then(says)
-            .is_some()
+            .split_once(" has an example")
+            .is_some_and(|(sentence, _)| says(sentence).is_some())
 }
 
 #[test]
 fn every_public_type_has_an_example_or_says_where_one_is() {
-    let examples = with_example();
+    let sources = sources();
+    let examples = with_example(&sources);
     let mut failures = Vec::new();
-    for found in declared() {
+    for found in declared(&sources) {
         // An alias is what it stands for.
-        if found.keyword != "type" && !is_shown(&found.docs, &examples) {
+        if found.keyword != "type" && !is_shown(&found, &sources, &examples) {
             failures.push(format!(
                 "{}: {} has no example, nor a link to one",
                 found.place, found.name
@@ -309,11 +311,11 @@ fn every_public_type_has_an_example_or_says_where_one_is() {
 }
 
 /// The names of types, functions and methods that have an example.
-fn with_example() -> BTreeSet<String> {
+fn with_example(sources: &[Source]) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
-    for path in files_below("src") {
+    for source in sources {
         let mut has_example = false;
-        for line in fs::read_to_string(&path).unwrap().lines().map(str::trim) {
+        for line in source.text.lines().map(str::trim) {
             if line.starts_with("///") {
                 has_example |= line.contains("```");
             } else if let Some(item) = line.strip_prefix("pub ") {
@@ -332,19 +334,4 @@ fn with_example() -> BTreeSet<String> {
         }
     }
     names
-}
-
-/// The files of Rust below a folder, but for the program's.
-fn files_below(folder: &str) -> Vec<PathBuf> {
-    let (mut files, mut folders) = (Vec::new(), vec![PathBuf::from(folder)]);
-    while let Some(folder) = folders.pop() {
-        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() && !path.ends_with("cli") {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push(path);
-            }
-        }
-    }
-    files
 }

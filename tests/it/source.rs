@@ -1,0 +1,215 @@
+//! Reads the Rust source of the packages, for the tests that check the architecture and the public names.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The modules of an item from its package down, and its name: `["figure", "humanoid", "Humanoid"]`.
+pub(crate) type ItemPath = Vec<String>;
+
+/// A file of a package.
+pub(crate) struct Source {
+    /// The path from the root of the repository.
+    pub(crate) path: String,
+    /// The package and the modules of the file. The front door is the package without a name.
+    pub(crate) module: ItemPath,
+    pub(crate) text: String,
+    /// The text without comments and unit tests.
+    pub(crate) code: String,
+    pub(crate) imports: Vec<Import>,
+}
+
+/// A path into a package of this workspace that a file names by `use`, or in its code.
+pub(crate) struct Import {
+    pub(crate) path: ItemPath,
+    /// The name in this file.
+    pub(crate) name: String,
+    pub(crate) is_use: bool,
+    /// Re-exported, and not `#[doc(hidden)]`.
+    pub(crate) is_public: bool,
+}
+
+impl Source {
+    fn read(path: &Path) -> Self {
+        let below = path.strip_prefix("src").unwrap().with_extension("");
+        let names = below.iter().map(|name| name.to_str().unwrap());
+        let module = names.filter(|name| !["lib", "main"].contains(name)).map(str::to_owned);
+        let text = fs::read_to_string(path).unwrap();
+        let is_test = text.contains("#[test]") && !text.contains("#[cfg(test)]");
+        let is_code = |line: &&str| !is_test && line.trim() != "#[cfg(test)]";
+        let lines = text.lines().take_while(is_code);
+        let code: Vec<&str> = lines.filter(|line| !line.trim_start().starts_with("//")).collect();
+        let mut source = Self {
+            path: path.to_str().unwrap().to_owned(),
+            module: module.collect(),
+            code: code.join("\n"),
+            text,
+            imports: Vec::new(),
+        };
+        source.imports = ["crate::", "self::", "super::", "mocap_"]
+            .iter()
+            .flat_map(|root| source.code.match_indices(root))
+            .flat_map(|(at, _)| source.imports_at(at))
+            .chain(source.steps())
+            .collect();
+        source
+    }
+
+    /// The imports of the path, or the tree of paths, that begins at a place of the code.
+    fn imports_at(&self, at: usize) -> Vec<Import> {
+        let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+        let (before, tree) = self.code.split_at(at);
+        let is_use = before.ends_with("use ");
+        let end = tree.find(|c| if is_use { c == ';' } else { !is_name(c) });
+        let mut paths = Vec::new();
+        if !before.ends_with(is_name) {
+            expand("", &tree[..end.unwrap_or(tree.len())], &mut paths);
+        }
+        let is_public = before.ends_with("pub use ") && !is_hidden(before);
+        let import = |(path, name): (String, String)| Import {
+            path: self.absolute(&path),
+            name,
+            is_use,
+            is_public,
+        };
+        paths.into_iter().map(import).collect()
+    }
+
+    /// What the macro `steps!` re-exports: `FILE: NAME, NAME;` of each step.
+    fn steps(&self) -> Vec<Import> {
+        let rows = self.code.split("::steps! {").skip(1).flat_map(|list| list.split(';'));
+        let rows = rows.filter_map(|row| row.split_once(':'));
+        let names = rows.flat_map(|(file, names)| names.split(',').map(move |name| (file.trim(), name.trim())));
+        let import = |(file, name): (&str, &str)| Import {
+            path: self.absolute(&format!("self::{file}::{name}")),
+            name: name.to_owned(),
+            is_use: true,
+            is_public: true,
+        };
+        names.map(import).collect()
+    }
+
+    fn absolute(&self, path: &str) -> ItemPath {
+        let mut names = self.module.clone();
+        for name in path.split("::").map(str::trim) {
+            match name {
+                "crate" => names.truncate(1),
+                "super" => names.truncate(names.len() - 1),
+                "self" | "*" | "" => {}
+                name => match name.strip_prefix("mocap_") {
+                    Some(package) => names = vec![package.to_owned()],
+                    None => names.push(name.to_owned()),
+                },
+            }
+        }
+        names
+    }
+}
+
+/// Whether the attributes right before the item that begins in the last line of a text hide it from the documentation.
+pub(crate) fn is_hidden(before: &str) -> bool {
+    let above = before.lines().rev().skip(1);
+    let mut attributes = above.take_while(|line| line.starts_with('#'));
+    attributes.any(|line| line == "#[doc(hidden)]")
+}
+
+/// Adds the paths of a tree such as `a::{b, c::{d, e as f}}`, each with the name that it gets.
+fn expand(prefix: &str, tree: &str, paths: &mut Vec<(String, String)>) {
+    let (head, list) = tree.split_once('{').unwrap_or((tree, ""));
+    let path = format!("{prefix}{}", head.trim());
+    if list.is_empty() && !path.ends_with("::") {
+        let own = path.trim_end_matches("::self").rsplit("::").next().unwrap();
+        let (path, name) = path.split_once(" as ").unwrap_or((&path, own));
+        paths.push((path.to_owned(), name.to_owned()));
+    }
+    let (mut depth, mut begin) = (0, 0);
+    for (at, c) in list.char_indices() {
+        if depth == 0 && (c == ',' || c == '}') {
+            expand(&path, &list[begin..at], paths);
+            begin = at + 1;
+        }
+        depth += i32::from(c == '{') - i32::from(c == '}');
+    }
+}
+
+/// The files of all packages, without integration tests.
+pub(crate) fn sources() -> Vec<Source> {
+    let (mut sources, mut folders) = (Vec::new(), vec![PathBuf::from("src")]);
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() && !path.ends_with("tests") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                sources.push(Source::read(&path));
+            }
+        }
+    }
+    assert!(sources.len() > 500, "the source is somewhere else");
+    sources
+}
+
+/// Finds where an item is declared, through re-exports.
+pub(crate) struct Modules(BTreeMap<ItemPath, BTreeMap<String, ItemPath>>);
+
+impl Modules {
+    pub(crate) fn new(sources: &[Source]) -> Self {
+        let used = |source: &Source| {
+            let uses = source.imports.iter().filter(|import| import.is_use);
+            uses.map(|import| (import.name.clone(), import.path.clone())).collect()
+        };
+        let modules = sources.iter().map(|source| (source.module.clone(), used(source)));
+        Self(modules.collect())
+    }
+
+    /// The module that declares an item, and the path of the item below it, which is empty for a module.
+    pub(crate) fn declared(&self, mut path: ItemPath) -> (ItemPath, ItemPath) {
+        // A function may import a name that its own module re-exports, so the steps are counted.
+        for _ in 0..8 {
+            let (module, below) = self.split(&path);
+            let Some(to) = below.first().and_then(|name| self.0[module].get(name)) else {
+                break;
+            };
+            path = [to, &below[1..]].concat();
+        }
+        let (module, below) = self.split(&path);
+        (module.to_vec(), below.to_vec())
+    }
+
+    /// Splits a path after the longest path of a module.
+    fn split<'a>(&self, path: &'a [String]) -> (&'a [String], &'a [String]) {
+        let mut lengths = (0..=path.len()).rev();
+        let length = lengths.find(|length| self.0.contains_key(&path[..*length]));
+        path.split_at(length.unwrap())
+    }
+}
+
+/// An import from one module into another: both stand beside each other, right below what the two paths share.
+pub(crate) struct Crossing<'a> {
+    pub(crate) source: &'a Source,
+    /// The last name of the imported path.
+    pub(crate) name: &'a str,
+    pub(crate) from: ItemPath,
+    pub(crate) to: ItemPath,
+}
+
+/// All imports except those between a module and the modules below it.
+pub(crate) fn crossings(sources: &[Source]) -> Vec<Crossing<'_>> {
+    let modules = Modules::new(sources);
+    let mut crossings = Vec::new();
+    for source in sources {
+        for import in &source.imports {
+            let (own, target) = (&source.module, modules.declared(import.path.clone()).0);
+            let shared = own.iter().zip(&target).take_while(|(a, b)| a == b).count();
+            if shared < own.len() && shared < target.len() {
+                crossings.push(Crossing {
+                    source,
+                    name: import.path.last().unwrap(),
+                    from: own[..=shared].to_vec(),
+                    to: target[..=shared].to_vec(),
+                });
+            }
+        }
+    }
+    assert!(crossings.len() > 2000, "the imports are not found");
+    crossings
+}
