@@ -1,4 +1,4 @@
-//! Motion files in Bevy: assets of every format that [`mocap`] reads, and a component that plays them on a figure that
+//! Motion files in Bevy: assets of the formats that [`mocap`] reads, and a component that plays them on a figure that
 //! is there already, such as a skinned glTF scene.
 //!
 //! ```no_run
