@@ -67,7 +67,7 @@ const element = (id, type, content) => {
 
 const worker = checkedScript(join(here, "worker.js"));
 const whole = readFileSync(join(here, "../package/mocap.wasm"));
-const survey = join(here, "../../../src/survey/card");
+const survey = join(here, "../../../src/corpus/survey/card");
 const { packages } = JSON.parse(execFileSync("cargo", ["metadata", "--format-version=1"], { cwd: here, maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "ignore"] }));
 const encodings = packages.find(({ name }) => name === "encoding_rs");
 const tables = unusedEncodings(read(join(dirname(encodings.manifest_path), "src/data.rs")));
