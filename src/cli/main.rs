@@ -8,6 +8,7 @@
 mod agent;
 mod args;
 mod batch;
+mod build_note;
 mod commands;
 mod report;
 mod streams;
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
         _ => {}
     }
     report::set_quiet(args.quiet);
+    build_note::start(&args.command);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),

@@ -4,8 +4,10 @@ use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use indicatif::ProgressBar;
 use mocap::job::Said;
 pub(crate) use mocap::visible;
 use mocap::{Diagnostic, Error};
@@ -169,9 +171,20 @@ impl<W: Write> Drop for Lines<W> {
     }
 }
 
+/// The progress bar on the terminal. It makes way for every line.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+pub(crate) fn set_bar(bar: Option<ProgressBar>) {
+    *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
+}
+
 fn print(text: &str) {
     // Nothing can be reported if standard error is closed.
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let write = || drop(writeln!(io::stderr().lock(), "{text}"));
+    match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
 }
 
 fn renderer() -> Renderer {

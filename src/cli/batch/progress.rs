@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::inputs::Input;
-use crate::Failure;
+use crate::{Failure, report};
 
 /// How to show progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -139,12 +139,21 @@ impl Progress {
     }
 }
 
+/// Lines need no longer make way for the bar, however the run ended.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        report::set_bar(None);
+    }
+}
+
 fn bar(bytes: u64) -> ProgressBar {
     let template = "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left";
     let style = ProgressStyle::with_template(template).expect("the template is a constant");
     // Five updates per second are enough to see, and cost little.
     let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
-    bar.with_style(style)
+    let bar = bar.with_style(style);
+    report::set_bar(Some(bar.clone()));
+    bar
 }
 
 fn print_line(counts: &Counts) {

@@ -1,0 +1,47 @@
+//! A slow command of an unoptimised build says that an optimised build exists.
+
+use std::io::{self, IsTerminal};
+use std::thread;
+use std::time::Duration;
+
+use crate::args::Command;
+use crate::report;
+
+/// A command that still runs after this time is slow.
+const WAIT: Duration = Duration::from_secs(5);
+
+/// Starts the clock of a command. An optimised build has none.
+pub(crate) fn start(command: &Command) {
+    // These run until somebody stops them, however fast they are.
+    let ends_by_itself = !matches!(
+        command,
+        Command::Mcp(_) | Command::Record(_) | Command::Play(_) | Command::Bridge(_)
+    );
+    let Some(note) = note(cfg!(debug_assertions), ends_by_itself, io::stderr().is_terminal()) else {
+        return;
+    };
+    // The thread ends with the program. If the system has no thread to spare, the user misses a hint and nothing else.
+    let _ = thread::Builder::new().spawn(move || {
+        thread::sleep(WAIT);
+        report::say(note);
+    });
+}
+
+/// The note of a slow command. Programs and scripts read standard error too; they get the same text from every build.
+fn note(is_unoptimised: bool, ends_by_itself: bool, is_terminal: bool) -> Option<&'static str> {
+    (is_unoptimised && ends_by_itself && is_terminal)
+        .then_some("note: this build is not optimised; `cargo run --release` runs an optimised one")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::note;
+
+    #[test]
+    fn only_an_unoptimised_build_tells_a_person_that_a_command_is_slow() {
+        assert!(note(true, true, true).is_some_and(|text| text.contains("cargo run --release")));
+        assert_eq!(note(false, true, true), None);
+        assert_eq!(note(true, false, true), None);
+        assert_eq!(note(true, true, false), None);
+    }
+}
