@@ -91,9 +91,6 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-// Tests may unwrap and print; the library may not.
-#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
-
 #[doc(inline)]
 pub use mocap_compress as compress;
 #[cfg(feature = "corpus")]

@@ -20,6 +20,9 @@
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 #[doc(hidden)]
 pub mod at_rest;
 mod bit_rate;

@@ -10,6 +10,9 @@
 //! To add a step, write its file and a line in the list below: names, help, text, JSON, reports and the command line
 //! follow.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 mod alike;
 mod body;
 mod bridge;

@@ -3,6 +3,9 @@
 //!
 //! Every answer is a guess with a reason. [`Figure`] changes nothing; the caller decides what to do.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 #[doc(hidden)]
 pub mod axes;
 mod axis;

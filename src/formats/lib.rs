@@ -4,6 +4,9 @@
 //! origin. A row with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and
 //! options from here.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 mod array_files;
 mod asf_amc;
 mod bip;

@@ -1,5 +1,8 @@
 //! Files of motion capture to scenes, and back.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 pub mod convert;
 pub mod export;
 pub mod import;

@@ -18,6 +18,9 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 pub mod arrays;
 mod file_graph;
 mod files;

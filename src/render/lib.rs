@@ -6,6 +6,9 @@
 //!
 //! Pictures show the world with +Y up; the up axis of the file is the guess of [`survey`](mocap_figure).
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 mod camera;
 mod drawing;
 mod euler;

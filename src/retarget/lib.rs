@@ -17,6 +17,9 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 mod by_names;
 mod clip;
 mod feet;

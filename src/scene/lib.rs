@@ -1,5 +1,8 @@
 //! Scenes of motion capture: the data, and what needs nothing but the data.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 pub mod error;
 pub mod files;
 pub mod ik;

@@ -12,6 +12,9 @@
 //!
 //! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
 
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
 pub mod biomechanics;
 #[doc(hidden)]
 pub mod markers;
