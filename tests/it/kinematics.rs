@@ -8,8 +8,6 @@
 //! component that has a position channel replaced by the channel's value. Its rotation is `parent_rotation * R1 * R2 *
 //! R3`, the rotation channels in the order in which CHANNELS names them.
 
-mod closed_forms;
-
 /// A point or a direction.
 pub(crate) type Vector = [f64; 3];
 

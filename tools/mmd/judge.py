@@ -1,7 +1,7 @@
 """Poses motions of MMD without mocap, and compares. See README.md.
 
 usage: python judge.py MOCAP [MODULES]      MODULES: the folder with node_modules of babylon-mmd
-       python judge.py --expected MODULES   the table of tests/it/mmd.rs
+       python judge.py --expected MODULES   the table of src/formats/tests/it/mmd.rs
 """
 
 import json

@@ -243,7 +243,7 @@ mod tests {
         const LARGEST: usize = 60_000;
         let (mut streamed, mut whole) = (0, 0);
         for folder in ["dialects", "broken", "real"] {
-            for entry in fs::read_dir(Path::new("fixtures").join(folder)).unwrap() {
+            for entry in fs::read_dir(Path::new("../../fixtures").join(folder)).unwrap() {
                 let path = entry.unwrap().path();
                 if path.extension().is_none_or(|extension| extension != "bvh") {
                     continue;

@@ -146,7 +146,7 @@ async function checkFile(results, input, output) {
       const withChannels = places.filter((_, index) => !nodes[index].extras?.end_site);
       compare("what three.js makes of the source", withChannels, placesOf(bvh.joints).map(change));
     }
-    // The meshes of an FBX file are its own, and need not be around its joints: `tests/it/fbx.rs` compares their vertices.
+    // The meshes of an FBX file are its own, and need not be around its joints: `src/formats/tests/it/fbx.rs` compares their vertices.
     const isOwn = name.endsWith(".fbx");
     results.check(isOwn || meshFollows(gltf.scene), `${name}, tick ${tick}: the mesh is not where the joints are`);
   }

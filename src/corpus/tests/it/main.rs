@@ -1,0 +1,4 @@
+//! The integration tests of surveys and search: one program, because linking is slow, with one module per subject.
+
+mod search;
+mod survey;

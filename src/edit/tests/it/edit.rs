@@ -1,0 +1,17 @@
+//! Changes of a motion: the laws that every step keeps, and what each does to real files.
+
+mod alike;
+mod bent;
+mod bones;
+mod cleaned;
+mod feet;
+mod joined;
+mod laws;
+mod mirrored;
+mod reached;
+
+use mocap::glam::{DVec3, Vec3};
+use mocap::scene::NodeId;
+use mocap::{Binding, Pose, Scene};
+
+use crate::positions::{assert_bones_keep_their_lengths, exact_positions, import, positions, ratios};

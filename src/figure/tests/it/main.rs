@@ -1,0 +1,10 @@
+//! The integration tests of figures: one program, because linking is slow, with one module per subject.
+
+mod changed_skeletons;
+mod conversion;
+mod generated_skeletons;
+mod humanoid;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+mod truth;

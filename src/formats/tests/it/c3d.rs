@@ -1,0 +1,541 @@
+//! C3D: real files against the numbers of another reader, and files built here in every encoding.
+
+#![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
+
+use mocap::glam::Vec3;
+use mocap::scene::{NodeKind, Scene};
+use mocap::{Code, Importer, Limits, SkeletonMesh};
+
+fn import(name: &str) -> Scene {
+    mocap::import(format!("../../fixtures/real/{name}.c3d")).unwrap()
+}
+
+fn channel(scene: &Scene, marker: usize) -> &mocap::scene::Channel {
+    &scene.animations[0].channels[marker]
+}
+
+/// One file, as the Python package c3d 0.5 reads it. Positions are as in the file, with z up.
+struct Real {
+    name: &'static str,
+    rate: f64,
+    frames: usize,
+    /// The first markers.
+    labels: [&'static str; 2],
+    markers: usize,
+    /// Frame, marker, position.
+    positions: &'static [(usize, usize, [f32; 3])],
+    /// Markers that are not seen in some frame, and in how many frames all together.
+    gaps: (usize, usize),
+}
+
+const REAL: [Real; 3] = [
+    Real {
+        name: "py_c3d_motion",
+        rate: 50.0,
+        frames: 450,
+        labels: ["RFT1", "RFT2"],
+        markers: 26,
+        positions: &[
+            (0, 0, [248.583_34, 226.833_34, 37.416_668]),
+            (0, 25, [-18.0, 183.166_67, 947.416_7]),
+            (225, 1, [191.583_34, 812.333_4, 88.416_67]),
+            (449, 0, [324.583_34, 2248.0, 33.75]),
+        ],
+        gaps: (10, 226),
+    },
+    Real {
+        name: "optotrak",
+        rate: 30.0,
+        frames: 29,
+        labels: ["Marker_1", "Marker_2"],
+        markers: 54,
+        positions: &[
+            (0, 0, [326.313_75, 328.631_13, -366.170_62]),
+            (14, 53, [1_223.693_6, 343.414_28, -285.675_75]),
+            (28, 1, [317.574_65, 319.392_46, -498.704_35]),
+        ],
+        gaps: (3, 59),
+    },
+    Real {
+        name: "hand_take",
+        rate: 60.0,
+        frames: 412,
+        labels: ["Reference", "Hips"],
+        markers: 63,
+        positions: &[
+            (0, 1, [0.0, -44.194_588, 910.988_16]),
+            (411, 62, [98.966_896, 16.228_833, 24.343_248]),
+        ],
+        gaps: (0, 0),
+    },
+];
+
+#[test]
+fn real_files_have_the_numbers_that_another_reader_finds() {
+    for real in REAL {
+        let scene = import(real.name);
+        let animation = &scene.animations[0];
+        assert_eq!(animation.ticks_per_second, real.rate, "{}", real.name);
+        assert_eq!(animation.frame_count(), real.frames, "{}", real.name);
+        assert_eq!(scene.nodes.len(), real.markers + 1, "{}", real.name);
+        assert_eq!(
+            [0, 1].map(|i| scene.nodes[i + 1].name.as_str()),
+            real.labels,
+            "{}",
+            real.name
+        );
+        assert_eq!(scene.metadata.metres_per_unit, Some(0.001), "{}", real.name);
+        for &(frame, marker, [x, y, z]) in real.positions {
+            let position = channel(&scene, marker).position_keys.sample(frame as f64).unwrap();
+            let expected = Vec3::new(x, z, -y);
+            assert!(
+                position.abs_diff_eq(expected, 1e-3),
+                "{}: {position} {expected}",
+                real.name
+            );
+        }
+        let gaps: Vec<usize> = (0..real.markers)
+            .map(|marker| match channel(&scene, marker).position_keys.len() {
+                // A marker that stands still has one key.
+                1 => 0,
+                keys => real.frames - keys,
+            })
+            .filter(|&missing| missing > 0)
+            .collect();
+        assert_eq!((gaps.len(), gaps.iter().sum()), real.gaps, "{}", real.name);
+        let warned = scene
+            .warnings
+            .iter()
+            .filter(|warning| warning.code == Code::Gap)
+            .count();
+        assert_eq!(warned, real.gaps.0, "{}", real.name);
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_is_read_as_far_as_it_goes() {
+    let scene = import("optotrak");
+    let counts = scene
+        .warnings
+        .iter()
+        .find(|warning| warning.code == Code::FrameCount)
+        .unwrap();
+    assert_eq!(
+        counts.to_string(),
+        "the file is shorter than its header states; expected 1149 frames of 864 bytes from byte 3584 on; found 29 in a file of \
+         28640 bytes; \
+         help: the complete frames were read; export or download the file again"
+    );
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Processor {
+    Intel,
+    Dec,
+    Sgi,
+}
+
+/// A small file: two markers, three frames, the second marker lost in the second.
+struct Sample {
+    processor: Processor,
+    is_real: bool,
+    y_screen: &'static [u8],
+}
+
+const POSITIONS: [[[f32; 3]; 2]; 3] = [
+    [[1.5, -2.5, 3.0], [10.0, 20.0, 30.0]],
+    [[2.5, -2.5, 3.5], [0.0, 0.0, 0.0]],
+    [[3.5, -2.5, 4.0], [12.0, 22.0, -32.0]],
+];
+
+impl Sample {
+    fn word(&self, value: i16) -> [u8; 2] {
+        match self.processor {
+            Processor::Sgi => value.to_be_bytes(),
+            _ => value.to_le_bytes(),
+        }
+    }
+
+    fn real(&self, value: f32) -> [u8; 4] {
+        match self.processor {
+            Processor::Intel => value.to_le_bytes(),
+            Processor::Sgi => value.to_be_bytes(),
+            Processor::Dec => {
+                let [a, b, c, d] = (value * 4.0).to_le_bytes();
+                [c, d, a, b]
+            }
+        }
+    }
+
+    fn group(&self, id: i8, name: &str) -> Vec<u8> {
+        let mut bytes = vec![name.len() as u8, (-id).cast_unsigned()];
+        bytes.extend(name.as_bytes());
+        bytes.extend(self.word(3));
+        bytes.push(0);
+        bytes
+    }
+
+    fn parameter(&self, id: i8, name: &str, kind: i8, dimensions: &[u8], data: &[u8]) -> Vec<u8> {
+        let mut bytes = vec![name.len() as u8, id.cast_unsigned()];
+        bytes.extend(name.as_bytes());
+        bytes.extend(self.word(5 + dimensions.len() as i16 + data.len() as i16));
+        bytes.extend([kind.cast_unsigned(), dimensions.len() as u8]);
+        bytes.extend(dimensions);
+        bytes.extend(data);
+        bytes.push(0);
+        bytes
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        let scale = if self.is_real { -0.5 } else { 0.5 };
+        let mut header = vec![2, 0x50];
+        for word in [2, 1, 1, 3, 10] {
+            header.extend(self.word(word));
+        }
+        header.extend(self.real(scale));
+        header.extend(self.word(3));
+        header.extend(self.word(1));
+        header.extend(self.real(100.0));
+        header.resize(512, 0);
+
+        let code = match self.processor {
+            Processor::Intel => 84,
+            Processor::Dec => 85,
+            Processor::Sgi => 86,
+        };
+        let mut parameters = vec![1, 0x50, 1, code];
+        parameters.extend(self.group(1, "POINT"));
+        parameters.extend(self.parameter(1, "USED", 2, &[], &self.word(2)));
+        parameters.extend(self.parameter(1, "SCALE", 4, &[], &self.real(scale)));
+        parameters.extend(self.parameter(1, "RATE", 4, &[], &self.real(100.0)));
+        parameters.extend(self.parameter(1, "LABELS", -1, &[4, 2], b"HEADLeg "));
+        parameters.extend(self.parameter(1, "UNITS", -1, &[2], b"cm"));
+        parameters.extend(self.parameter(1, "Y_SCREEN", -1, &[2], self.y_screen));
+        parameters.resize(512, 0);
+
+        let mut data = Vec::new();
+        for (frame, points) in POSITIONS.iter().enumerate() {
+            for (marker, position) in points.iter().enumerate() {
+                let residual = if (frame, marker) == (1, 1) { -1 } else { 0 };
+                for &coordinate in position {
+                    match self.is_real {
+                        true => data.extend(self.real(coordinate)),
+                        false => data.extend(self.word((coordinate / 0.5) as i16)),
+                    }
+                }
+                match self.is_real {
+                    true => data.extend(self.real(f32::from(residual))),
+                    false => data.extend(self.word(residual)),
+                }
+            }
+            // An analog sample.
+            match self.is_real {
+                true => data.extend(self.real(7.0)),
+                false => data.extend(self.word(7)),
+            }
+        }
+        [header, parameters, data].concat()
+    }
+}
+
+const SAMPLE: Sample = Sample {
+    processor: Processor::Intel,
+    is_real: true,
+    y_screen: b"+Z",
+};
+
+fn read(bytes: &[u8]) -> mocap::Result<Scene> {
+    Importer::new().skeleton_mesh(SkeletonMesh::None).read(bytes, "a.c3d")
+}
+
+#[test]
+fn every_encoding_says_the_same() {
+    for processor in [Processor::Intel, Processor::Dec, Processor::Sgi] {
+        for is_real in [false, true] {
+            let sample = Sample {
+                processor,
+                is_real,
+                ..SAMPLE
+            };
+            let scene = read(&sample.bytes()).unwrap();
+            let names: Vec<&str> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
+            assert_eq!(names, ["Markers", "HEAD", "Leg"], "{processor:?} {is_real}");
+            assert_eq!(scene.nodes[0].kind, NodeKind::Group);
+            assert_eq!(scene.metadata.metres_per_unit, Some(0.01));
+            assert_eq!(scene.animations[0].ticks_per_second, 100.0);
+            assert_eq!(scene.animations[0].duration, 2.0);
+            for (marker, frames) in [(0, vec![0, 1, 2]), (1, vec![0, 2])] {
+                let keys = &channel(&scene, marker).position_keys;
+                let expected: Vec<(f64, Vec3)> = frames
+                    .into_iter()
+                    .map(|frame: usize| (frame as f64, POSITIONS[frame][marker]))
+                    .map(|(tick, [x, y, z])| (tick, Vec3::new(x, z, -y)))
+                    .collect();
+                let found: Vec<(f64, Vec3)> = (0..keys.len())
+                    .map(|index| (keys.tick(index), keys.values[index]))
+                    .collect();
+                assert_eq!(found, expected, "{processor:?} {is_real}");
+            }
+            let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
+            assert_eq!(warnings, ["the marker was not seen in 1 of 3 frames; joint \"Leg\""]);
+            let topics: Vec<&str> = scene
+                .metadata
+                .assumptions
+                .iter()
+                .map(|one| one.topic.as_str())
+                .collect();
+            assert_eq!(topics, ["up-axis", "analog"]);
+        }
+    }
+}
+
+#[test]
+fn the_axis_that_points_up_is_the_one_that_the_file_names() {
+    let up = Sample {
+        y_screen: b"+Y",
+        ..SAMPLE
+    };
+    let scene = read(&up.bytes()).unwrap();
+    assert_eq!(channel(&scene, 0).position_keys.values[0], Vec3::from(POSITIONS[0][0]));
+}
+
+/// The sample with some bytes replaced.
+fn with(changes: &[(usize, &[u8])]) -> Vec<u8> {
+    let mut bytes = SAMPLE.bytes();
+    for (offset, changed) in changes {
+        bytes[*offset..offset + changed.len()].copy_from_slice(changed);
+    }
+    bytes
+}
+
+#[test]
+fn broken_files_are_refused_with_their_message() {
+    let read = |bytes: &[u8]| Importer::new().format(mocap::Format::C3d).read(bytes, "a.c3d");
+    let labels = SAMPLE.bytes().windows(6).position(|six| six == b"LABELS").unwrap() + 10;
+    let cut_off = "help: the file is cut off: export or download it again";
+    let help = "help: check that the file is what its name says, and that it is not compressed";
+    let expected = "expected a block number, the byte 0x50, and processor 84, 85 or 86 in that block";
+    for (bytes, message) in [
+        (Vec::new(), "the file is empty".to_owned()),
+        (
+            b"P".to_vec(),
+            format!("the file is not C3D; {expected}; found a file of one byte; {help}"),
+        ),
+        (
+            with(&[(1, b"K")]),
+            format!("the file is not C3D; {expected}; found the bytes 0x02 0x4b; {help}"),
+        ),
+        (
+            with(&[(515, &[90])]),
+            format!("the file is not C3D; {expected}; found the processor 90, at byte 515; {help}"),
+        ),
+        (
+            SAMPLE.bytes()[..512].to_vec(),
+            format!("the file ends before its parameters; expected parameters at byte 512; found 512 bytes; {cut_off}"),
+        ),
+        (
+            // The number of blocks is 0, and the file is cut off inside the name of a parameter.
+            [&with(&[(514, &[0])])[..560], &[]].concat(),
+            format!(
+                "the file is cut off inside the list of parameters; expected 4 more bytes at byte 557; found 3; {cut_off}"
+            ),
+        ),
+        (
+            // As many letters as 255 labels of 255 have, in a section of 512 bytes.
+            with(&[(labels, &[255, 255])]),
+            format!(
+                "the parameter \"LABELS\" reaches beyond the end of its section; expected 65025 more bytes at byte {}; \
+                 found {}; help: export the file again",
+                labels + 2,
+                1024 - labels - 2
+            ),
+        ),
+        (
+            // The block where the data begins, in the header and without a parameter for it.
+            with(&[(16, &[0, 0])]),
+            "the file does not state where its data begins; expected a block number, 1 or more, in POINT:DATA_START; \
+             found 0; help: export the file again"
+                .to_owned(),
+        ),
+    ] {
+        let error = read(&bytes).unwrap_err();
+        assert_eq!(error.diagnostic().to_string(), message);
+    }
+}
+
+#[test]
+fn a_rate_of_zero_asks_for_one() {
+    let rate = SAMPLE.bytes().windows(4).rposition(|four| four == b"RATE").unwrap() + 8;
+    let bytes = with(&[(20, &[0; 4]), (rate, &[0; 4])]);
+    assert_eq!(read(&bytes).unwrap_err().code(), Code::FrameTime);
+    let scene = Importer::new().retime(50.0).read(&bytes, "a.c3d").unwrap();
+    assert_eq!(scene.animations[0].ticks_per_second, 50.0);
+}
+
+#[test]
+fn claims_beyond_the_limits_are_refused() {
+    let limited = |limits: Limits| {
+        Importer::new()
+            .limits(limits)
+            .read(&SAMPLE.bytes(), "a.c3d")
+            .map_err(|error| error.code())
+    };
+    let nodes = |max_nodes| limited(Limits::new().max_nodes(max_nodes));
+    let values = |max_values| limited(Limits::new().max_values(max_values));
+    assert!(nodes(3).is_ok() && values(18).is_ok());
+    assert_eq!(nodes(2), Err(Code::LimitExceeded));
+    assert_eq!(values(17), Err(Code::LimitExceeded));
+}
+
+#[test]
+fn a_claim_of_many_points_takes_no_memory() {
+    // 32767 points in a file of a few hundred bytes: not one record is whole.
+    let used = SAMPLE.bytes().windows(4).position(|four| four == b"USED").unwrap() + 8;
+    let scene = read(&with(&[(used, &[0xFF, 0x7F])])).unwrap();
+    assert!(scene.animations.is_empty());
+    // Words are unsigned, so that this is 65534 and not -2.
+    let scene = read(&with(&[(used, &[0xFE, 0xFF])])).unwrap();
+    let message = scene.warnings[0].to_string();
+    assert!(
+        message.contains("of 1048548 bytes from byte 1024 on; found 0 in a file of"),
+        "{message}"
+    );
+}
+
+#[test]
+fn every_damage_is_an_error_or_a_valid_scene() {
+    // The importer validates what it returns in builds with debug assertions; these tests are one.
+    let importer = Importer::new()
+        .format(mocap::Format::C3d)
+        .skeleton_mesh(SkeletonMesh::None);
+    let mut read = 0;
+    for processor in [Processor::Intel, Processor::Dec, Processor::Sgi] {
+        let original = Sample { processor, ..SAMPLE }.bytes();
+        for position in 0..original.len() {
+            let _ = importer.read(&original[..position], "cut.c3d");
+            // Most of the blocks is padding.
+            if original[position] == 0 && position % 8 != 0 {
+                continue;
+            }
+            for byte in [0, 1, 0x7F, 0x80, 0xFF] {
+                let mut bytes = original.clone();
+                bytes[position] = byte;
+                read += usize::from(importer.read(&bytes, "changed.c3d").is_ok());
+            }
+        }
+    }
+    assert!(read > 1000, "{read}");
+}
+
+#[test]
+fn numbers_that_nothing_can_be_computed_with_are_told() {
+    let place = |name: &[u8], skip: usize| {
+        SAMPLE
+            .bytes()
+            .windows(name.len())
+            .rposition(|part| part == name)
+            .unwrap()
+            + name.len()
+            + skip
+    };
+    let (rate, scale) = (place(b"RATE", 4), place(b"SCALE", 4));
+    for number in [2e-41_f32, 1e-5, 2e6, 3e38] {
+        let bytes = with(&[(rate, &number.to_le_bytes())]);
+        assert_eq!(read(&bytes).unwrap_err().code(), Code::FrameTime, "{number}");
+    }
+    for number in [2e-41_f32, 1e-13, 3e38, f32::NEG_INFINITY] {
+        let number = number.to_le_bytes();
+        let bytes = with(&[(scale, &number), (12, &number)]);
+        assert_eq!(read(&bytes).unwrap_err().code(), Code::NumberRange);
+    }
+    // The first marker's x in the second frame: 9 numbers are a record.
+    for number in [3e38, -1.1e18, f32::NAN, f32::INFINITY] {
+        let scene = read(&with(&[(1024 + 36, &number.to_le_bytes())])).unwrap();
+        let warning = &scene.warnings[0];
+        assert_eq!(warning.code, Code::NonFiniteValue);
+        assert!(
+            warning
+                .to_string()
+                .contains("frame 1 is not finite, or beyond 1e18; expected a coordinate at byte 1060"),
+            "{warning}"
+        );
+        assert_eq!(channel(&scene, 0).position_keys.len(), 2);
+    }
+}
+
+/// The sample with parameters that fill a second block, of which the section states one.
+fn with_two_blocks_of_parameters(stated: u8) -> Vec<u8> {
+    let bytes = SAMPLE.bytes();
+    let list = bytes[512..1024].iter().rposition(|byte| *byte != 0).unwrap() + 512 + 2;
+    let mut long = bytes[..list].to_vec();
+    for name in ["DESCRIPTION", "DESCRIPTION2"] {
+        long.extend(SAMPLE.parameter(1, name, -1, &[200], &[b'x'; 200]));
+    }
+    long.extend(SAMPLE.parameter(1, "MOVIE_ID", -1, &[3], b"abc"));
+    assert!((1024..1536).contains(&long.len()), "{}", long.len());
+    long.resize(1536, 0);
+    long.extend(&bytes[1024..]);
+    long[514] = stated;
+    // The data begins a block later.
+    long[16] = 4;
+    long
+}
+
+#[test]
+fn parameters_are_read_beyond_a_count_of_blocks_that_is_too_small() {
+    let expected = read(&SAMPLE.bytes()).unwrap();
+    for stated in [1, 2, 0] {
+        let scene = read(&with_two_blocks_of_parameters(stated)).unwrap();
+        assert_eq!(
+            (&scene.nodes, &scene.animations),
+            (&expected.nodes, &expected.animations),
+            "{stated}"
+        );
+        let told = scene.warnings.iter().any(|warning| warning.code == Code::HeaderCount);
+        assert_eq!(told, stated == 1);
+    }
+    // Where the data begins is not known, so that nothing says that the list may go on.
+    let mut bytes = with_two_blocks_of_parameters(1);
+    bytes[16] = 3;
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("reaches beyond the end of its section"), "{error}");
+}
+
+#[test]
+fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
+    let analog = |used: i16, rate: f32| {
+        let bytes = SAMPLE.bytes();
+        let list = bytes[512..1024].iter().rposition(|byte| *byte != 0).unwrap() + 512 + 2;
+        let mut long = bytes[..list].to_vec();
+        long.extend(SAMPLE.group(2, "ANALOG"));
+        long.extend(SAMPLE.parameter(2, "USED", 2, &[], &SAMPLE.word(used)));
+        long.extend(SAMPLE.parameter(2, "RATE", 4, &[], &SAMPLE.real(rate)));
+        long.resize(1024, 0);
+        // Records of two markers and six samples: three channels at twice the rate.
+        for record in bytes[1024..].chunks_exact(36) {
+            long.extend(&record[..32]);
+            long.extend([0x11; 24]);
+        }
+        long
+    };
+    let expected = read(&SAMPLE.bytes()).unwrap();
+    let scene = read(&analog(3, 200.0)).unwrap();
+    assert_eq!(scene.animations, expected.animations);
+    assert_eq!(scene.warnings[0].code, Code::HeaderCount);
+    assert!(
+        scene.warnings[0].to_string().contains("expected 6 a frame"),
+        "{}",
+        scene.warnings[0]
+    );
+    // Numbers that fit no better leave the header its word.
+    for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (2, 3e38), (0, 0.0)] {
+        let scene = read(&analog(used, rate)).unwrap();
+        assert!(
+            scene
+                .warnings
+                .iter()
+                .all(|warning| !warning.message.contains("that of the parameters was used")),
+            "{used} {rate}"
+        );
+    }
+}

@@ -1,0 +1,40 @@
+//! The integration tests of the formats: one program, because linking is slow, with one module per subject.
+
+mod asf_amc;
+mod broken;
+mod bvh_out;
+mod bvh_rest;
+mod c3d;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../retarget/tests/it/characters.rs"]
+mod characters;
+mod compressed_characters;
+mod compression;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/cut.rs"]
+mod cut;
+mod dialects;
+mod error_bounds;
+mod fbx;
+mod fbx_bones;
+mod fbx_out;
+mod fbx_streams;
+mod gltf;
+mod golden;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/kinematics.rs"]
+mod kinematics;
+mod mmd;
+mod morph_targets;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+mod schema;
+mod trc;
+mod usd;
+mod vrma;
+mod vrma_face;
+mod vrma_without_chest;
+
+/// The root of the repository. Cargo runs the tests in the folder of their package.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

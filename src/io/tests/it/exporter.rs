@@ -1,0 +1,227 @@
+//! `Exporter`: every written format by its row in the table, and by nothing else.
+
+use std::fs;
+
+use mocap::files::ReplacePolicy;
+use mocap::gltf::{BufferPlace, Provenance};
+use mocap::scene::NodeKind;
+use mocap::verify::{Verification, Verifier};
+use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
+
+use crate::sample::{Sample, is_all};
+
+/// Each written format with each of its extensions.
+fn written() -> Vec<(&'static FormatInfo, &'static str)> {
+    let rows = FormatInfo::ALL.iter().filter(|row| row.writes());
+    let written: Vec<_> = rows
+        .flat_map(|row| row.extensions.iter().map(move |extension| (row, *extension)))
+        .collect();
+    assert!(written.len() >= 6, "{}", written.len());
+    written
+}
+
+/// A motion as each format takes it: all but those that keep the file's unit are in metres with +Y up.
+fn read(path: &str, row: &FormatInfo) -> Scene {
+    let mesh = match row.has_file_meshes {
+        true => SkeletonMesh::Own,
+        false => SkeletonMesh::Skinned,
+    };
+    let mut scene = Importer::new().skeleton_mesh(mesh).import(path).unwrap();
+    Conversion::new()
+        .keep_units(row.keeps_units())
+        .apply(&mut scene)
+        .unwrap();
+    scene
+}
+
+/// The fixtures that a new written format must hold: it needs no test of its own to be read back within 0.02 mm, as
+/// `verify` computes it, which has kinematics of its own.
+#[test]
+fn every_written_format_holds_the_motion_of_every_small_fixture() {
+    const SMALL: u64 = 100_000;
+    let folder = tempfile::tempdir().unwrap();
+    // Every second format of a file, every second file of a format.
+    let parts = if is_all() { 1 } else { 2 };
+    let first = Sample::new().below(parts);
+    let (mut count, mut files_tried) = (0, 0);
+    let mut files: Vec<_> = fs::read_dir("../../fixtures/real")
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .collect();
+    files.sort_by_key(fs::DirEntry::path);
+    for file in files {
+        let path = file.path();
+        let is_motion = path
+            .extension()
+            .is_some_and(|extension| extension == "bvh" || extension == "amc");
+        let Ok(scene) = Importer::new().import(&path) else {
+            continue;
+        };
+        if !is_motion || file.metadata().unwrap().len() > SMALL || scene.animations.is_empty() {
+            continue;
+        }
+        files_tried += 1;
+        for (place, (row, extension)) in written().into_iter().enumerate() {
+            if (files_tried + place) % parts != first {
+                continue;
+            }
+            let scene = read(path.to_str().unwrap(), row);
+            let output = folder.path().join("take").with_extension(extension);
+            let what = format!("{} as .{extension}", path.display());
+            let written = match Exporter::new().overwrite(true).export(&scene, &output) {
+                Ok(written) => written,
+                // A VRM animation is of a humanoid, and a packed clip has no scales that change.
+                Err(error) if [Code::NotHumanoid, Code::Unrepresentable].contains(&error.code()) => continue,
+                Err(error) => panic!("{what}: {error}"),
+            };
+            assert!(written.files.iter().all(|file| !file.is_empty()), "{what}");
+            let again = Importer::new().import(&output).unwrap();
+            assert_eq!(again.metadata.format, Some(row.format), "{what}");
+            // BVH has no scales, and says so.
+            if !written.warnings.is_empty() {
+                continue;
+            }
+            let verifier = Verifier::new().provenance(Provenance::of(&scene));
+            let verified = verifier
+                .files(&path, &output)
+                .unwrap_or_else(|error| panic!("{what}: {error}"));
+            let allowed = written.error.map_or(2e-5, |error| error.max_error + 2e-5);
+            assert!(verified.max_error <= allowed, "{what}: {verified:?}");
+            count += 1;
+        }
+    }
+    assert!(count > 60 / parts, "{count}");
+}
+
+/// Bytes in memory are those on the disk, and so are the names.
+#[test]
+fn what_is_written_in_memory_is_what_is_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    for (row, extension) in written() {
+        let scene = read("../../fixtures/real/cmu_short.bvh", row);
+        let path = folder.path().join("take").with_extension(extension);
+        let exporter = Exporter::new().max_error(0.001);
+        let exported = exporter.export(&scene, &path).unwrap();
+        assert_eq!(exporter.write_as(&scene, &path).unwrap(), exported, ".{extension}");
+        for file in &exported.files {
+            let found = fs::read(folder.path().join(file.name())).unwrap();
+            assert_eq!((found.len(), &found[..]), (file.len(), &*file.bytes()), ".{extension}");
+            assert_eq!(file.parts().collect::<Vec<_>>().concat(), found);
+        }
+        assert_eq!(exported.files.last().unwrap().name(), format!("take.{extension}"));
+        let again = Importer::new().import(&path).unwrap();
+        let bones = again.nodes.iter().filter(|node| node.kind != NodeKind::Group);
+        // A VMD has no skeleton: it is read onto that of a model.
+        if row.format != Format::Vmd {
+            assert_eq!(exported.nodes, bones.count(), ".{extension}");
+        }
+        let bound = exported.error.as_ref().map(|error| error.max_error);
+        assert_eq!(bound.is_some(), row.takes(WriteOption::MaxError), ".{extension}");
+        assert!(
+            bound.is_none_or(|error| error > 0.0 && error <= 0.001),
+            ".{extension}: {bound:?}"
+        );
+        // Two files are no stream.
+        let count = exported.files.len();
+        assert_eq!(exported.into_bytes().is_ok(), count == 1, ".{extension}");
+    }
+    let scene = read("../../fixtures/real/cmu_short.bvh", FormatInfo::of(Format::Gltf));
+    let embedded = Exporter::new().buffer(BufferPlace::Embedded);
+    let text = embedded.write_as(&scene, "take.gltf").unwrap().into_bytes().unwrap();
+    assert_eq!(
+        Importer::new().read(&text, "take.gltf").unwrap().nodes.len(),
+        scene.nodes.len()
+    );
+}
+
+#[test]
+fn an_output_in_no_written_format_is_an_error() {
+    let scene = read("../../fixtures/real/lecture_Test.bvh", FormatInfo::of(Format::Bvh));
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["take.amc", "take.c3d", "take.xyz", "take"] {
+        let path = folder.path().join(name);
+        let error = Exporter::new().export(&scene, &path).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownFormat, "{name}");
+        let expected = error.diagnostic().expected.as_deref().unwrap();
+        assert_eq!(expected, FormatInfo::written_extensions(), "{name}");
+        assert!(!path.exists(), "{name}");
+    }
+    let unwritten = FormatInfo::ALL.iter().filter(|row| !row.writes());
+    for row in unwritten {
+        let error = Exporter::new().write(&scene, row.format).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownFormat, "{}", row.format);
+    }
+}
+
+/// A file that may be somebody's work stays as it is, whatever its format, unless it is asked for.
+#[test]
+fn an_export_replaces_only_what_is_known_as_an_output() {
+    let folder = tempfile::tempdir().unwrap();
+    for (row, extension) in written() {
+        let [scene, other] =
+            ["lecture_Test", "cmu_short"].map(|name| read(&format!("../../fixtures/real/{name}.bvh"), row));
+        let path = folder.path().join("take").with_extension(extension);
+        fs::write(&path, "somebody's work").unwrap();
+        let refused = |exporter: &Exporter, scene: &Scene| exporter.export(scene, &path).map(drop).unwrap_err().code();
+        // The lecture's arm is no humanoid.
+        let is_of_humanoids = row.states_bones || row.format == Format::Vmd;
+        let scene = if is_of_humanoids { &other } else { &scene };
+        assert_eq!(refused(&Exporter::new(), scene), Code::OutputExists, ".{extension}");
+        assert_eq!(fs::read(&path).unwrap(), b"somebody's work", ".{extension}");
+        Exporter::new().overwrite(true).export(scene, &path).unwrap();
+        // The same again, and where the file says who wrote it, another.
+        Exporter::new().export(scene, &path).unwrap();
+        let again = Exporter::new().export(&other, &path);
+        assert_eq!(again.is_ok(), row.states_origin || is_of_humanoids, ".{extension}");
+        // An input is never replaced.
+        let inputs = Exporter::new().replace(ReplacePolicy::new([&path])).overwrite(true);
+        assert_eq!(refused(&inputs, &other), Code::OutputIsInput, ".{extension}");
+    }
+    // What may be replaced is known for every format that is read.
+    for extension in FormatInfo::ALL.iter().flat_map(|row| row.extensions) {
+        assert!(ReplacePolicy::SOURCE_EXTENSIONS.contains(extension), "{extension}");
+    }
+}
+
+/// Shear of a rest pose is kept or said to be lost, in every format; `verify` sees it, and the skin stays whole.
+#[test]
+fn shear_at_rest_is_kept_or_said() {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    let mut source = importer.import("../../fixtures/real/cmu_short.bvh").unwrap();
+    // A joint that the motion does not drive, and whose children it does.
+    let hip = source.nodes.iter().position(|node| node.name == "LHipJoint").unwrap();
+    source.animations[0]
+        .channels
+        .retain(|channel| channel.node_name != "LHipJoint");
+    source.nodes[hip].transform.y_axis.x = 0.5;
+    source.add_skeleton_mesh(SkeletonMesh::Skinned);
+    let mut scene = source.clone();
+    Conversion::new().apply(&mut scene).unwrap();
+    for (row, extension) in written() {
+        let Ok(written) = Exporter::new().write_as(&scene, format!("a.{extension}")) else {
+            assert_eq!(row.format, Format::Mclip, "a bound is kept with uniform scales alone");
+            continue;
+        };
+        let said = written
+            .warnings
+            .iter()
+            .find(|warning| warning.message.contains("shear"));
+        let keeps = [Format::Usd, Format::Vrma, Format::Trc, Format::Vmd].contains(&row.format);
+        assert_eq!(said.is_none(), keeps, "{extension}: {:?}", written.warnings);
+        if let Some(said) = said {
+            assert_eq!(
+                (said.code, said.joint.as_deref()),
+                (Code::Unrepresentable, Some("LHipJoint"))
+            );
+            // The arc tangent of 0.5.
+            assert!(said.message.contains("26.57 degrees"), "{}", said.message);
+        }
+        if [Format::Gltf, Format::Fbx, Format::Usd].contains(&row.format) {
+            // The buffer of a `.gltf` is a file beside it.
+            let Ok(bytes) = written.into_bytes() else { continue };
+            let verified = Verification::of(&source, &bytes).unwrap();
+            assert_eq!(verified.max_error < 1e-4, keeps, "{extension}: {verified:?}");
+            assert!(verified.findings.is_empty(), "{extension}: {:?}", verified.findings);
+        }
+    }
+}

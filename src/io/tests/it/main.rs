@@ -1,0 +1,9 @@
+//! The integration tests of import and export: one program, because linking is slow, with one module per subject.
+
+mod exporter;
+mod limits;
+mod numbers;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+mod threads;

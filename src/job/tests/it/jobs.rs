@@ -1,0 +1,221 @@
+//! Jobs, run by the library: what it refuses, and that a job in memory is the job on a disk.
+
+use std::fs;
+
+use mocap::convert::{FirstFrame, Moment};
+use mocap::job::Job;
+use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::robot::RobotMotion;
+use mocap::{Conversion, MemoryFile};
+
+#[test]
+fn a_wrong_job_says_where() {
+    for (json, expected) in [
+        ("", "the job: it must be a JSON object"),
+        ("{", "the job: EOF while parsing an object"),
+        ("[]", "the job: it must be a JSON object"),
+        (r#"{} {}"#, "the job: something follows the JSON object"),
+        (
+            r#"{"wirte": {}}"#,
+            "the job: wirte: unknown field `wirte`, expected one of `read`, `source`",
+        ),
+        (
+            r#"{"write": {"smaller": {"max-error": "far"}}}"#,
+            "the job: write.smaller.max-error: \"far\": not a length, such as 1mm",
+        ),
+        (
+            r#"{"source": {"frames": {"fps": "fast"}}}"#,
+            "the job: source.frames.fps: invalid type: string \"fast\", expected f64",
+        ),
+        (
+            r#"{"onto": {"animal": {}}}"#,
+            "the job: onto: unknown variant `animal`, expected one of `character`, `skeleton`, `robot`",
+        ),
+        (r#"{"steps": ["shake"]}"#, "there is no step \"shake\""),
+    ] {
+        let error = Job::from_json(json).unwrap_err();
+        let message = &error.diagnostic().message;
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_job_refuses_what_its_format_does_not_take() {
+    let refused = |write: &str| {
+        let json = format!(r#"{{"source": {{"inputs": ["../../fixtures/real/lecture_Test.bvh"]}}, "write": {write}}}"#);
+        let error = Job::from_json(&json).unwrap().run().unwrap_err();
+        (error.code().as_str(), error.diagnostic().message.clone())
+    };
+    let (code, message) = refused(r#"{"output": "a.glb", "bvh": {"digits": 3}}"#);
+    assert_eq!(code, "invalid-value");
+    assert!(message.starts_with("--digits has no effect on"), "{message}");
+    assert_eq!(refused(r#"{"output": "a.xyz"}"#).0, "unknown-format");
+    assert_eq!(
+        refused(r#"{"output": "../../fixtures/real/lecture_Test.bvh", "force": true}"#).0,
+        "output-is-input"
+    );
+}
+
+/// Options of another format, of another body and of a folder are refused, and so are outputs that are inputs.
+#[test]
+fn a_job_refuses_what_would_do_nothing() {
+    const WALK: &str = r#""source": {"inputs": ["../../fixtures/real/cmu_short.bvh"]}"#;
+    let refused = |rest: &str, expected: &str| {
+        let json = format!("{{{WALK}, {rest}}}");
+        let error = Job::from_json(&json).unwrap().run().unwrap_err();
+        assert!(error.to_string().contains(expected), "{json}: {error}");
+    };
+    let hero = r#""onto": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}}"#;
+    let robot = r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}}"#;
+    for (write, expected) in [
+        (
+            r#""output": "a.gltf", "bvh": {"digits": 3}"#,
+            "--digits has no effect on glTF",
+        ),
+        (
+            r#""output": "a.gltf", "keep-constant": true"#,
+            "--keep-constant has no effect on a character, whose file is passed through",
+        ),
+        (r#""output": "a.glb""#, "must end in .gltf, as that of the character"),
+        (
+            r#""output": "a.gltf", "smaller": {"shell-distance": "3cm"}"#,
+            "--shell-distance would do nothing",
+        ),
+        (
+            r#""output": "a.bvh", "space": {"out-unit": "cm"}, "embed": true"#,
+            "--embed has no effect",
+        ),
+        (
+            r#""output": "../../fixtures/skeletons/human_vrm1.gltf", "force": true"#,
+            "output-is-input",
+        ),
+    ] {
+        refused(&format!(r#"{hero}, "write": {{{write}}}"#), expected);
+    }
+    for (write, expected) in [
+        (
+            r#""output": "a.npz", "smaller": {"max-error": "1mm"}"#,
+            "--max-error has no effect on the numbers of a robot's joints",
+        ),
+        (r#""output": "a.xyz""#, "must end in .npz, .pkl, .csv, .bvh"),
+        (r#""output": "out/", "to": "csv""#, "do it with mocap run"),
+        (
+            r#""output": "-", "to": "csv""#,
+            "standard output, which belongs to the program",
+        ),
+    ] {
+        refused(&format!(r#"{robot}, "write": {{{write}}}"#), expected);
+    }
+    for (onto, expected) in [
+        (
+            r#"{"robot": {"file": "../../fixtures/robots/h1.urdf", "max-angle": 3}}"#,
+            "--max-angle would do nothing: it is for a character",
+        ),
+        (
+            r#"{"skeleton": {"file": "../../fixtures/skeletons/human_default.gltf", "velocity-limits": true}}"#,
+            "--velocity-limits would do nothing: it is for a robot",
+        ),
+        (
+            r#"{"skeleton": {"file": "../../fixtures/skeletons/human_default.gltf", "replace-animations": true}}"#,
+            "--replace-animations would do nothing",
+        ),
+    ] {
+        refused(&format!(r#""onto": {onto}, "write": {{"output": "a.glb"}}"#), expected);
+    }
+    // A second motion is an input too.
+    let with = r#"{"source": {"inputs": ["../../fixtures/real/lecture_Test.bvh"], "with": ["../../fixtures/real/cmu_short.bvh"]},
+        "steps": ["concat"], "write": {"output": "../../fixtures/real/cmu_short.bvh", "force": true}}"#;
+    let error = Job::from_json(with).unwrap().run().unwrap_err();
+    assert_eq!(error.code().as_str(), "output-is-input");
+    // Numbers of one motion only: none is dropped in silence.
+    let two = format!(
+        r#"{{"source": {{"inputs": ["../../fixtures/real/cmu_short.bvh", "../../fixtures/real/cmu_short.bvh"],
+        "frames": {{"trim": "0..0.1"}}}}, {robot}, "write": {{"output": "two.csv"}}}}"#
+    );
+    let error = Job::from_json(&two).unwrap().run().unwrap_err();
+    assert!(error.to_string().contains("has one motion; name one"), "{error}");
+}
+
+/// A robot's T-pose is looked for with the rest pose that the motion begins with, whatever part of it is taken.
+#[test]
+fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
+    let robot = mocap::Importer::new()
+        .import_robot("../../fixtures/robots/h1.urdf")
+        .unwrap();
+    let moved = |conversion: Conversion, first: FirstFrame| {
+        let mut walk = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+        Conversion::new()
+            .keep_units(true)
+            .first_frame(first)
+            .apply(&mut walk)
+            .unwrap();
+        // Frame by frame, so that a frame does not depend on those after it.
+        let options = RetargetingOptions::new()
+            .lock_feet(false)
+            .passes(1)
+            .conversion(conversion);
+        let moved = Retargeting::new(walk, robot.clone(), options).unwrap();
+        moved.clips()[0].robot_motion.clone().unwrap()
+    };
+    let whole = moved(Conversion::new(), FirstFrame::Keep);
+    let part = moved(Conversion::new().trim(None, Moment::Frame(30)), FirstFrame::Keep);
+    assert_eq!((whole.frames(), part.frames()), (74, 30));
+    let apart = |other: &RobotMotion| {
+        let pairs = std::iter::zip(whole.dof_of(0), other.dof_of(0));
+        pairs.map(|(a, b)| (a - b).abs().to_degrees()).fold(0.0, f64::max)
+    };
+    assert!(apart(&part) < 0.01, "{} degrees", apart(&part));
+    // Without that frame the T-pose is another.
+    let without = moved(Conversion::new(), FirstFrame::Drop);
+    assert!(apart(&without) > 0.1, "{} degrees", apart(&without));
+}
+
+#[test]
+fn a_job_runs_in_memory_as_on_a_disk() {
+    let motion = fs::read("../../fixtures/real/cmu_short.bvh").unwrap();
+    let hero = fs::read("../../fixtures/skeletons/human_vrm1.gltf").unwrap();
+    let robot = fs::read("../../fixtures/robots/h1.urdf").unwrap();
+    let files = [
+        MemoryFile {
+            name: "../../fixtures/real/cmu_short.bvh",
+            bytes: &motion,
+        },
+        MemoryFile {
+            name: "../../fixtures/skeletons/human_vrm1.gltf",
+            bytes: &hero,
+        },
+        MemoryFile {
+            name: "../../fixtures/robots/h1.urdf",
+            bytes: &robot,
+        },
+    ];
+    for (onto, output) in [
+        ("", "a.glb"),
+        ("", "a.gltf"),
+        (
+            r#""onto": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}},"#,
+            "a.gltf",
+        ),
+        (
+            r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#,
+            "a.csv",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(output);
+        let json = format!(
+            r#"{{"source": {{"inputs": ["../../fixtures/real/cmu_short.bvh"], "frames": {{"trim": "0..0.5"}}}}, {onto} "write": {{"output": {path:?}}}}}"#
+        );
+        let job = Job::from_json(&json).unwrap();
+        job.run().unwrap();
+        let (written, report) = job.run_in_memory(&files).unwrap();
+        let in_memory = written.files.iter().map(|file| file.bytes().into_owned());
+        let on_disk = report
+            .files
+            .iter()
+            .map(|file| fs::read(folder.path().join(&file.name)).unwrap());
+        assert!(in_memory.eq(on_disk), "{json}");
+    }
+    let job = Job::from_json(r#"{"source": {"inputs": ["b.bvh"]}, "write": {"output": "b.glb"}}"#).unwrap();
+    assert_eq!(job.run_in_memory(&files).unwrap_err().code().as_str(), "missing-file");
+}

@@ -1,0 +1,31 @@
+//! The integration tests of jobs and arrays: one program, because linking is slow, with one module per subject.
+
+mod array_files;
+mod arrays;
+mod bone_axis;
+mod conversion;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/cut.rs"]
+mod cut;
+mod graph;
+mod jobs;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/kinematics.rs"]
+mod kinematics;
+mod names;
+mod one_answer;
+mod over_ground;
+mod rest_out;
+mod robot_files;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+#[cfg(feature = "schema")]
+mod schema;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../figure/tests/it/truth.rs"]
+mod truth;
+mod verify;
+
+/// The root of the repository. Cargo runs the tests in the folder of their package.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

@@ -1,0 +1,189 @@
+//! Motions on characters: in place, with root motion, several in one file.
+
+use mocap::gltf::GltfOptions;
+use mocap::job::Job;
+use mocap::scene::NodeId;
+use mocap::{Binding, Importer, Pose, Scene};
+use serde_json::{Value, json};
+
+const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
+const HERO: &str = "../../fixtures/characters/human_game_engine.glb";
+
+fn made(source: &Value, onto: &Value, output: &str) -> Scene {
+    let job = json!({"source": source, "onto": {"character": onto}, "write": {"output": output}});
+    let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
+    Importer::new().read(&written.into_bytes().unwrap(), output).unwrap()
+}
+
+fn at(scene: &Scene, name: &str) -> NodeId {
+    NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap())
+}
+
+fn pose(scene: &Scene, frame: usize) -> Pose {
+    let mut pose = Pose::rest(scene);
+    pose.sample(
+        &Binding::new(scene, &scene.animations[0]),
+        &scene.animations[0],
+        frame as f64,
+    );
+    pose
+}
+
+fn walk(root: &str) -> Scene {
+    let source = json!({"inputs": [WALK], "frames": {"root": root}});
+    made(&source, &json!({"file": HERO}), "hero.glb")
+}
+
+/// With root motion every joint below the hips is where it is without, and the node above has what was over the ground.
+#[test]
+fn root_motion_goes_to_the_uppermost_node_and_nothing_moves() {
+    let (plain, moved) = (walk("keep"), walk("extract"));
+    let (hips, top) = (at(&plain, "pelvis"), NodeId(0));
+    let last = plain.animations[0].frame_count() - 1;
+    let mut travelled = 0.0_f32;
+    for frame in [0, last / 3, last] {
+        let (a, b) = (pose(&plain, frame), pose(&moved, frame));
+        for (index, (a, b)) in a.node_to_world.iter().zip(&b.node_to_world).enumerate() {
+            let is_below = std::iter::successors(Some(NodeId::new(index)), |node| plain.nodes[node.index()].parent);
+            if is_below.into_iter().any(|node| node == hips) {
+                let distance = a.w_axis.distance(b.w_axis);
+                assert!(distance < 1e-5, "{}: {distance}", plain.nodes[index].name);
+            }
+        }
+        // Where the node stands at rest, it stands below the hips.
+        let rest = Pose::rest(&moved);
+        let beside = rest.position(hips) - rest.position(top);
+        let heading = b.node_to_world[top.index()] * rest.node_to_world[top.index()].inverse();
+        let below = b.position(top) + heading.transform_vector3(beside) - b.position(hips);
+        assert!(below.x.abs() < 1e-4 && below.z.abs() < 1e-4, "{below}");
+        travelled = travelled.max(b.position(top).distance(rest.position(top)));
+    }
+    assert!(travelled > 1.0, "{travelled}");
+}
+
+/// A character whose hips are its root gets a node above them; all else in its file is as before.
+#[test]
+fn root_motion_of_a_character_whose_hips_are_its_root_goes_to_a_node_above_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let hero = folder.path().join("hero.glb");
+    let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    std::fs::write(&hero, GltfOptions::default().write_glb(&scene).unwrap()).unwrap();
+    let json = |bytes: &[u8]| -> Value { serde_json::from_slice(&gltf::Glb::from_slice(bytes).unwrap().json).unwrap() };
+    for (target, output) in [
+        (hero.to_str().unwrap(), "hero.glb"),
+        ("../../fixtures/real/cmu_short.bvh", "hero.fbx"),
+    ] {
+        let moved = |root: &str| {
+            let source = json!({"inputs": [WALK], "frames": {"root": root}});
+            let onto = json!({"file": target, "replace-animations": output == "hero.glb"});
+            let job = json!({"source": source, "onto": {"character": onto}, "write": {"output": output}});
+            let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
+            let bytes = written.into_bytes().unwrap();
+            (Importer::new().read(&bytes, output).unwrap(), bytes)
+        };
+        let ((plain, _), (moved, bytes)) = (moved("keep"), moved("extract"));
+        let (root, hips) = (at(&moved, "Root"), at(&moved, "Hips"));
+        assert_eq!(moved.nodes[hips.index()].parent, Some(root), "{output}");
+        let metres = moved.metadata.metres_per_unit.unwrap_or(1.0) as f32;
+        let last = moved.animations[0].frame_count() - 1;
+        for frame in [0, last / 3, last] {
+            let (a, b) = (pose(&plain, frame), pose(&moved, frame));
+            for node in &plain.nodes {
+                let distance = a
+                    .position(at(&plain, &node.name))
+                    .distance(b.position(at(&moved, &node.name)));
+                assert!(distance * metres < 1e-4, "{output}, {}: {distance}", node.name);
+            }
+            assert!((b.position(root).y * metres).abs() < 1e-5, "{output}");
+        }
+        let travelled = pose(&moved, 0)
+            .position(root)
+            .distance(pose(&moved, last).position(root));
+        assert!(travelled * metres > 1.0, "{output}: {travelled}");
+        if output == "hero.glb" {
+            let (before, after) = (json(&std::fs::read(&hero).unwrap()), json(&bytes));
+            let (nodes, more) = (before["nodes"].as_array().unwrap(), after["nodes"].as_array().unwrap());
+            assert_eq!((&more[..nodes.len()], more.len()), (&nodes[..], nodes.len() + 1));
+            assert!(
+                after["scenes"][0]["nodes"]
+                    .as_array()
+                    .unwrap()
+                    .contains(&json!(nodes.len()))
+            );
+            for part in ["meshes", "skins", "materials"] {
+                assert_eq!(before[part], after[part], "{part}");
+            }
+        }
+    }
+}
+
+#[test]
+fn in_place_keeps_the_hips_over_one_point_at_their_height() {
+    let (plain, still) = (walk("keep"), walk("in-place"));
+    let hips = at(&plain, "pelvis");
+    let start = pose(&plain, 0).position(hips);
+    let last = plain.animations[0].frame_count() - 1;
+    for frame in [0, last / 2, last] {
+        let (was, is) = (pose(&plain, frame).position(hips), pose(&still, frame).position(hips));
+        assert!((is.x - start.x).abs() < 1e-5 && (is.z - start.z).abs() < 1e-5 && (is.y - was.y).abs() < 1e-5);
+    }
+    assert!(pose(&plain, last).position(hips).distance(start) > 1.0);
+}
+
+/// Clips get the names that are asked for; as many as there are.
+#[test]
+fn clips_have_the_names_that_are_asked_for() {
+    let source = json!({"inputs": [WALK, "../../fixtures/real/cmu_short.bvh"]});
+    let onto = |names: Value| json!({"file": HERO, "names-of-clips": names});
+    let scene = made(&source, &onto(json!(["stroll", "stroll"])), "hero.glb");
+    let names: Vec<&str> = scene.animations.iter().map(|clip| clip.name.as_str()).collect();
+    assert_eq!(names, ["stroll", "stroll_2"]);
+    let job = json!({"source": source, "onto": {"character": onto(json!(["a"]))}, "write": {"output": "hero.glb"}});
+    let error = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap_err();
+    assert_eq!(
+        error.diagnostic().message,
+        "1 names are given for the clips, and there are 2 clips"
+    );
+}
+
+/// A file that is no motion is left out and said; the others are in the output.
+#[test]
+fn a_bad_file_among_several_is_left_out() {
+    let job = json!({
+        "source": {"inputs": [WALK, "../../fixtures/broken/letter_in_motion.bvh", "../../fixtures/real/cmu_short.bvh"]},
+        "onto": {"character": {"file": HERO}},
+        "write": {"output": "hero.glb"},
+    });
+    let (_, report) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
+    assert_eq!(report.clips.len(), 2);
+    let problem = report.problem.unwrap();
+    assert!(
+        problem.starts_with("motions that were left out: 1; the first is ../../fixtures/broken/"),
+        "{problem}"
+    );
+}
+
+/// A file of FBX has one rate: that of the fastest clip, at which no key of the slower is lost.
+#[test]
+fn fbx_with_clips_of_two_rates_has_that_of_the_fastest() {
+    let source = json!({"inputs": ["../../fixtures/real/z_up_dab.bvh", WALK]});
+    let scene = made(&source, &json!({"file": HERO}), "hero.fbx");
+    let own = |file: &str| mocap::import(file).unwrap().animations[0].ticks_per_second;
+    let [slow, fast] = ["../../fixtures/real/z_up_dab.bvh", WALK].map(own);
+    assert!(slow < fast, "{slow} {fast}");
+    for clip in &scene.animations {
+        assert!((clip.ticks_per_second - fast).abs() < 0.1, "{}", clip.ticks_per_second);
+    }
+}
+
+/// The motion of a file that has no name for it is called after the file.
+#[test]
+fn a_converted_motion_is_called_after_its_file() {
+    for output in ["a.glb", "a.fbx"] {
+        let job = json!({"source": {"inputs": [WALK]}, "write": {"output": output}});
+        let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
+        let scene = Importer::new().read(&written.into_bytes().unwrap(), output).unwrap();
+        assert_eq!(scene.animations[0].name, "cmu_12_01_walk", "{output}");
+    }
+}

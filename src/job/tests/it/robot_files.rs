@@ -1,0 +1,81 @@
+//! The motion of a robot in files for training, read again with its robot.
+
+use mocap::arrays::{robot_npz, robot_pickle, robot_qpos_npz};
+use mocap::glam::Vec3;
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
+use mocap::scene::Animation;
+use mocap::{Binding, Importer, Pose, Scene};
+
+/// Two seconds of a walk at 30 frames a second.
+fn walk() -> Scene {
+    let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
+    conversion
+        .frame_rate(30.0)
+        .trim(None, mocap::convert::Moment::Seconds(2.0))
+        .apply(&mut source)
+        .unwrap();
+    source
+}
+
+fn on(robot: &Robot, source: &Scene) -> (RobotMotion, RobotReport) {
+    let mut retargeter = RobotRetargeter::new(source, robot, &RobotOptions::default()).unwrap();
+    retargeter.clip(source, 0).unwrap()
+}
+
+/// Points of a link in the world, in every frame, by the poses of the animation.
+fn points(robot: &Robot, motion: &RobotMotion, link: &str, points: &[Vec3]) -> Vec<Vec<Vec3>> {
+    let (scene, animation): (Scene, Animation) = (robot_scene(robot), motion.to_animation(robot));
+    let node = scene.nodes.iter().position(|node| node.name == link).unwrap();
+    let binding = Binding::new(&scene, &animation);
+    let mut pose = Pose::rest(&scene);
+    let at = |frame: usize| {
+        pose.sample(&binding, &animation, frame as f64);
+        points
+            .iter()
+            .map(|point| pose.node_to_world[node].transform_point3(*point))
+            .collect()
+    };
+    (0..motion.frames()).map(at).collect()
+}
+
+#[test]
+fn the_motion_of_a_robot_is_read_with_its_robot() {
+    let g1 = "../../fixtures/robots/g1_29dof_rev_1_0.urdf";
+    let robot = Importer::new().import_robot(g1).unwrap();
+    let (motion, _) = on(&robot, &walk());
+    let importer = Importer::new().body(g1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.npz");
+    for bytes in [robot_pickle(&motion), robot_qpos_npz(&motion), robot_npz(&motion)] {
+        std::fs::write(&path, bytes).unwrap();
+        let scene = importer.import(&path).unwrap();
+        assert_eq!(scene.animations[0].ticks_per_second, 30.0);
+        // The links are where they were.
+        let hand = scene
+            .nodes
+            .iter()
+            .position(|node| node.name == "left_rubber_hand")
+            .unwrap();
+        let binding = Binding::new(&scene, &scene.animations[0]);
+        let mut pose = Pose::rest(&scene);
+        pose.sample(&binding, &scene.animations[0], 20.0);
+        let there = points(&robot, &motion, "left_rubber_hand", &[Vec3::ZERO])[20][0];
+        let here = pose.node_to_world[hand].w_axis.truncate();
+        assert!(here.distance(there) < 1e-4, "{here} {there}");
+    }
+    let scene = importer.import(&path).unwrap();
+    let (again, report) = on(&robot, &scene);
+    let apart = motion.dof_pos.iter().zip(&again.dof_pos).map(|(a, b)| (a - b).abs());
+    let mean = apart.sum::<f64>() / motion.dof_pos.len() as f64;
+    // Its own steps and limbs again.
+    assert!((report.scale - 1.0).abs() < 0.01, "{}", report.scale);
+    assert!(report.mean_degrees < 5.0, "{mean} rad, {} degrees", report.mean_degrees);
+    let without = Importer::new().import(&path).unwrap_err();
+    assert!(without.to_string().contains("--body robot.urdf"), "{without}");
+    let wrong = Importer::new()
+        .body("../../fixtures/robots/h1.urdf")
+        .import(&path)
+        .unwrap_err();
+    assert!(wrong.to_string().contains("other joints"), "{wrong}");
+}

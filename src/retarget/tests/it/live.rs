@@ -1,0 +1,395 @@
+//! VMC: packets that are put together here byte by byte, by the specification of OSC 1.0. `tools/vmc` has another
+//! author's library at both ends.
+
+use glam::{Quat, Vec3};
+use mocap::live::{VmcBridge, VmcCleaner, VmcRecorder};
+use mocap::scene::HumanoidBone as Bone;
+use mocap::{Code, Scene};
+
+/// A text of OSC: zeros to a multiple of four bytes, one at least.
+fn text(text: &str) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    bytes.resize((bytes.len() + 4) / 4 * 4, 0);
+    bytes
+}
+
+fn message(address: &str, name: Option<&str>, numbers: &[f32]) -> Vec<u8> {
+    let types = format!(",{}{}", name.map_or("", |_| "s"), "f".repeat(numbers.len()));
+    let mut bytes = [text(address), text(&types)].concat();
+    bytes.extend(name.map(text).unwrap_or_default());
+    bytes.extend(numbers.iter().flat_map(|number| number.to_be_bytes()));
+    bytes
+}
+
+fn bone(name: &str, numbers: [f32; 7]) -> Vec<u8> {
+    message("/VMC/Ext/Bone/Pos", Some(name), &numbers)
+}
+
+fn time(seconds: f32) -> Vec<u8> {
+    message("/VMC/Ext/T", None, &[seconds])
+}
+
+fn recorded(packets: &[Vec<u8>]) -> Scene {
+    let mut recorder = VmcRecorder::new();
+    packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!(recorder.counts().malformed, 0);
+    recorder.scene().unwrap()
+}
+
+#[test]
+fn a_pose_of_unity_is_mirrored_and_timed_by_the_clock_of_its_sender() {
+    // A quarter turn about +Y, from +Z to +X in Unity, and so from +Z to -X in a scene.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turned = [0.1, 0.9, 0.2, 0.0, half, 0.0, half];
+    let packets = [
+        time(5.0),
+        bone("Hips", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        bone("LeftUpperLeg", [-0.1, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        time(5.05),
+        bone("Hips", turned),
+        time(5.15),
+        bone("Hips", turned),
+    ];
+    let scene = recorded(&packets);
+    let animation = &scene.animations[0];
+    assert_eq!((animation.ticks_per_second, animation.duration), (20.0, 3.0));
+    assert_eq!(scene.nodes[1].humanoid_bone, Some(Bone::LeftUpperLeg));
+    // The left leg of a figure that faces +Z is at +X.
+    assert_eq!(scene.nodes[1].transform.w_axis.truncate(), Vec3::new(0.1, -0.05, 0.0));
+    let hips = &animation.channels[0];
+    assert_eq!(hips.rotation_keys.ticks, Some(vec![0.0, 1.0, 3.0]));
+    assert_eq!(hips.position_keys.values[1], Vec3::new(-0.1, 0.9, 0.2));
+    let forward = hips.rotation_keys.values[1] * Vec3::Z;
+    assert!(forward.distance(Vec3::NEG_X) < 1e-6, "{forward}");
+}
+
+#[test]
+fn the_root_moves_the_hips_and_a_bone_that_comes_again_ends_the_frame() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let root = message(
+        "/VMC/Ext/Root/Pos",
+        Some("root"),
+        &[1.0, 0.0, 0.0, 0.0, half, 0.0, half],
+    );
+    let hips = bone("Hips", [0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+    let spine = bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let packets = [root, hips.clone(), spine.clone(), hips, spine];
+    let scene = recorded(&packets);
+    let keys = &scene.animations[0].channels[0];
+    assert_eq!(keys.position_keys.values.len(), 2);
+    // In Unity: 0.5 along +Z, turned to +X, and 1 along +X.
+    assert!(keys.position_keys.values[0].distance(Vec3::new(-1.5, 1.0, 0.0)) < 1e-6);
+    let expected = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
+    assert!(keys.rotation_keys.values[0].angle_between(expected) < 1e-3);
+}
+
+#[test]
+fn what_is_malformed_is_counted_and_nothing_without_hips_is_a_motion() {
+    let hips = bone("Hips", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut recorder = VmcRecorder::new();
+    let mut hear = |packet: &[u8]| {
+        recorder.hear(packet, 0.0);
+        recorder.counts().malformed
+    };
+    assert_eq!(hear(b""), 1);
+    assert_eq!(hear(b"hello"), 2);
+    assert_eq!(hear(&hips[..hips.len() - 3]), 3);
+    assert_eq!(hear(&bone("Hips", [f32::NAN, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 4);
+    assert_eq!(hear(&bone("Hips", [1e30, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 5);
+    assert_eq!(hear(&bone("Hips", [0.0; 7])), 6);
+    assert_eq!(hear(&message("/VMC/Ext/Bone/Pos", Some("Hips"), &[1.0])), 7);
+    assert_eq!(hear(&time(f32::INFINITY)), 8);
+    // Bundles in bundles without end.
+    let mut nested = Vec::new();
+    for _ in 0..3000 {
+        let length = u32::try_from(nested.len()).unwrap().to_be_bytes();
+        nested.splice(0..0, [b"#bundle\0\0\0\0\0\0\0\0\x01", &length[..]].concat());
+    }
+    assert_eq!(hear(&nested), 9);
+    // These are no faults.
+    assert_eq!(hear(&bone("LastBone", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 9);
+    assert_eq!(hear(&message("/VMC/Ext/Blend/Val", Some("Joy"), &[0.5])), 9);
+    let counts = recorder.counts();
+    assert_eq!(
+        (counts.packets, counts.others, counts.blend_shapes, counts.frames),
+        (11, 1, 1, 0)
+    );
+    assert_eq!(recorder.scene().unwrap_err().code(), Code::NoMotion);
+}
+
+/// A stream comes back half a second later without its noise; what is about no bone goes with its frame.
+#[test]
+fn a_stream_is_given_back_without_its_noise() {
+    let mut cleaner = VmcCleaner::new(0.5).unwrap();
+    let (mut state, mut given) = (1_u64, Vec::new());
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        0.15 * ((state >> 40) as f32 / (1u64 << 24) as f32 - 0.5)
+    };
+    let angle = |frame: usize| 0.3 * (0.05 * frame as f32).sin();
+    let mut spoiled = 0.0;
+    for frame in 0..120 {
+        let wrong = Quat::from_scaled_axis(Vec3::new(noise(), noise(), noise()));
+        let [x, y, z, w] = (Quat::from_rotation_y(angle(frame)) * wrong).to_array();
+        spoiled += wrong.angle_between(Quat::IDENTITY) / 120.0;
+        let seconds = frame as f32 / 60.0;
+        let packets = [
+            time(seconds),
+            bone("Hips", [0.0, 1.0, 0.0, x, y, z, w]),
+            message("/VMC/Ext/Blend/Val", Some("Joy"), &[frame as f32]),
+        ];
+        given.extend(
+            packets
+                .iter()
+                .flat_map(|packet| cleaner.hear(packet, f64::from(seconds))),
+        );
+    }
+    // A frame ends as the next begins.
+    assert_eq!(given.len(), 120 - 30 - 1);
+    given.extend(cleaner.finish());
+    assert_eq!(given.len(), 120);
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    let counts = recorder.counts();
+    assert_eq!((counts.frames, counts.blend_shapes, counts.malformed), (120, 120, 0));
+    let scene = recorder.scene().unwrap();
+    let keys = &scene.animations[0].channels[0].rotation_keys.values;
+    let left = keys
+        .iter()
+        .enumerate()
+        .map(|(frame, key)| key.angle_between(Quat::from_rotation_y(-angle(frame))));
+    let left = left.sum::<f32>() / 120.0;
+    assert!(left < 0.25 * spoiled, "{left} of {spoiled}");
+}
+
+#[test]
+fn a_stream_with_other_bones_or_none_loses_nothing() {
+    let hips = |x: f32| bone("Hips", [x, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut cleaner = VmcCleaner::new(0.1).unwrap();
+    let mut given = Vec::new();
+    for frame in 0..50 {
+        let seconds = f64::from(frame) / 60.0;
+        given.extend(cleaner.hear(&time(seconds as f32), seconds));
+        given.extend(cleaner.hear(&hips(0.01 * frame as f32), seconds));
+        if frame >= 30 {
+            given.extend(cleaner.hear(&bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]), seconds));
+        }
+        given.extend(cleaner.hear(b"hello", seconds));
+    }
+    given.extend(cleaner.finish());
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!((recorder.counts().frames, recorder.counts().malformed), (50, 0));
+    // Without any bone messages go on as they are.
+    let mut cleaner = VmcCleaner::new(0.5).unwrap();
+    let packets = (0..3).flat_map(|frame| cleaner.hear(&time(frame as f32), 0.0)).count();
+    assert_eq!((packets, cleaner.finish().len()), (2, 1));
+    for delay in [-0.1, 10.5, f64::NAN] {
+        assert_eq!(VmcCleaner::new(delay).unwrap_err().code(), Code::InvalidValue);
+    }
+}
+
+/// Blend shapes are expressions, by the names of VRM 0 and 1.0, and the eyes are the gaze, also in the file.
+#[test]
+fn blend_shapes_and_eyes_are_kept_in_a_vrm_animation() {
+    let shape = |name: &str, value: f32| message("/VMC/Ext/Blend/Val", Some(name), &[value]);
+    let half = (0.1_f32).sin_cos();
+    let mut recorder = VmcRecorder::new();
+    for frame in 0..4 {
+        let value = 0.25 * frame as f32;
+        let mut packets = vec![time(frame as f32 / 30.0)];
+        for (name, parent) in SKELETON {
+            packets.push(bone(name, [parent[0], parent[1], parent[2], 0.0, 0.0, 0.0, 1.0]));
+        }
+        packets.push(bone("LeftEye", [-0.03, 0.06, 0.08, 0.0, half.0, 0.0, half.1]));
+        packets.push(bone("RightEye", [0.03, 0.06, 0.08, 0.0, half.0, 0.0, half.1]));
+        packets.extend([
+            shape("Joy", value),
+            shape("Blink_L", 1.0),
+            shape("tongueOut", 1.5),
+            shape("Angry", 0.0),
+        ]);
+        packets.push(message("/VMC/Ext/Blend/Val", Some("Fun"), &[]));
+        packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    }
+    assert_eq!((recorder.counts().blend_shapes, recorder.counts().malformed), (16, 4));
+    let scene = recorder.scene().unwrap();
+    assert!(scene.validate().is_empty());
+    let bytes = mocap::Exporter::new()
+        .write(&scene, mocap::Format::Vrma)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    for scene in [scene, mocap::Importer::new().read(&bytes, "take.vrma").unwrap()] {
+        let face = |name: &str| {
+            let nodes = scene.nodes.iter().filter(|node| node.face.is_some());
+            let node = nodes.clone().find(|node| node.face.as_ref().unwrap().name() == name);
+            let node = node.unwrap_or_else(|| panic!("no {name} in {nodes:?}"));
+            let channels = &scene.animations[0].channels;
+            channels
+                .iter()
+                .find(|channel| channel.node_name == node.name)
+                .unwrap()
+                .clone()
+        };
+        for tick in 0..4 {
+            let weight = face("happy").position_keys.sample(f64::from(tick)).unwrap().x;
+            assert!((weight - 0.25 * tick as f32).abs() < 1e-3, "{weight}");
+        }
+        assert!((face("blinkLeft").position_keys.values[0].x - 1.0).abs() < 1e-3);
+        // Weights are from 0 to 1.
+        assert!((face("tongueOut").position_keys.values[0].x - 1.0).abs() < 1e-3);
+        // 0.2 radians to the right of the figure, which is -X.
+        let gaze = face("lookAt").rotation_keys.values[0] * Vec3::Z;
+        assert!(
+            gaze.distance(Vec3::new(-0.2_f32.sin(), 0.0, 0.2_f32.cos())) < 1e-3,
+            "{gaze}"
+        );
+        assert!(
+            scene
+                .nodes
+                .iter()
+                .all(|node| node.face.as_ref().is_none_or(|face| face.name() != "angry"))
+        );
+    }
+}
+
+/// The bones without which there is no humanoid, with their offsets in Unity's axes: left is -X.
+const SKELETON: [(&str, [f32; 3]); 17] = [
+    ("Hips", [0.0, 0.95, 0.0]),
+    ("Spine", [0.0, 0.1, 0.0]),
+    ("Chest", [0.0, 0.15, 0.0]),
+    ("Neck", [0.0, 0.25, 0.0]),
+    ("Head", [0.0, 0.1, 0.0]),
+    ("LeftUpperLeg", [-0.09, -0.05, 0.0]),
+    ("LeftLowerLeg", [0.0, -0.42, 0.0]),
+    ("LeftFoot", [0.0, -0.4, 0.0]),
+    ("RightUpperLeg", [0.09, -0.05, 0.0]),
+    ("RightLowerLeg", [0.0, -0.42, 0.0]),
+    ("RightFoot", [0.0, -0.4, 0.0]),
+    ("LeftUpperArm", [-0.16, 0.18, 0.0]),
+    ("LeftLowerArm", [-0.27, 0.0, 0.0]),
+    ("LeftHand", [-0.25, 0.0, 0.0]),
+    ("RightUpperArm", [0.16, 0.18, 0.0]),
+    ("RightLowerArm", [0.27, 0.0, 0.0]),
+    ("RightHand", [0.25, 0.0, 0.0]),
+];
+
+/// The packets of a frame in which every bone turns.
+fn turned(frame: usize) -> Vec<Vec<u8>> {
+    let seconds = frame as f32 / 60.0;
+    let mut packets = vec![time(seconds)];
+    for (index, (name, [x, y, z])) in SKELETON.iter().enumerate() {
+        let angle = 0.4 * (3.0 * seconds + index as f32).sin();
+        let [i, j, k, w] = Quat::from_scaled_axis(angle * Vec3::new(0.3, 0.8, 0.5)).to_array();
+        let lift = if index == 0 { 0.05 * angle } else { 0.0 };
+        packets.push(bone(name, [*x + lift, *y + lift, *z, i, j, k, w]));
+    }
+    packets.push(message("/VMC/Ext/Blend/Val", Some("Joy"), &[0.5]));
+    packets
+}
+
+fn heard(packets: &[Vec<u8>]) -> Scene {
+    let mut recorder = VmcRecorder::new();
+    packets.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    recorder.scene().unwrap()
+}
+
+/// Onto the sender's own body nothing changes, every pose goes out with the packet of its last bone, and what is about
+/// no bone goes on.
+#[test]
+fn a_stream_is_bridged_onto_a_body_pose_by_pose() {
+    let all: Vec<Vec<u8>> = (0..60).flat_map(turned).collect();
+    let own = heard(&all);
+    let mut bridge = VmcBridge::onto(&own).unwrap();
+    let mut given = Vec::new();
+    for frame in 0..60 {
+        for (place, packet) in turned(frame).iter().enumerate() {
+            let out = bridge.hear(packet, 0.0);
+            // The first frame ends as the second begins, for its bones are not known.
+            if frame > 1 {
+                let is_last = place == SKELETON.len();
+                assert_eq!(
+                    out.iter()
+                        .any(|packet| packet.windows(8).any(|part| part == b"Bone/Pos")),
+                    is_last
+                );
+            }
+            given.extend(out);
+        }
+        assert!(bridge.hear(b"hello", 0.0).is_empty());
+    }
+    let counts = bridge.counts();
+    assert_eq!((counts.frames, counts.malformed, counts.blend_shapes), (60, 60, 60));
+    assert!(bridge.problem().is_none());
+    let mut recorder = VmcRecorder::new();
+    given.iter().for_each(|packet| recorder.hear(packet, 0.0));
+    assert_eq!((recorder.counts().frames, recorder.counts().blend_shapes), (60, 60));
+    let bridged = recorder.scene().unwrap();
+    for (ours, theirs) in bridged.animations[0].channels.iter().zip(&own.animations[0].channels) {
+        for (a, b) in ours.rotation_keys.values.iter().zip(&theirs.rotation_keys.values) {
+            assert!(a.angle_between(*b).to_degrees() < 0.1, "{}", ours.node_name);
+        }
+        for (a, b) in ours.position_keys.values.iter().zip(&theirs.position_keys.values) {
+            assert!(a.distance(*b) < 1e-3, "{}: {a} {b}", ours.node_name);
+        }
+    }
+}
+
+/// A robot gets JSON within the limits of its joints.
+#[test]
+fn a_stream_is_bridged_onto_a_robot() {
+    let robot = mocap::Importer::new()
+        .import_robot("../../fixtures/robots/h1.urdf")
+        .unwrap();
+    let mut bridge = VmcBridge::onto_robot(&robot);
+    let packets = (0..20).flat_map(turned);
+    let given: Vec<Vec<u8>> = packets.flat_map(|packet| bridge.hear(&packet, 0.0)).collect();
+    assert_eq!(given.len(), 20);
+    for packet in &given {
+        let said: serde_json::Value = serde_json::from_slice(packet).unwrap();
+        let joints = said["joints"].as_object().unwrap();
+        assert_eq!(joints.len(), robot.dof_names().len());
+        for link in &robot.links {
+            let Some(at) = joints.get(&link.joint.name).and_then(serde_json::Value::as_f64) else {
+                continue;
+            };
+            let limits = &link.joint.limits;
+            assert!(
+                at >= limits.lower - 1e-6 && at <= limits.upper + 1e-6,
+                "{}",
+                link.joint.name
+            );
+        }
+        let height = said["root"]["position"][2].as_f64().unwrap();
+        assert!((0.5..1.3).contains(&height), "{height}");
+    }
+}
+
+/// A stream without hips is no body, and says so; after a body has come its poses go out.
+#[test]
+fn a_stream_that_is_no_body_yet_waits() {
+    let own = heard(&(0..2).flat_map(turned).collect::<Vec<_>>());
+    let mut bridge = VmcBridge::onto(&own).unwrap().json();
+    for frame in 0..3 {
+        let spine = bone("Spine", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!(
+            [time(frame as f32), spine]
+                .iter()
+                .all(|packet| bridge.hear(packet, 0.0).is_empty())
+        );
+    }
+    assert_eq!(bridge.problem().map(mocap::Error::code), Some(Code::NoMotion));
+    let given: Vec<Vec<u8>> = (200..210)
+        .flat_map(turned)
+        .flat_map(|packet| bridge.hear(&packet, 0.0))
+        .collect();
+    assert!(given.len() >= 9 && bridge.problem().is_none());
+    let said: serde_json::Value = serde_json::from_slice(&given[5]).unwrap();
+    assert!(said["bones"]["hips"]["position"].is_array() && said["bones"]["leftHand"]["rotation"].is_array());
+    // No character, no bridge.
+    let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
+    assert!(VmcBridge::onto(&arm).is_err());
+}

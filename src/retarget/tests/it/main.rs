@@ -1,0 +1,29 @@
+//! The integration tests of retargeting: one program, because linking is slow, with one module per subject.
+
+mod armatures;
+mod characters;
+mod creatures;
+mod live;
+mod mjcf_files;
+mod palms;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../edit/tests/it/positions.rs"]
+mod positions;
+mod rest_poses;
+mod retarget;
+mod retargeting;
+mod robot_dynamics;
+mod robot_elbows;
+mod robot_kinds;
+mod robot_passes;
+mod robot_stream;
+mod robot_verdict;
+mod robots;
+mod roll;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
+mod steps;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../figure/tests/it/truth.rs"]
+mod truth;

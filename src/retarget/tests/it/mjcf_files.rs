@@ -1,0 +1,151 @@
+//! MJCF in several files, and placed by frames.
+
+use std::path::Path;
+
+use mocap::Importer;
+use mocap::glam::DVec3;
+use mocap::robot::Robot;
+
+const G1: &str = "../../fixtures/robots/g1_29dof_rev_1_0_nomesh.xml";
+
+const FRAMES: &str = r#"<mujoco model="frames">
+  <default> <default class="weak"> <joint range="-10 10"/> </default> </default>
+  <worldbody>
+    <frame pos="1 2 3">
+      <body name="base"> <freejoint/>
+        <frame pos="0 0 1" euler="0 0 90" childclass="weak">
+          <body name="arm" pos="1 0 0">
+            <joint name="swing" axis="1 0 0"/>
+            <frame pos="0 0.5 0" euler="90 0 0">
+              <joint name="twist" pos="0 0 0.25" axis="0 0 1"/>
+              <geom type="box" size="0.1 0.2 0.3" pos="0 1 0"/>
+              <body name="hand" pos="0 0 2"/>
+            </frame>
+          </body>
+        </frame>
+      </body>
+    </frame>
+  </worldbody>
+</mujoco>"#;
+
+/// Writes files into a folder, and reads the first as a robot.
+fn import(files: &[(&str, &str)]) -> mocap::Result<Robot> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap_or(Path::new(""))).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    Importer::new().import_robot(folder.path().join(files[0].0))
+}
+
+fn refused(files: &[(&str, &str)]) -> String {
+    let error = import(files).unwrap_err();
+    let diagnostic = error.diagnostic();
+    let line = diagnostic.location.as_ref().map_or(0, |location| location.line);
+    format!("{} {line}: {diagnostic}", diagnostic.code)
+}
+
+/// As every `scene.xml` has it: the robot in one file, what stands around it in another, and parts in more.
+#[test]
+fn a_model_in_several_files_is_the_model_in_one() {
+    let whole = Importer::new().import_robot(G1).unwrap();
+    let text = std::fs::read_to_string(G1).unwrap();
+    let scene = r#"<mujoco model="scene">
+        <include file="robot/g1.xml"/>
+        <worldbody> <light pos="0 0 3"/> <geom name="floor" type="plane" size="0 0 0.05"/> </worldbody>
+    </mujoco>"#;
+    let found = import(&[("scene.xml", scene), ("robot/g1.xml", &text)]).unwrap();
+    assert_eq!(found.name, "scene");
+    assert_eq!(found.dof_names(), whole.dof_names());
+    for (a, b) in found.links.iter().zip(&whole.links) {
+        assert_eq!((&a.name, a.parent, &a.joint), (&b.name, b.parent, &b.joint));
+        assert_eq!((&a.shapes, a.inertial), (&b.shapes, b.inertial));
+    }
+    // An arm of its own, included where it hangs; names are relative to the folder of the main file.
+    let start = text.find("<body name=\"left_shoulder_pitch_link\"").unwrap();
+    let end = text.find("<body name=\"right_shoulder_pitch_link\"").unwrap();
+    let arm = format!("<mujocoinclude>{}</mujocoinclude>", &text[start..end]);
+    let rest = format!("{}<include file=\"parts/arm.xml\"/>{}", &text[..start], &text[end..]);
+    let files = [("scene.xml", scene), ("robot/g1.xml", &rest), ("parts/arm.xml", &arm)];
+    let found = import(&files).unwrap();
+    assert_eq!(found.dof_names(), whole.dof_names());
+    assert_eq!(found.zero_pose(), whole.zero_pose());
+}
+
+#[test]
+fn what_is_wrong_with_an_included_file_is_named_with_it() {
+    let scene = "<mujoco>\n<include file=\"a.xml\"/>\n</mujoco>";
+    let missing = refused(&[("scene.xml", scene)]);
+    assert!(
+        missing.starts_with("missing-file 2: the model includes a file that cannot be read"),
+        "{missing}"
+    );
+    assert!(missing.contains("<include file=\"a.xml\">"), "{missing}");
+    for (included, expected) in [
+        ("<mujoco>", "invalid-xml 0: the file is not valid XML"),
+        (
+            "<robot/>",
+            "missing-keyword 0: the outermost element is not <mujoco> or <mujocoinclude>",
+        ),
+        (
+            "<mujoco>\n<include file=\"a.xml\"/></mujoco>",
+            "invalid-robot 0: a file is included twice",
+        ),
+        (
+            "<mujoco><worldbody>\n<body><joint axis=\"0 0 0\"/></body></worldbody></mujoco>",
+            "invalid-robot 0: the axis of a joint has no length, in \"a.xml\", which is included, at line 2",
+        ),
+    ] {
+        let found = refused(&[("scene.xml", scene), ("a.xml", included)]);
+        assert!(found.starts_with(expected), "{found}");
+        assert!(found.contains("\"a.xml\", which is included"), "{found}");
+    }
+    // In memory there is no other file.
+    let read = Importer::new().read_robot(scene.as_bytes(), "scene.xml").unwrap_err();
+    assert_eq!(read.code().as_str(), "missing-file");
+}
+
+/// Files that include two others each would be a billion at the 30th.
+#[test]
+fn includes_end() {
+    let names: Vec<String> = (0..100).map(|index| format!("{index}.xml")).collect();
+    let texts: Vec<String> = (1..=100)
+        .map(|next| format!("<mujoco><include file=\"{next}.xml\"/></mujoco>"))
+        .collect();
+    let files: Vec<(&str, &str)> = names
+        .iter()
+        .map(String::as_str)
+        .zip(texts.iter().map(String::as_str))
+        .collect();
+    assert!(refused(&files).starts_with("limit-exceeded"));
+}
+
+/// The numbers are worked out by hand, and are those of MuJoCo 4.0.
+#[test]
+fn frames_place_what_stands_in_them() {
+    let robot = import(&[("frames.xml", FRAMES)]).unwrap();
+    let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["base", "arm/swing", "arm", "hand"]);
+    assert_eq!(robot.dof_names(), ["swing", "twist"]);
+    let near = |found: DVec3, expected: [f64; 3]| {
+        assert!(found.abs_diff_eq(DVec3::from(expected), 1e-12), "{found} {expected:?}");
+    };
+    let (swing, twist) = (&robot.links[1].joint, &robot.links[2].joint);
+    near(swing.origin.translation, [0.0, 1.0, 1.0]);
+    near(swing.origin.rotation * DVec3::X, [0.0, 1.0, 0.0]);
+    near(swing.axis, [1.0, 0.0, 0.0]);
+    near(twist.anchor, [0.0, 0.25, 0.0]);
+    near(twist.axis, [0.0, -1.0, 0.0]);
+    // The class of a frame is that of what stands in it.
+    assert!((twist.limits.upper - 10_f64.to_radians()).abs() < 1e-12);
+    near(robot.links[2].shapes[0].origin.translation, [0.0, 0.5, 1.0]);
+    near(robot.links[3].joint.origin.translation, [0.0, -1.5, 0.0]);
+
+    let attached = FRAMES.replace("<body name=\"hand\" pos=\"0 0 2\"/>", "<attach model=\"m\"/>");
+    let found = refused(&[("frames.xml", &attached)]);
+    assert!(
+        found.starts_with("unread-extension 12: the model attaches another model"),
+        "{found}"
+    );
+}

@@ -1,0 +1,96 @@
+//! The verdict on motions that are built to be wrong: each is one that a report of angles alone called good.
+
+use mocap::glam::{Quat, Vec3};
+use mocap::retarget::Verdict;
+use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
+use mocap::{Binding, Importer, Pose, Scene};
+
+fn h1() -> Robot {
+    Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap()
+}
+
+/// Two seconds of a walk at 30 frames a second, +Y up, in metres.
+fn walk() -> Scene {
+    let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
+    let conversion = conversion.trim(None, mocap::convert::Moment::Seconds(2.0));
+    conversion
+        .out_metres_per_unit(1.0)
+        .frame_rate(30.0)
+        .apply(&mut source)
+        .unwrap();
+    source
+}
+
+fn on(source: &Scene, options: &RobotOptions) -> (RobotMotion, RobotReport) {
+    RobotRetargeter::new(source, &h1(), options)
+        .unwrap()
+        .clip(source, 0)
+        .unwrap()
+}
+
+fn verdict(report: &RobotReport, name: &str) -> (f64, Verdict) {
+    let found = report.criteria.iter().find(|criterion| criterion.name == name).unwrap();
+    (found.value, found.verdict)
+}
+
+/// Changes the keys of a joint.
+fn change(source: &mut Scene, joint: &str, mut to: impl FnMut(&mut Vec3, &mut Quat)) {
+    let channel = source.animations[0]
+        .channels
+        .iter_mut()
+        .find(|channel| channel.node_name == joint)
+        .unwrap();
+    let count = channel
+        .position_keys
+        .values
+        .len()
+        .max(channel.rotation_keys.values.len());
+    for index in 0..count {
+        let mut nothing = (Vec3::ZERO, Quat::IDENTITY);
+        let position = channel.position_keys.values.get_mut(index).unwrap_or(&mut nothing.0);
+        let rotation = channel.rotation_keys.values.get_mut(index).unwrap_or(&mut nothing.1);
+        to(position, rotation);
+    }
+}
+
+#[test]
+fn a_walk_in_the_air_is_not_good() {
+    let mut source = walk();
+    change(&mut source, "Hips", |position, _| position.y += 0.3);
+    let (motion, report) = on(&source, &RobotOptions::new().floor(Floor::Zero));
+    let (share, by_it) = verdict(&report, "fraction_floating");
+    assert!(
+        share > 0.9 && by_it == Verdict::Poor && report.verdict == Verdict::Poor,
+        "{share}"
+    );
+    // The ankles of H1 are 5 cm above its soles.
+    let robot = h1();
+    let (scene, animation) = (robot_scene(&robot), motion.to_animation(&robot));
+    let ankle = scene
+        .nodes
+        .iter()
+        .position(|node| node.name == "left_ankle_link")
+        .unwrap();
+    let binding = Binding::new(&scene, &animation);
+    let mut pose = Pose::rest(&scene);
+    for frame in 0..motion.frames() {
+        pose.sample(&binding, &animation, frame as f64);
+        assert!(pose.node_to_world[ankle].w_axis.z > 0.2);
+    }
+    let (_, on_the_ground) = on(&walk(), &RobotOptions::new());
+    assert_eq!(verdict(&on_the_ground, "fraction_floating").1, Verdict::Good);
+}
+
+#[test]
+fn a_motion_whose_up_axis_is_wrong_is_not_good() {
+    let mut source = walk();
+    let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    change(&mut source, "Hips", |position, rotation| {
+        *position = turn * *position;
+        *rotation = turn * *rotation;
+    });
+    let (_, report) = on(&source, &RobotOptions::new());
+    assert_ne!(report.verdict, Verdict::Good);
+    assert!(verdict(&report, "fraction_lying").0 > 0.9);
+}
