@@ -20,7 +20,7 @@ use mocap_scene::scene::Scene;
 /// or less than others have bounds of their own:
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::compress::{ErrorBound, PackedClip};
 /// use mocap::Conversion;
 ///

@@ -26,7 +26,7 @@ use mocap_scene::scene::Scene;
 /// An animation in packed form, which gives its pose at any tick.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::compress::PackedClip;
 /// use mocap::{Conversion, Trs};
 ///
@@ -171,7 +171,7 @@ impl<'a> PackedClip<'a> {
     /// A clock for this clip, at its start.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Trs;
     /// use mocap::compress::PackedClip;
     ///

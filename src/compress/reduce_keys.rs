@@ -15,7 +15,7 @@ use mocap_scene::scene::{Keys, Scene};
 /// can bridge it within the bound. A track that can be constant within the bound has one key.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::compress::reduce_keys;
 /// use mocap::scene::UpAxis;
 ///

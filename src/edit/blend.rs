@@ -27,7 +27,7 @@ step! {
     /// of a second. The second motion then begins where the first does, and looks where it looks.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Blend, BlendWeight, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

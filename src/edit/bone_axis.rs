@@ -24,7 +24,7 @@ step! {
     /// rotations at rest, and is the same file with this step as without.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Pose;
     /// use mocap::edit::{BoneAxis, Step, StepInput};
     /// use mocap::scene::NodeId;

@@ -38,7 +38,7 @@ step! {
     /// clean stays as it is. Without a body, floor and contacts are left out.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Clean, CleanOutcome, CleanPart, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

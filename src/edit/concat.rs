@@ -26,7 +26,7 @@ step! {
     /// [motion graphs](crate::graph), of windows of a third of a second.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Concat, Step, StepInput};
     ///
     /// let mut walk = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -162,7 +162,7 @@ impl ContactOptions {
     /// caller knows them.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::ContactOptions;
     /// use mocap::figure::HumanoidBone;
     ///

@@ -28,7 +28,7 @@ step! {
     /// joints below keep their positions.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Despike, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

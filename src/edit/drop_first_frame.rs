@@ -12,7 +12,7 @@ step! {
     /// [`FirstFrame::DropRestPose`] does.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{DropFirstFrame, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -11,7 +11,7 @@ step! {
     /// Moves the motion of the root over the ground to a new joint above it, as [`RootMotion::Extract`] does.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{ExtractRoot, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

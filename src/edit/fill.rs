@@ -20,7 +20,7 @@ step! {
     /// after it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Fill, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -6,7 +6,7 @@
 //! go on. A [`Walk`] over it is found by search; [`Walk::motion`](crate::graph::Walk::motion) makes a motion of it.
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::graph::{GraphBuilder, GraphOptions};
 //!
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -34,7 +34,7 @@ step! {
     /// Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{InBetween, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -11,7 +11,7 @@ step! {
     /// Keeps the root above where it begins, as [`RootMotion::InPlace`] does: its height and its rotation stay.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{InPlace, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

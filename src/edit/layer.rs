@@ -19,7 +19,7 @@ step! {
     /// has the same joints, at the same time. Where the second motion ends, its last pose stays.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Layer, LayerPart, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

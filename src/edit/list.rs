@@ -26,7 +26,7 @@ macro_rules! steps {
         /// and the options beside it, or that text.
         ///
         /// ```
-        /// # std::env::set_current_dir("../..")?;
+        /// # std::env::set_current_dir("../..").unwrap();
         /// use mocap::edit::{EditStep, StepInput, StepReport};
         ///
         /// let step: EditStep = "smooth:cut-off=8".parse()?;

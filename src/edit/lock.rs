@@ -125,7 +125,7 @@ pub struct FootLockReport {
 /// the floor. Bones keep their lengths.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{FootLockOptions, foot_lock};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -29,7 +29,7 @@ step! {
     /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Mirror, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -30,7 +30,7 @@ step! {
     /// everything else stays. Feet on the floor are for [`FootLock`](crate::FootLock), which lets them roll.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Limb, Pin, ReachTarget, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -26,7 +26,7 @@ step! {
     /// is left.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Limb, Reach, ReachTarget, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -11,7 +11,7 @@ step! {
     /// Gives a motion another frame rate at the same speed, as [`Conversion::frame_rate`] does.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Resample, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames at 120 a second

@@ -36,7 +36,7 @@ step! {
     /// Makes the T-pose or the A-pose the rest pose, as [`Conversion::rest`] does. The motion does not change.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Rest, Step, StepInput};
     /// use mocap::figure::{Figure, RestPose};
     ///

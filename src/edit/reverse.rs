@@ -11,7 +11,7 @@ step! {
     /// Plays a motion backwards: its last frame is its first. Twice, it is what it was.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Reverse, Step, StepInput};
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -13,7 +13,7 @@ use mocap_scene::scene::{AppliedStep, Scene, SecondMotion};
 /// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{Smooth, Step, StepInput};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -75,7 +75,7 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
 /// What a step works on: an animation of the scene, and what it takes besides.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{Concat, Step, StepInput};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

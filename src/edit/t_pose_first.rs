@@ -12,7 +12,7 @@ step! {
     /// begins.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Step, StepInput, TPoseFirst};
     ///
     /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;

@@ -11,7 +11,7 @@ step! {
     /// Keeps a part of a motion, as [`Conversion::trim`] does.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::convert::TimeRange;
     /// use mocap::edit::{Step, StepInput, Trim};
     ///

@@ -22,7 +22,7 @@ step! {
     /// looks in a direction there. Everything that the animation moves goes along.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Step, StepInput, Turn};
     /// use mocap::figure::Axis;
     ///

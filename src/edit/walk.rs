@@ -69,7 +69,7 @@ impl Walk {
     /// held still as [`foot_lock()`] does it. The frame rate is the highest of the clips.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::graph::{GraphBuilder, GraphOptions};
     ///
     /// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -15,7 +15,7 @@ use mocap_scene::scene::Scene;
 /// Frames keep their rate; what is between two of the earlier frames is interpolated.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{Step, StepInput, Warp, WarpReport};
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s

@@ -5,7 +5,7 @@
 //! guesses:
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::{Conversion, gltf};
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -103,7 +103,7 @@ pub enum RootMotion {
 /// recorded in [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can undo it.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::convert::{FirstFrame, Moment, RootMotion};
 /// use mocap::{Conversion, scene::Topic};
 ///
@@ -151,7 +151,7 @@ impl Conversion {
     /// unit if you know it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::figure::Unit;
     ///
@@ -177,7 +177,7 @@ impl Conversion {
     /// Only the root is rotated; other joints keep their rotations.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::glam::Vec3;
     /// use mocap::scene::UpAxis;
@@ -201,7 +201,7 @@ impl Conversion {
     /// for it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::figure::Unit;
     ///
@@ -223,7 +223,7 @@ impl Conversion {
     /// it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::glam::Vec3;
     /// use mocap::scene::UpAxis;
@@ -248,7 +248,7 @@ impl Conversion {
     /// needed is not guessed.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
@@ -272,7 +272,7 @@ impl Conversion {
     /// The unit and the up axis are guessed from the bones.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::figure::{HumanoidBone, HumanoidMap};
     ///
@@ -296,7 +296,7 @@ impl Conversion {
     /// moment after the last frame means the last frame.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::convert::Moment;
     ///
@@ -324,7 +324,7 @@ impl Conversion {
     /// without the rounding, the exact rate is used, with an [`Assumption`](mocap_scene::scene::Assumption).
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Conversion, scene::Topic};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames, Frame Time: .0083333
@@ -348,7 +348,7 @@ impl Conversion {
     /// dropped frame.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::convert::FirstFrame;
     ///
@@ -371,7 +371,7 @@ impl Conversion {
     /// The motion does not change. For targets that need a T-pose, choose a frame in which the motion has one.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::convert::RestPoseSource;
     /// use mocap::{Conversion, Pose, scene::NodeId};
     ///
@@ -394,7 +394,7 @@ impl Conversion {
     /// Game engines that move characters themselves need clips in place, or the root motion in a separate joint.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::convert::RootMotion;
     ///
@@ -415,7 +415,7 @@ impl Conversion {
     /// [`Code::LimitExceeded`] before memory is taken.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Code, Conversion};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -81,7 +81,7 @@ impl Sides {
 /// The joints of a scene that are bones of the VRM humanoid.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::figure::{Confidence, HumanoidBone, Humanoid};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -122,7 +122,7 @@ impl Humanoid {
     /// Where [`Humanoid::of`] refuses the skeleton, it is the reading that was refused.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let legs = &mocap::figure::Humanoid::explain(&scene).unwrap().parts[0];
     /// assert_eq!(legs.joints[0], "upperLeg \"LeftUpLeg\"");

@@ -81,7 +81,7 @@ pub use self::vrm_humanoid::vrm_humanoid;
 /// examined, so that a long take costs no more than a short one.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::scene::UpAxis;
 /// use mocap::figure::{Figure, Unit};
 ///
@@ -149,7 +149,7 @@ pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
 /// whatever needs it.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::figure::{Axis, Figure, HumanoidBone, RestPose};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

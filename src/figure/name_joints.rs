@@ -34,7 +34,7 @@ pub struct Naming {
 /// Nothing moves. Sides are the body's, where the file has left and right exchanged.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::figure::{BoneNames, Humanoid, name_joints};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -121,7 +121,7 @@ pub struct TPoseBone {
 /// A humanoid in the T-pose: [`Figure::t_pose`].
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::figure::{Figure, HumanoidBone};
 ///
 /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y

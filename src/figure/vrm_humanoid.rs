@@ -34,7 +34,7 @@ pub const ENDS: [Bone; 5] = [
 /// they are not to be searched for.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Conversion, figure};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -10,7 +10,7 @@ use mocap_scene::scene::{
 /// the file of a character, a property of the scene in FBX.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::gltf::Provenance;
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

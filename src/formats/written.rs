@@ -14,7 +14,7 @@ use mocap_scene::scene::Scene;
 /// A scene in the files of a format, before they are written to a disk, and what there is to say about them.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Conversion, Exporter, Format};
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

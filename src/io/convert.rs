@@ -19,7 +19,7 @@ use crate::import::Importer;
 /// are the three parts of this call, with all options.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// let to = std::env::temp_dir().join("mocap_convert.glb");
 /// let written = mocap::convert("fixtures/real/cmu_short.bvh", &to)?;
 /// assert!(written.len() > 1000);

@@ -28,7 +28,7 @@ use mocap_scene::scene::{Format, Node, Original, Scene};
 /// to say of an output, [`Written`] says.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Conversion, Exporter};
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -58,7 +58,7 @@ impl Exporter {
     /// The format. Default: by the extension.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Exporter, Format};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -77,7 +77,7 @@ impl Exporter {
     /// is written unchanged; a packed clip has the default of [`ErrorBound`].
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::compress::ErrorBound;
     /// use mocap::{Conversion, Exporter, Format};
     ///
@@ -130,7 +130,7 @@ impl Exporter {
     /// Where a `.gltf` has its buffer. Default: in a `.bin` file beside it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Exporter;
     /// use mocap::gltf::BufferPlace;
     ///
@@ -192,7 +192,7 @@ impl Exporter {
     /// Whether an output may replace any file but an input of [`Exporter::replace`]. Default: `false`.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Exporter;
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -28,7 +28,7 @@ use mocap_solve::Lengths;
 /// Imports a motion file with the default options.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// assert_eq!(scene.animations[0].channels[2].node_name, "Wrist");
 /// # Ok::<(), mocap::Error>(())
@@ -43,7 +43,7 @@ pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
 /// Imports motion files with options.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Importer, RootOffset};
 ///
 /// let scene = Importer::new()
@@ -131,7 +131,7 @@ impl Importer {
     /// imports it with the importer that it is given.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Importer;
     ///
     /// let scene = Importer::new().at_rate(Some(30.0), |importer| importer.import("fixtures/real/cmu_02_01.amc"))?;
@@ -198,7 +198,7 @@ impl Importer {
     /// [`Importer::import`] leaves out of the scene.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
     /// assert_eq!(robot.dof_names().len(), 19);
     /// # Ok::<(), mocap::Error>(())

@@ -163,7 +163,7 @@ impl Arrays {
     /// on their number.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

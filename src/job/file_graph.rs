@@ -19,7 +19,7 @@ use mocap_scene::scene::Scene;
 /// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::{FileGraph, Graphing, Reading, SourceSpace, Walking};
 ///
 /// let (read, space) = (Reading::default(), SourceSpace::default());

@@ -11,7 +11,7 @@ use mocap_edit::graph::{GraphOptions, MotionGraph};
 /// How the moments of motions are compared, and what is written beside the graph.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{

@@ -293,7 +293,7 @@ impl Job {
     /// disk, and nothing is written there.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::MemoryFile;
     /// use mocap::job::Job;
     ///

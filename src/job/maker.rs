@@ -31,7 +31,7 @@ use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 /// one itself; it writes nothing.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::{Job, Maker};
 ///
 /// let job = r#"{"onto": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;

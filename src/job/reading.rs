@@ -14,7 +14,7 @@ use mocap_solve::Lengths;
 /// How the files of a job are read.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::Reading;
 ///
 /// let reading: Reading = serde_json::from_str(r#"{"from": "bvh", "root-offset": "add"}"#).unwrap();

@@ -15,7 +15,7 @@ use mocap_scene::error::Diagnostic;
 /// What a job has done.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::Job;
 ///
 /// let folder = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 /// What comes to light while a job is done.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::{Job, Maker, Said};
 ///
 /// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;

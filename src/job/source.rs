@@ -191,7 +191,7 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
 /// Which frames of the inputs are taken, before their unit and axes are changed.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::SourceFrames;
 ///
 /// let frames: SourceFrames = serde_json::from_str(r#"{"trim": "0..1.5", "fps": 30}"#).unwrap();

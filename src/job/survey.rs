@@ -16,7 +16,7 @@ use mocap_scene::scene::Scene;
 /// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{

@@ -63,7 +63,7 @@ impl Verification {
     /// read, with `source`, the scene that its source file reads as, before any step that moves things.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::gltf::GltfOptions;
     /// use mocap::verify::Verification;
     ///
@@ -93,7 +93,7 @@ impl Verification {
 /// Compares files, where more is known than they say.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Exporter;
 /// use mocap::gltf::Provenance;
 /// use mocap::verify::Verifier;

@@ -11,7 +11,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 /// Where a walk over a motion graph goes: for so many seconds, along a path, or through clips.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::Job;
 ///
 /// let job = Job::from_json(r#"{

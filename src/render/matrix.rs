@@ -18,7 +18,7 @@ const MARK: [u8; 3] = [220, 30, 40];
 /// second from left to right, and the lighter, the more alike. `marked` are rows and columns that get a red dot.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::graph::{GraphBuilder, GraphOptions};
 /// use mocap::render::distance_matrix_png;
 ///

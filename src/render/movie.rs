@@ -54,7 +54,7 @@ setters! {
 /// A film of a clip, drawn picture by picture.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::render::{Clip, Movie, MovieOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

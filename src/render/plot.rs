@@ -57,7 +57,7 @@ impl Drawing {
     /// seconds, to the last frame.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Drawing, Clip, PlotOptions};
     /// use mocap::scene::NodeId;
     ///

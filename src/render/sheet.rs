@@ -46,7 +46,7 @@ impl Drawing {
     /// spaced in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Drawing, Clip, SheetOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

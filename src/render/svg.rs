@@ -9,7 +9,7 @@ impl Drawing {
     /// The drawing as an SVG document. Equal drawings give equal bytes.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Clip, Drawing, SheetOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

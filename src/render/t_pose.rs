@@ -43,7 +43,7 @@ impl Drawing {
     /// grey.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Drawing, TPoseClip};
     /// use mocap::figure::Figure;
     ///

@@ -96,7 +96,7 @@ impl Clip<'_> {
     /// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Clip, ScreenOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -143,7 +143,7 @@ struct PageData {
 /// about 20 MB.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::gltf::GltfOptions;
 /// use mocap::render::{Clip, Page, PageClip};
 ///
@@ -189,7 +189,7 @@ impl PlayerClip {
     /// Packs a clip for a player that is there already.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Clip, PageClip, PlayerClip};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

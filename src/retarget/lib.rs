@@ -7,7 +7,7 @@
 //! source, scaled by the length of the legs. `docs/retargeting.md` has the formulas.
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::retarget::{RetargetOptions, Retargeter};
 //!
 //! let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -103,7 +103,7 @@ setters! {
 /// allocation:
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::retarget::{RetargetOptions, Retargeter};
 /// use mocap::{Binding, Pose};
 ///

@@ -7,7 +7,7 @@
 //! `docs/live.md` has the axes.
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::live::{VmcMotion, VmcRecorder};
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

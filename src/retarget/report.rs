@@ -259,7 +259,7 @@ impl RetargetReport {
     /// What is farther off than `allowed` degrees, as a sentence; `None` where nothing is.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::retargeting::{Retargeting, RetargetingOptions};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

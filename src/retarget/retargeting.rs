@@ -7,7 +7,7 @@
 //! [`Retargeter`] instead.
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Importer;
 //! use mocap::retargeting::{Retargeting, RetargetingOptions};
 //!
@@ -57,7 +57,7 @@ use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
 /// [`add`](Self::add) each source; a clone of a retargeting without sources is cheap, so that a thread may have one.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::retargeting::{Retargeting, RetargetingOptions};
 ///

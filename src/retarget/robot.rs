@@ -7,7 +7,7 @@
 //! [`Importer::import_robot`]: mocap_io::Importer::import_robot
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Importer;
 //! use mocap::robot::{RobotOptions, RobotRetargeter};
 //!

@@ -124,7 +124,7 @@ impl Pose {
     /// and for programs with another version of glam.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Pose;
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

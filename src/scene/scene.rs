@@ -33,7 +33,7 @@
 //! A skin:
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Importer;
 //! use mocap::scene::{AlphaMode, Bone, Mesh, Primitive, Surface, VertexWeight, Wrap};
 //!
@@ -53,7 +53,7 @@
 //! Where a scene comes from, and what was decided about it:
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Conversion;
 //! use mocap::scene::{AppliedStep, Confidence, RootOffset, RotationOrder, Topic, UpAxis};
 //!
@@ -114,7 +114,7 @@ use crate::error::Diagnostic;
 /// every bit of a number by its feature `float_roundtrip`.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let text = serde_json::to_string(&scene).unwrap();
 /// assert_eq!(serde_json::from_str::<mocap::Scene>(&text).unwrap(), scene);
@@ -148,7 +148,7 @@ impl Scene {
     /// The first node of this name, as Assimp's `aiNode::FindNode` finds it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let head = scene.find_node("Head").unwrap();
     /// assert_eq!(scene.nodes[head.index()].name, "Head");

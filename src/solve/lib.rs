@@ -39,7 +39,7 @@ impl JointSet {
     /// unit. Its joints are those of `set`. Axes become +Y up: up is where the body's spine points on the average.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::solve::JointSet;
     ///
     /// let mut scene = mocap::import("fixtures/real/hand_take.c3d")?;

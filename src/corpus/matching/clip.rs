@@ -93,7 +93,7 @@ impl IndexedClip {
     /// than 0.1 mm from its position in the file.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::matching::{Database, IndexedClip, Moves};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -92,7 +92,7 @@ impl Database {
     /// Reads the file of a database.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::matching::{Database, IndexedClip};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;

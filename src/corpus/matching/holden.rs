@@ -43,7 +43,7 @@ impl Moves {
     /// with them where the character has the joints of its skeleton, in their order.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::matching::{Database, IndexedClip, Moves};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

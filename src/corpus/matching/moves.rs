@@ -132,7 +132,7 @@ impl Moves {
     /// the database are not asked for.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::matching::{Database, IndexedClip, Moves};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -53,7 +53,7 @@ struct Boxes {
 /// The frames of a database, to find the one nearest to a query.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::matching::{Database, FeatureTree, IndexedClip};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -39,7 +39,7 @@ const LEAST_JOINTS: u64 = 5;
 /// All clips of a corpus.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::survey::{Corpus, Thresholds};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

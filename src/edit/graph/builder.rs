@@ -36,7 +36,7 @@ const SAME_LENGTH: f32 = 1e-3;
 /// The distances of all moments of two clips, in metres.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::graph::{GraphBuilder, GraphOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;

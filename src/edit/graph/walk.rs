@@ -50,7 +50,7 @@ pub struct WalkPiece {
 /// How near a walk is to the path that it follows: where the mean of the body is, and where it goes over a second.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::graph::{GraphBuilder, GraphOptions};
 ///
 /// let clip = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

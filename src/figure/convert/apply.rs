@@ -33,7 +33,7 @@ impl Conversion {
     /// a scene, whatever is done to it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::figure::{Figure, Unit};
     ///

@@ -38,7 +38,7 @@ impl Conversion {
     /// bone points up. Nothing moves, neither at rest nor in motion.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::convert::AlongBone;
     /// use mocap::{Conversion, Pose, scene::NodeId};
     ///

@@ -19,7 +19,7 @@ impl Conversion {
     /// at their rate.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::convert::RestPoseSource;
     ///

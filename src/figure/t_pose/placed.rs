@@ -11,7 +11,7 @@ impl TPose {
     /// The pose with its arms lowered by so many degrees: 45 make an A-pose.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::figure::{Figure, HumanoidBone};
     ///
     /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;

@@ -56,7 +56,7 @@ pub enum Channels {
 /// Options of the writer.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::bvh::{BvhOptions, Channels};
 /// use mocap::scene::RotationOrder;
 /// use mocap::{Exporter, Format};
@@ -94,7 +94,7 @@ impl BvhOptions {
     /// The text of a BVH file.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::bvh::BvhOptions;
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

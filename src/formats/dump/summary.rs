@@ -9,7 +9,7 @@ use mocap_scene::scene::{Animation, Assumption, Format, NodeKind, Recorded, Root
 /// What a scene has: counts, clips, what was assumed, warnings. Serialised it is what `mocap info --json` prints.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::dump::Summary;
 ///
 /// let scene = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -142,7 +142,7 @@ pub enum FbxTextures {
 /// Options of the writer.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 /// use mocap::{Exporter, Format};
 ///
@@ -301,7 +301,7 @@ impl FbxOptions {
     /// The bytes of an FBX file, and what is in them.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Conversion;
     /// use mocap::fbx::FbxOptions;
     ///

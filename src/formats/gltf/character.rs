@@ -22,7 +22,7 @@ use mocap_scene::scene::{Animation, NodeId, Scene};
 /// out, with a warning.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::retarget::{RetargetOptions, Retargeter};
 ///

@@ -7,7 +7,7 @@
 //! those of the body.
 //!
 //! ```
-//! # std::env::set_current_dir("../..")?;
+//! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::{Conversion, Exporter};
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -37,7 +37,7 @@ const SEARCHED: usize = 1 << 20;
 /// Options of the writer.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::gltf::{Compression, GltfOptions};
 /// use mocap::vrma::{self, VrmaOptions};
 ///

@@ -75,7 +75,7 @@ pub enum BufferPlace {
 /// Options of the writer.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::gltf::{Compression, GltfOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -166,7 +166,7 @@ enum Content {
 /// A scene as a glTF document, before it is written to files.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::gltf::{Document, GltfOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

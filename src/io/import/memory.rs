@@ -46,7 +46,7 @@ impl Importer {
     /// `.gltf`. No file is opened. A skeleton is searched for in the folder of `file` first.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Importer, MemoryFile};
     ///
     /// let motion = std::fs::read("fixtures/real/cmu_02_01.amc").unwrap();

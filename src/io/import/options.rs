@@ -46,7 +46,7 @@ impl Importer {
     /// fails with [`Code::InvalidValue`] where the rate is not finite and above 0.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let scene = mocap::Importer::new().retime(60.0).import("fixtures/real/lecture_Test.bvh")?;
     /// assert_eq!(scene.animations[0].ticks_per_second, 60.0);
     /// assert_eq!(scene.animations[0].frame_count(), 10);
@@ -91,7 +91,7 @@ impl Importer {
     /// the file.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// # #[cfg(feature = "fbx")] {
     /// use mocap::scene::UpAxis;
     ///
@@ -135,7 +135,7 @@ impl Importer {
     /// array with the joints of SMPL is solved, and other positions are points without a skeleton.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let scene = mocap::Importer::new().joints("smpl22").import("fixtures/arrays/points_smpl22.npy")?;
     /// assert_eq!(scene.nodes[0].name, "pelvis");
     /// # Ok::<(), mocap::Error>(())
@@ -150,7 +150,7 @@ impl Importer {
     /// [`Code::InvalidValue`] where nothing is solved, and for markers, of whose skeleton lengths are constant.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::solve::Lengths;
     ///
     /// let importer = mocap::Importer::new().lengths(Lengths::Moving);
@@ -201,7 +201,7 @@ impl Importer {
     /// file has lengths of its own.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let importer = mocap::Importer::new().body("fixtures/real/cmu_12_01_walk.bvh");
     /// let scene = importer.import("fixtures/arrays/amass_smplh.npz")?;
     /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("body that was given")));
@@ -237,7 +237,7 @@ impl Importer {
     /// [`Code::MissingFile`].
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Importer;
     ///
     /// let motion = std::fs::read("fixtures/real/cmu_02_01.amc").unwrap();
@@ -258,7 +258,7 @@ impl Importer {
     /// meshes at all, and importing takes less time.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Importer, SkeletonMesh};
     ///
     /// let meshes = |kind| -> Result<usize, mocap::Error> {
@@ -283,7 +283,7 @@ impl Importer {
     /// the node that holds it. Morph targets have the weights that the file begins with.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Importer;
     ///
     /// let path = "fixtures/made/two_bones_textured.gltf";
@@ -302,7 +302,7 @@ impl Importer {
     /// are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Importer;
     ///
     /// let importer = Importer::new().gltf_meshes(true).morph_targets(true);
@@ -386,7 +386,7 @@ impl Importer {
     /// takes about half as long as reading the numbers; with several threads it runs beside the reader.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let scene = mocap::Importer::new().hash(false).import("fixtures/real/lecture_Test.bvh")?;
     /// assert_eq!(scene.metadata.origin.unwrap().sha256, "");
     /// # Ok::<(), mocap::Error>(())
@@ -401,7 +401,7 @@ impl Importer {
     /// same with any number. Files below a few MB are read by one thread.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::Importer;
     ///
     /// let path = "fixtures/real/lecture_Test.bvh";

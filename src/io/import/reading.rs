@@ -90,7 +90,7 @@ impl Importer {
     /// where it is loaded over a network.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let bytes = std::fs::read("fixtures/real/lecture_Test.bvh").unwrap();
     /// let scene = mocap::Importer::new().read_bvh(&bytes, "lecture_Test.bvh")?;
     /// assert_eq!(scene.animations[0].frame_count(), 10);

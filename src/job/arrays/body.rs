@@ -72,7 +72,7 @@ impl FromStr for BodyLayout {
 /// The motion of a humanoid on the joints of SMPL-X, whose rotations are those of the T-pose.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::arrays::{BodyArrays, BodyLayout};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -16,7 +16,7 @@ impl Arrays {
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;

@@ -35,7 +35,7 @@ impl Arrays {
     /// | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;

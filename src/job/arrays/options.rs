@@ -13,7 +13,7 @@ use mocap_scene::scene::UpAxis;
 /// parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::arrays::{ArrayOptions, Moment, Rotation, Arrays};
 /// use mocap::scene::UpAxis;
 ///

@@ -13,7 +13,7 @@ const LAST_DECIMAL: f64 = 1e-6;
 /// position of the base, its rotation as x, y, z and w, the joints. No rounding brings a joint beyond its limit.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::arrays::robot_csv;
 /// use mocap::robot::{RobotOptions, RobotRetargeter};

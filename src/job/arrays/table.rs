@@ -70,7 +70,7 @@ impl Arrays {
     /// The [table](crate::arrays::table) with one row for each frame and joint.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::arrays::{ArrayOptions, Arrays};
     ///
     /// let motion = Arrays::of(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
@@ -124,7 +124,7 @@ impl Arrays {
 /// the arrays were made with.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::arrays::{Arrays, ArrayOptions, table};
 ///
 /// let options = ArrayOptions::default();

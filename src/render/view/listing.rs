@@ -84,7 +84,7 @@ impl ListingEntry {
     /// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::render::{Clip, ListingEntry};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

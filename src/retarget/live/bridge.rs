@@ -25,7 +25,7 @@ const MOST: usize = 4096;
 /// missing, as the next frame begins. The first frame says how long the bones are.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::live::{VmcBridge, VmcMotion};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

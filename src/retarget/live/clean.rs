@@ -24,7 +24,7 @@ const MOST: usize = 4096;
 /// later. Messages that are about no bone go with their frame, as they are.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::live::{VmcCleaner, VmcMotion};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

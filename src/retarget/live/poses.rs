@@ -16,7 +16,7 @@ const MEASURED: usize = 24;
 /// frame stays where it was.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::live::{VmcMotion, VmcPoses};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;

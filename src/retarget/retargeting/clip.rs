@@ -11,7 +11,7 @@ use mocap_scene::scene::{Animation, Face, HumanoidBone};
 /// A motion on a target.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::retargeting::{Retargeting, RetargetingOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -94,7 +94,7 @@ impl Retargeted {
 /// How well a motion sits on its target. As JSON it is the report that it holds.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::retarget::Verdict;
 /// use mocap::retargeting::{Retargeting, RetargetingOptions};
 ///

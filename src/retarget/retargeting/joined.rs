@@ -12,7 +12,7 @@ use mocap_scene::scene::Scene;
 /// of the step before. A second motion with another skeleton is retargeted, which the report of its step says.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{Concat, EditStep, Smooth};
 /// use mocap::retargeting::apply_steps;
 ///

@@ -16,7 +16,7 @@ use mocap_scene::scene::{Animation, Assumption, Scene};
 /// already.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Conversion;
 /// use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion};
 ///

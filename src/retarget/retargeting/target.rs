@@ -13,7 +13,7 @@ use mocap_scene::scene::Scene;
 /// The body that motions are put on. A clone shares it.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::retargeting::Target;
 ///

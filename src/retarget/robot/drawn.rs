@@ -20,7 +20,7 @@ const RINGS: usize = 5;
 /// for collisions, or where it has none the lines to the joints that it carries.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::robot::{add_links, robot_scene};
 ///
 /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;

@@ -35,7 +35,7 @@ use mocap_scene::scene::{Animation, Scene, Side};
 /// How a [`RobotRetargeter`] moves a motion.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::figure::HumanoidBone;
 /// use mocap::retarget::Scale;

@@ -48,7 +48,7 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// once, without a look ahead.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::robot::{RobotOptions, RobotRetargeter};
 /// use mocap::{Binding, Importer, Pose};
 ///

@@ -202,7 +202,7 @@ impl Pose {
     /// If the pose lacks one of the nodes.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::Vec3;
     /// use mocap::ik::{ChainOptions, Goal, JointLimit};
     /// use mocap::{Pose, scene::NodeId};

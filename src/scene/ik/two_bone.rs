@@ -140,7 +140,7 @@ impl Pose {
     /// If the pose lacks one of the nodes.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::Vec3;
     /// use mocap::ik::Goal;
     /// use mocap::{Pose, scene::NodeId};

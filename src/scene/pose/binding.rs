@@ -50,7 +50,7 @@ impl OutOfRange {
 /// has already read the constant tracks: make a new one when either changes.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Binding, OutOfRange, Trs};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

@@ -12,7 +12,7 @@ impl Pose {
     /// mesh has it.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::{Importer, Pose};
     ///
     /// let scene = Importer::new().gltf_meshes(true).import("fixtures/characters/human_default.glb")?;

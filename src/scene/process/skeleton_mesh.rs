@@ -97,7 +97,7 @@ impl Scene {
     /// and its motion stay. It is `--skeleton-only` of a scene that is read already.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// let mut hero = mocap::Importer::new().gltf_meshes(true).import("fixtures/characters/human_default.glb")?;
     /// hero.leave_out_meshes();
     /// assert!(hero.meshes.is_empty() && hero.nodes.iter().all(|node| node.meshes.is_empty()));

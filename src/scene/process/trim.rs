@@ -11,7 +11,7 @@ impl Scene {
     /// frame. Where a tick is between two keys, the value there becomes a key.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// scene.trim(2.0, 5.0);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// What a node of a VRM animation is on a face. Such a node is no part of the body: its transform says nothing else.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::scene::Face;
 ///
 /// let scene = mocap::import("fixtures/made/face.vrma")?;

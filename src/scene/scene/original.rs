@@ -17,7 +17,7 @@ const ROUNDED: f32 = 1e-5;
 /// replaced by those of the scene, and everything else stays, byte by byte. Without it the skeleton alone is written.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::{Exporter, Format};
 ///
 /// let mut scene = mocap::import("fixtures/characters/human_vrm0.vrm")?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// first frame of the file, lengths in metres, axes those of the scene as it was read, with +Y up.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// let scene = mocap::import("fixtures/real/py_c3d_motion.c3d")?;
 /// let recorded = scene.metadata.recorded.as_ref().expect("the file has analog channels");
 /// let channel = &recorded.channels[0];

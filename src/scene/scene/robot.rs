@@ -12,7 +12,7 @@ use crate::error::Diagnostic;
 /// A robot, as its file describes it: in metres and radians, +Z up.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::robot::{JointKind, ShapeKind};
 ///

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// How well a skeleton that was solved from markers explains them, and how well its joints are known.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// let importer = mocap::Importer::new().markers("auto");
 /// let scene = importer.import("fixtures/markers/cmu_01_01.c3d")?;
 /// let solved = scene.metadata.solved.as_ref().expect("there are markers");

@@ -35,7 +35,7 @@ use mocap_scene::scene::{Scene, Side};
 /// standing pose: a pelvis that a laboratory calls tilted because of its spines is 0 here.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::biomechanics::JointAngles;
 ///
 /// let angles = JointAngles::of(&mocap::import("fixtures/real/cmu_12_01_walk.bvh")?)?;

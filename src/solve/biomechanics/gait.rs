@@ -100,7 +100,7 @@ pub struct SideOfGait {
 /// A walk: its events, its strides, and the table of a gait laboratory.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::biomechanics::Gait;
 ///
 /// let gait = Gait::of(&mocap::import("fixtures/real/cmu_12_01_walk.bvh")?)?;

@@ -11,7 +11,7 @@ use mocap_scene::scene::{Recorded, Scene};
 /// Columns with their units, sample by sample. [`JointAngles`] become one as well.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::biomechanics::TimeSeries;
 ///
 /// let analog = TimeSeries::analog(&mocap::import("fixtures/real/py_c3d_motion.c3d")?)?;

@@ -10,7 +10,7 @@ impl JointAngles {
     /// tabs. Angles are in degrees, which its header says, lengths in metres.
     ///
     /// ```
-    /// # std::env::set_current_dir("../..")?;
+    /// # std::env::set_current_dir("../..").unwrap();
     /// # use mocap::biomechanics::JointAngles;
     /// let angles = JointAngles::of(&mocap::import("fixtures/real/cmu_short.bvh")?)?;
     /// let text = angles.to_mot();

@@ -359,7 +359,7 @@ fn json(glb: &[u8]) -> serde_json::Value {
 
 #[test]
 fn a_small_file_leaves_out_what_a_reader_knows() {
-    let path = format!("../../fixtures/real/cmu_short.bvh");
+    let path = "../../fixtures/real/cmu_short.bvh".to_owned();
     let with_mesh = in_metres(&Importer::new().import(path).unwrap());
     let bare = in_metres(&import("cmu_short.bvh"));
     for (scene, compression, has_matrices) in [

@@ -26,7 +26,7 @@ pub struct RobotClip<'a> {
 /// their names.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::arrays::table::{self, RobotClip};
 /// use mocap::robot::{RobotOptions, RobotRetargeter};

@@ -12,7 +12,7 @@ use mocap_scene::scene::robot::{Placement, Robot};
 /// they stand, and smoothness by what comes next. A stream keeps the limits of joints, and soles above the floor.
 ///
 /// ```
-/// # std::env::set_current_dir("../..")?;
+/// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::robot::{RobotOptions, RobotStream};
 /// use mocap::{Conversion, Importer, Pose};
 ///

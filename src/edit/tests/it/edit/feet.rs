@@ -199,7 +199,7 @@ fn the_unit_of_the_scene_changes_nothing() {
 
 #[test]
 fn what_cannot_be_done_is_refused_and_changes_nothing() {
-    let mut arm = mocap::import(format!("../../fixtures/real/lecture_Test.bvh")).unwrap();
+    let mut arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     let before = arm.clone();
     let error = foot_lock(&mut arm, 0, &FootLockOptions::default()).unwrap_err();
     assert_eq!(error.code().as_str(), "not-humanoid");

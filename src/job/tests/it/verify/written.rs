@@ -127,7 +127,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
 /// A scene does not have the node of a mesh with a skin, whose transform has no meaning. It stays in the file.
 #[test]
 fn the_node_of_a_mesh_may_stand_beyond_all_positions() {
-    let path = format!("../../fixtures/made/two_bones_textured.gltf");
+    let path = "../../fixtures/made/two_bones_textured.gltf".to_owned();
     let mut file: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     let nodes = file["nodes"].as_array_mut().unwrap();
     let node = nodes.iter_mut().find(|node| node.get("mesh").is_some()).unwrap();
