@@ -101,8 +101,11 @@ pub use mocap_corpus::{matching, survey};
 pub use mocap_edit::{self as edit, graph};
 #[doc(inline)]
 pub use mocap_figure::{self as figure, Conversion, convert};
+#[cfg(feature = "gltf")]
 #[doc(inline)]
-pub use mocap_formats::{FormatInfo, WriteOption, Written, WrittenFile, bvh, dump, fbx, gltf, vrma};
+pub use mocap_formats::vrma;
+#[doc(inline)]
+pub use mocap_formats::{FormatInfo, WriteOption, Written, WrittenFile, bvh, dump, fbx, gltf};
 #[doc(inline)]
 pub use mocap_io::{Clips, Exporter, Importer, MemoryFile, convert::convert, import::import};
 #[cfg(feature = "jobs")]
@@ -117,10 +120,13 @@ pub use mocap_retarget::live;
 #[cfg(feature = "retarget")]
 #[doc(inline)]
 pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
+#[cfg(feature = "edit")]
+#[doc(inline)]
+pub use mocap_scene::ik;
 #[doc(inline)]
 pub use mocap_scene::{
     Binding, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose, Result, RootOffset,
-    Scene, SkeletonMesh, Trs, Updater, files, ik, process, scene, visible,
+    Scene, SkeletonMesh, Trs, Updater, files, process, scene, visible,
 };
 #[cfg(feature = "laboratory")]
 #[doc(inline)]

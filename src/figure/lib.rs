@@ -29,8 +29,10 @@ mod name_joints;
 #[doc(hidden)]
 pub mod names;
 mod poses;
+#[cfg(feature = "robots")]
 #[doc(hidden)]
 pub mod robot_bones;
+#[cfg(feature = "robots")]
 mod robot_clip;
 #[doc(hidden)]
 pub mod rotations;
@@ -71,6 +73,7 @@ pub use self::name_joints::apply_names;
 pub use self::name_joints::{Naming, name_joints};
 #[doc(hidden)]
 pub use self::poses::is_at_rest_alike;
+#[cfg(feature = "robots")]
 #[doc(hidden)]
 pub use self::robot_clip::robot_clip;
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};

@@ -150,6 +150,7 @@ impl Name {
 }
 
 /// The words of a name, without its numbers, in lower case.
+#[cfg(feature = "robots")]
 pub(crate) fn words(name: &str) -> Vec<String> {
     let mut words = split(name);
     words.retain(|word| !word.starts_with(|c: char| c.is_ascii_digit()));

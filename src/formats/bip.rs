@@ -14,6 +14,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,
     reads_blocks: false,
+    feature: None,
     reads: false,
     read,
     write: None,

@@ -12,13 +12,17 @@
 //! No standard exists; what real files make of this is listed, dialect by dialect, in `fixtures/README.md`. `read`
 //! makes a scene of a file, `write` a file of a scene. Degrees, columns and rotation orders stay in this folder.
 
+mod options;
+#[cfg(feature = "bvh")]
 mod read;
+#[cfg(feature = "bvh")]
 mod write;
 
+use crate::text::{Cursor, decode, is_line_end};
 use crate::{FormatInfo, WriteOption};
 use mocap_scene::scene::Format;
 
-pub use self::write::{BvhOptions, Channels};
+pub use self::options::{BvhOptions, Channels};
 
 #[doc(hidden)]
 pub const FORMAT: FormatInfo = FormatInfo {
@@ -28,11 +32,12 @@ pub const FORMAT: FormatInfo = FormatInfo {
     extensions: &["bvh"],
     reading: "excellent",
     writing: "excellent",
-    sniff: read::sniff,
+    sniff,
     reads_blocks: true,
-    reads: true,
-    read: read::read,
-    write: Some(write::files),
+    feature: Some("bvh"),
+    reads: cfg!(feature = "bvh"),
+    read: reader!("bvh", read::read),
+    write: Some(writer!("bvh", write::files)),
     options: &[
         WriteOption::Order,
         WriteOption::Digits,
@@ -51,3 +56,24 @@ pub const FORMAT: FormatInfo = FormatInfo {
     has_rest_rotations: false,
     keeps_shear: false,
 };
+
+/// A BVH file begins with `HIERARCHY`; only comment lines may precede it.
+fn sniff(bytes: &[u8]) -> bool {
+    const ENOUGH: usize = 64 << 10;
+    decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| {
+        let mut cursor = Cursor::new(&text);
+        pass_comments(&mut cursor);
+        cursor.next_word().is_some_and(|word| word.is("HIERARCHY"))
+    })
+}
+
+/// Passes the comment lines before `HIERARCHY`.
+fn pass_comments(cursor: &mut Cursor<'_>) {
+    loop {
+        cursor.skip_spaces();
+        match cursor.peek() {
+            Some(b'#') => cursor.take_while(|byte| !is_line_end(byte)),
+            _ => break,
+        };
+    }
+}

@@ -1,14 +1,12 @@
 //! Autodesk FBX: a tree of elements, and connections between them.
 //!
 //! `read` makes a scene of a file, with the C library ufbx. `write` makes a binary file of a scene, without any C
-//! code, so a build that cannot read FBX writes it. Euler angles, FBX's units of time and its connections stay in this
-//! folder.
+//! code. Euler angles, FBX's units of time and its connections stay in this folder.
 
+mod options;
 #[cfg(feature = "fbx")]
 mod read;
-#[cfg(not(feature = "fbx"))]
-#[path = "fbx/without_read.rs"]
-mod read;
+#[cfg(feature = "fbx")]
 mod write;
 
 use crate::provenance::Provenance;
@@ -16,20 +14,23 @@ use crate::{FormatInfo, WriteOption};
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
 use mocap_scene::scene::Format;
 
-pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
+pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
+#[cfg(feature = "fbx")]
+pub use self::write::FbxReport;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,
     name: "FBX",
-    description: read::DESCRIPTION,
+    description: "Autodesk FBX: skeleton, animation, skinned meshes",
     extensions: &["fbx"],
     reading: "good: skeleton, animation, skinned meshes with colours and textures",
     writing: "good: binary 7.5",
     sniff,
     reads_blocks: false,
+    feature: Some("fbx"),
     reads: cfg!(feature = "fbx"),
-    read: read::read,
-    write: Some(write::files),
+    read: reader!("fbx", read::read),
+    write: Some(writer!("fbx", write::files)),
     options: &[
         WriteOption::Mesh,
         WriteOption::SkeletonOnly,
@@ -58,6 +59,11 @@ const SOURCE_NAME: &str = "mocap_source_name";
 /// The user's property of a node that is an end site.
 const END_SITE: &str = "mocap_end_site";
 
+/// The last bytes of every file.
+const FOOTER_END: [u8; 16] = [
+    0xf8, 0x5a, 0x8c, 0x6a, 0xde, 0xf5, 0xd9, 0x7e, 0xec, 0xe9, 0x0c, 0xe3, 0x75, 0x8f, 0x29, 0x0b,
+];
+
 /// A file in text begins with a comment that names the format.
 fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(FBX_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
@@ -66,7 +72,7 @@ fn sniff(bytes: &[u8]) -> bool {
 /// Whether a file of this crate is there to its last byte. Its footer says so, which readers leave out.
 #[doc(hidden)]
 pub fn is_whole(bytes: &[u8]) -> bool {
-    bytes.ends_with(&write::FOOTER_END)
+    bytes.ends_with(&FOOTER_END)
 }
 
 /// What a file of this crate says of itself; `None` in files of other programs.

@@ -3,38 +3,62 @@
 //! `read` makes a scene of a file, `write` a file of a scene. The reader and `verify` use `File` to access a
 //! file's nodes and tracks.
 
+#[cfg(feature = "gltf")]
 mod accessors;
+#[cfg(feature = "gltf")]
 mod bind;
+#[cfg(feature = "gltf")]
 mod character;
 mod compression;
+#[cfg(feature = "gltf")]
 mod encoding;
+#[cfg(feature = "gltf")]
 mod face;
+#[cfg(feature = "gltf")]
 mod file;
+#[cfg(feature = "gltf")]
 mod humanoid;
+#[cfg(feature = "gltf")]
 mod invalid;
+#[cfg(feature = "gltf")]
 mod json;
+#[cfg(feature = "gltf")]
 mod meshes;
+#[cfg(feature = "gltf")]
 mod meshopt;
+#[cfg(feature = "gltf")]
 mod original;
+#[cfg(feature = "gltf")]
 mod read;
+#[cfg(feature = "gltf")]
 mod required;
+#[cfg(feature = "gltf")]
 mod stream_size;
+#[cfg(feature = "gltf")]
 mod streams;
+#[cfg(feature = "gltf")]
 mod tracks;
+#[cfg(feature = "gltf")]
 pub mod vrma;
+#[cfg(feature = "gltf")]
 mod weights;
+#[cfg(feature = "gltf")]
 mod write;
 
 use crate::{FormatInfo, WriteOption};
 use mocap_scene::scene::Format;
 
+#[cfg(feature = "gltf")]
 pub use self::character::Character;
 pub use self::compression::Compression;
+#[cfg(feature = "gltf")]
 #[doc(hidden)]
 pub use self::file::File;
+#[cfg(feature = "gltf")]
 #[doc(hidden)]
 pub use self::tracks::{Bend, Values};
-pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport};
+#[cfg(feature = "gltf")]
+pub use self::write::{Document, GltfOptions, GltfReport};
 pub use crate::provenance::Provenance;
 pub use crate::{Achieved, Renamed};
 
@@ -45,11 +69,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     extensions: &["glb", "gltf"],
     reading: "excellent: skeleton and animation",
     writing: "excellent",
-    sniff: File::sniff,
+    sniff,
     reads_blocks: false,
-    reads: true,
-    read: read::read,
-    write: Some(write::files),
+    feature: Some("gltf"),
+    reads: cfg!(feature = "gltf"),
+    read: reader!("gltf", read::read),
+    write: Some(writer!("gltf", write::files)),
     options: &[
         WriteOption::Mesh,
         WriteOption::SkeletonOnly,
@@ -78,11 +103,12 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     extensions: &["vrma"],
     reading: "good: the motion of the humanoid",
     writing: "excellent",
-    sniff: vrma::sniff,
+    sniff: sniff_vrm_animation,
     reads_blocks: false,
-    reads: true,
-    read: read::read_vrm_animation,
-    write: Some(vrma::files),
+    feature: Some("gltf"),
+    reads: cfg!(feature = "gltf"),
+    read: reader!("gltf", read::read_vrm_animation),
+    write: Some(writer!("gltf", vrma::files)),
     options: &[
         WriteOption::Compress,
         WriteOption::MaxError,
@@ -96,3 +122,55 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     has_rest_rotations: true,
     keeps_shear: true,
 };
+
+/// Where a `.gltf` file has its buffer.
+///
+/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BufferPlace {
+    /// In a `.bin` file beside it.
+    #[default]
+    Beside,
+    /// In the file itself, as a data URI, which takes a third more bytes.
+    Embedded,
+}
+
+/// The magic number of a `.glb` file.
+const MAGIC: &[u8] = b"glTF";
+/// Bytes of the header of a `.glb` file.
+const HEADER: usize = 12;
+/// Bytes of the header of each of its chunks.
+const CHUNK_HEADER: usize = 8;
+
+/// The extension of VRM animations.
+const VRM_ANIMATION_EXTENSION: &str = "VRMC_vrm_animation";
+
+/// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
+fn sniff(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let is_json = text.trim_ascii_start().starts_with(b"{");
+    bytes.starts_with(MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
+}
+
+/// Whether a file is glTF that names the extension.
+fn sniff_vrm_animation(bytes: &[u8]) -> bool {
+    /// How much of a file is searched for the name of the extension.
+    const SEARCHED: usize = 1 << 20;
+    let names_it = |text: &[u8]| {
+        let text = &text[..text.len().min(SEARCHED)];
+        memchr::memmem::find(text, VRM_ANIMATION_EXTENSION.as_bytes()).is_some()
+    };
+    sniff(bytes) && names_it(beginning(bytes))
+}
+
+/// The JSON of a file that may be cut off, and in which nothing is checked.
+fn beginning(bytes: &[u8]) -> &[u8] {
+    if !bytes.starts_with(MAGIC) {
+        return bytes;
+    }
+    let length = bytes.get(HEADER..HEADER + 4).and_then(|length| length.try_into().ok());
+    let length = length.map_or(0, u32::from_le_bytes) as usize;
+    let json = bytes.get(HEADER + CHUNK_HEADER..).unwrap_or_default();
+    &json[..json.len().min(length)]
+}

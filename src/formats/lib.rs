@@ -1,61 +1,81 @@
 //! The table of formats that can be read and written.
 //!
-//! To add a format: a folder in `format/` with its row, which [`FormatInfo::ALL`] lists, and fixtures with their
-//! origin. A row with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and
-//! options from here.
+//! To add a format: a folder with its row, which [`FormatInfo::ALL`] lists, a feature, and fixtures with their origin. A
+//! row with `write` is a format that every door writes: each takes names, extensions and options from here.
+//!
+//! A build without the feature of a format keeps its row, so that its files are recognised and the error names the
+//! feature. Only the reader and the writer are left out.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+// With fewer formats, parts of what formats share have no use.
+#![cfg_attr(
+    not(all(feature = "all-formats", feature = "fbx", feature = "npz")),
+    allow(dead_code)
+)]
+
+#[macro_use]
+mod left_out;
 
 mod array_files;
 mod asf_amc;
 mod bip;
 pub mod bvh;
 mod c3d;
+#[cfg(any(feature = "mmd", feature = "usd"))]
 mod depth_first;
 pub mod dump;
 pub mod fbx;
+#[cfg(any(feature = "arrays", feature = "c3d", feature = "trc"))]
 mod frames;
 pub mod gltf;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod inertial;
 mod mclip;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod mesh_bounds;
-#[doc(hidden)]
-pub mod mesh_surface;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
+mod mesh_surface;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod mimic;
 mod mjcf;
 mod mmd;
 #[doc(hidden)]
 pub mod numbers;
 mod option;
-pub(crate) mod points;
+#[cfg(any(feature = "arrays", feature = "c3d", feature = "trc"))]
+mod points;
+#[cfg(any(feature = "arrays", feature = "mmd"))]
 mod proportions;
 mod provenance;
 #[doc(hidden)]
 pub mod read_back;
 mod sidecar;
-pub(crate) mod text;
+mod text;
+#[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
 mod texture;
 mod trc;
+#[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
 mod unique_names;
 mod urdf;
 #[doc(hidden)]
 pub mod usd;
-pub(crate) mod warnings;
+mod warnings;
 mod written;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod xml;
 
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "arrays")]
 use std::sync::Arc;
 
-#[cfg(feature = "npz")]
+#[cfg(feature = "arrays")]
 #[doc(hidden)]
-pub use self::array_files::SMPL_ROOT;
-#[doc(hidden)]
-pub use self::array_files::{Body, body_model, humanml3d};
+pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
+#[cfg(feature = "gltf")]
 pub use self::gltf::vrma;
 pub use self::option::WriteOption;
 #[doc(hidden)]
@@ -65,6 +85,7 @@ pub use self::sidecar::Sidecar;
 pub use self::written::{Achieved, Renamed, Written, WrittenFile};
 use mocap_compress::ErrorBound;
 use mocap_figure::Humanoid;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{self, Limits};
@@ -103,14 +124,14 @@ pub struct FormatInfo {
     /// Whether it can be read from [`Blocks`].
     #[doc(hidden)]
     pub reads_blocks: bool,
+    /// The feature without which a build leaves the format out; `None` where every build has it.
+    pub feature: Option<&'static str>,
     /// Whether this build reads it. Where it does not, importing a file gives an error that says what to do instead.
     pub reads: bool,
     /// Reads a whole file, or says why it cannot be read.
-    #[doc(hidden)]
-    pub read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
     /// Makes the files of a scene; absent where the format is not written.
-    #[doc(hidden)]
-    pub write: Option<fn(&Scene, &WriteOptions) -> Result<Written>>,
+    pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Written>>,
     /// The options that change its files; none where it is not written.
     pub options: &'static [WriteOption],
     /// Whether a file has one animation at most, and so only the first of a scene.
@@ -147,11 +168,11 @@ impl FormatInfo {
             .unwrap_or(&FormatInfo::ALL[0])
     }
 
-    /// The written format that the extension of `path` names, in any case.
+    /// The written format that the extension of `path` names, in any case; also one that this build leaves out.
     pub fn of_output(path: &Path) -> Option<&'static Self> {
         let extension = path.extension()?;
         let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
-        let mut written = FormatInfo::ALL.iter().filter(|row| row.writes());
+        let mut written = FormatInfo::ALL.iter().filter(|row| row.write.is_some());
         written.find(|row| row.extensions.iter().any(is_its))
     }
 
@@ -180,9 +201,39 @@ impl FormatInfo {
         words(extensions.map(|extension| format!(".{extension}")), "or")
     }
 
-    /// Whether scenes are written in it.
+    /// Whether this build writes scenes in it.
     pub fn writes(&self) -> bool {
-        self.write.is_some()
+        self.write.is_some() && !self.is_left_out()
+    }
+
+    /// Whether this build lacks the feature of the format.
+    fn is_left_out(&self) -> bool {
+        self.feature.is_some() && !self.reads
+    }
+
+    /// Reads a whole file.
+    ///
+    /// # Errors
+    /// Those of the reader; [`Code::MissingFeature`] where this build leaves the format out.
+    #[doc(hidden)]
+    pub fn read(&self, source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+        match self.is_left_out() {
+            true => Err(self.left_out("read")),
+            false => (self.read)(source, options),
+        }
+    }
+
+    /// Makes the files of a scene; `None` where the format is not written.
+    ///
+    /// # Errors
+    /// Those of the writer; [`Code::MissingFeature`] where this build leaves the format out.
+    #[doc(hidden)]
+    pub fn write(&self, scene: &Scene, options: &WriteOptions) -> Option<Result<Written>> {
+        let write = self.write?;
+        Some(match self.is_left_out() {
+            true => Err(self.left_out("write")),
+            false => write(scene, options),
+        })
     }
 
     /// Whether numbers go out in the unit and the axes of the scene, because a file states neither; the others are in
@@ -295,6 +346,7 @@ pub struct ReadOptions {
     /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
     /// The body on which arrays of rotations are put.
+    #[cfg(feature = "arrays")]
     pub body: Option<Arc<Body>>,
     /// Keep the unit and the axes of a file that states them.
     pub file_units: bool,
@@ -376,6 +428,7 @@ impl ReadOptions {
 }
 
 /// Reads a robot as a scene, with the warning that it has no motion.
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
 fn read_robot_scene(
     source: &Source<'_>,
     options: &ReadOptions,
@@ -390,17 +443,43 @@ fn read_robot_scene(
     warnings.attach_to(scene)
 }
 
-/// The robot of a file; it has the warnings of its reader.
+/// The robot of a file; it has the warnings of its reader. `with_meshes` reads the surfaces of its meshes.
+///
+/// # Errors
+/// Those of the reader; [`Code::MissingFeature`] where this build leaves the format out.
 #[doc(hidden)]
-pub fn read_robot(source: &Source<'_>, limits: &Limits) -> Result<Robot> {
+#[cfg_attr(
+    not(any(feature = "mjcf", feature = "urdf")),
+    expect(unused_variables, reason = "no robot is read")
+)]
+pub fn read_robot(source: &Source<'_>, limits: &Limits, with_meshes: bool) -> Result<Robot> {
+    match (mjcf::FORMAT.sniff)(source.bytes) {
+        #[cfg(feature = "mjcf")]
+        true => read_robot_by(mjcf::read_robot, source, limits, with_meshes),
+        #[cfg(not(feature = "mjcf"))]
+        true => Err(mjcf::FORMAT.left_out("read")),
+        #[cfg(feature = "urdf")]
+        false => read_robot_by(urdf::read_robot, source, limits, with_meshes),
+        #[cfg(not(feature = "urdf"))]
+        false => Err(urdf::FORMAT.left_out("read")),
+    }
+}
+
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
+fn read_robot_by(
+    read: impl FnOnce(&Source<'_>, &Limits, &mut warnings::Warnings) -> Result<Robot, Failure>,
+    source: &Source<'_>,
+    limits: &Limits,
+    with_meshes: bool,
+) -> Result<Robot> {
     let mut warnings = warnings::Warnings::default();
-    let read = if (mjcf::FORMAT.sniff)(source.bytes) {
-        mjcf::read_robot(source, limits, &mut warnings)
-    } else {
-        urdf::read_robot(source, limits, &mut warnings)
-    };
+    let read = read(source, limits, &mut warnings);
     let (robot, warnings) = warnings.with(read)?;
-    Ok(Robot { warnings, ..robot })
+    let mut robot = Robot { warnings, ..robot };
+    if with_meshes {
+        mesh_surface::add(&mut robot, source.open);
+    }
+    Ok(robot)
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     writing: "excellent",
     sniff: PackedClip::sniff,
     reads_blocks: false,
+    feature: None,
     reads: true,
     read,
     write: Some(write),

@@ -30,7 +30,7 @@ const MANY_TRIANGLES: usize = 3_000;
 const PARTS: f64 = 50.0;
 
 /// Reads the surfaces of a robot's meshes. `open` reads a file.
-pub fn add(robot: &mut Robot, open: &dyn Fn(&Path) -> Result<Vec<u8>>) {
+pub(crate) fn add(robot: &mut Robot, open: &dyn Fn(&Path) -> Result<Vec<u8>>) {
     let mut known: HashMap<(std::path::PathBuf, [u64; 3]), Option<Arc<Mesh>>> = HashMap::new();
     let shapes = robot.links.iter_mut().flat_map(|link| &mut link.shapes);
     for shape in shapes {

@@ -23,25 +23,15 @@
 //! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main
 //! one, stand there instead. What stands in a `<frame>` is placed by it.
 
-mod attributes;
-mod body;
-mod equality;
-mod frame;
-mod include;
-mod mass;
+#[cfg(feature = "mjcf")]
+mod read;
 
-use glam::DVec3;
+use crate::FormatInfo;
+use crate::text::begins_with_element;
+use mocap_scene::scene::Format;
 
-use self::attributes::Settings;
-use self::body::Bodies;
-use self::frame::{Inner, within};
-use super::warnings::Warnings;
-use super::xml::{self, Element};
-use super::{Failure, FormatInfo, ReadOptions, Source};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::robot::Robot;
-use mocap_scene::scene::{Format, Scene};
+#[cfg(feature = "mjcf")]
+pub(super) use self::read::read_robot;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mjcf,
@@ -51,10 +41,11 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     extensions: &["mjcf"],
     reading: "good: links, joints, limits, shapes of robots",
     writing: "no",
-    sniff: |bytes| xml::begins_with(bytes, "mujoco"),
+    sniff: |bytes| begins_with_element(bytes, "mujoco"),
     reads_blocks: false,
-    reads: true,
-    read,
+    feature: Some("mjcf"),
+    reads: cfg!(feature = "mjcf"),
+    read: reader!("mjcf", read::read),
     write: None,
     options: &[],
     has_one_clip: false,
@@ -64,55 +55,3 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_rest_rotations: true,
     keeps_shear: true,
 };
-
-fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    super::read_robot_scene(source, options, read_robot)
-}
-
-/// The robot of a file: the first body that has a free joint, else the first one.
-pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
-    let text = xml::text(source.bytes)?;
-    let included = include::texts(source, &text, limits)?;
-    let (document, included) = (
-        xml::parse(&text, &["mujoco"], limits)?,
-        include::parse(&included, limits)?,
-    );
-    let root = Element::root_with(&document, &included);
-    let settings = Settings::read(&root, limits)?;
-    let mut bodies = Vec::new();
-    for world in root.all("worldbody") {
-        let inner = within(world, world.attribute("childclass"), &settings, limits)?;
-        bodies.extend(inner.into_iter().filter(|inner| inner.element.name() == "body"));
-    }
-    let is_free = |body: &&Inner<'_, '_>| {
-        let body = body.element;
-        let free = |joint: Element<'_, '_>| joint.attribute("type") == Some("free");
-        body.child("freejoint").is_some() || body.all("joint").any(free)
-    };
-    let Some(base) = bodies.iter().find(is_free).or(bodies.first()) else {
-        return Err(Box::new(
-            root.diagnostic(Code::InvalidRobot, "the model has no <body> in a <worldbody>"),
-        ));
-    };
-    if bodies.len() > 1 {
-        warnings.push(Code::SeveralRoots, || {
-            let message = format!("the world has {} bodies: one was read", bodies.len());
-            base.element.diagnostic(Code::SeveralRoots, message)
-        });
-    }
-    let mut links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;
-    equality::tie_joints(&root, &mut links, bodies.len() > 1, warnings)?;
-    let name = root.attribute("model").unwrap_or_default();
-    Ok(Robot {
-        name: root.checked_name("model", name, limits)?,
-        links,
-        format: Some(Format::Mjcf),
-        warnings: Vec::new(),
-    })
-}
-
-/// Sizes are not negative.
-fn sizes(numbers: &[f64]) -> DVec3 {
-    let size = |index: usize| numbers.get(index).copied().unwrap_or_default().abs();
-    DVec3::new(size(0), size(1), size(2))
-}

@@ -17,15 +17,25 @@
 //! MMD is left-handed with +Y up, and a model faces -Z: the mirror `diag(1, 1, -1)` makes it right-handed, facing +Z,
 //! with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
 
+#[cfg(feature = "mmd")]
 mod bezier;
+#[cfg(feature = "mmd")]
 mod bytes;
+#[cfg(feature = "mmd")]
 mod generic;
+#[cfg(feature = "mmd")]
 mod model;
+#[cfg(feature = "mmd")]
 mod motion;
+#[cfg(feature = "mmd")]
 mod names;
+#[cfg(feature = "mmd")]
 mod pose;
+#[cfg(feature = "mmd")]
 mod read;
+#[cfg(feature = "mmd")]
 mod scene;
+#[cfg(feature = "mmd")]
 mod write;
 
 use super::FormatInfo;
@@ -38,11 +48,12 @@ pub(super) const VMD: FormatInfo = FormatInfo {
     extensions: &["vmd"],
     reading: "fair: with the .pmx of its model, or onto generic proportions",
     writing: "good: for the model that the scene is on, or for the usual bones",
-    sniff: motion::sniff,
+    sniff: |bytes| bytes.starts_with(MOTION_HEAD),
     reads_blocks: false,
-    reads: true,
-    read: read::motion,
-    write: Some(write::files),
+    feature: Some("mmd"),
+    reads: cfg!(feature = "mmd"),
+    read: reader!("mmd", read::motion),
+    write: Some(writer!("mmd", write::files)),
     options: &[],
     has_one_clip: true,
     has_file_meshes: false,
@@ -59,11 +70,22 @@ pub(super) const PMX: FormatInfo = FormatInfo {
     extensions: &["pmx"],
     reading: "fair: the skeleton and the names of morphs, for motions onto it",
     writing: "no",
-    sniff: model::sniff,
-    read: read::model,
+    sniff: |bytes| bytes.starts_with(MODEL_HEAD) || is_old_model(bytes),
+    read: reader!("mmd", read::model),
     write: None,
     ..VMD
 };
+
+/// How a motion begins.
+const MOTION_HEAD: &[u8] = b"Vocaloid Motion Data ";
+
+/// How a model begins.
+const MODEL_HEAD: &[u8] = b"PMX ";
+
+/// Whether it is PMD, or PMX 1.0, which are refused with advice.
+fn is_old_model(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx")
+}
 
 /// Metres of a unit: the usual choice, by which a model of 20 units is 1.6 m tall. Files state none.
 const METRES_PER_UNIT: f64 = 0.08;

@@ -44,6 +44,32 @@ fn decode_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
         .into_bytes()
 }
 
+/// Whether the outermost element of an XML file seems to have this name.
+pub(crate) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
+    let Ok(text) = decode(&bytes[..bytes.len().min(64 << 10)]) else {
+        return false;
+    };
+    let mut rest = text.trim_ascii_start();
+    while let Some(start) = ["<?", "<!--", "<!"]
+        .into_iter()
+        .find(|start| rest.starts_with(start.as_bytes()))
+    {
+        let end: &[u8] = if start == "<!--" { b"-->" } else { b">" };
+        match rest.windows(end.len()).position(|bytes| bytes == end) {
+            Some(found) => rest = rest[found + end.len()..].trim_ascii_start(),
+            None => return false,
+        }
+    }
+    let after = rest
+        .strip_prefix(b"<")
+        .and_then(|rest| rest.strip_prefix(name.as_bytes()));
+    after.is_some_and(|after| {
+        after
+            .first()
+            .is_none_or(|byte| byte.is_ascii_whitespace() || matches!(byte, b'>' | b'/'))
+    })
+}
+
 /// A name as text: UTF-8 if valid, or else Latin-1, in which every byte is a character.
 pub(crate) fn decode_name(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {

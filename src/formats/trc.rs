@@ -15,9 +15,12 @@
 //! Written are the positions of all joints, or of the markers of a file that has them, in millimetres.
 //! The format is described by OpenSim, *Marker (.trc) Files*.
 
+#[cfg(feature = "trc")]
 mod read;
+#[cfg(feature = "trc")]
 mod write;
 
+use super::text::{Cursor, decode};
 use super::{FormatInfo, WriteOption};
 use mocap_scene::scene::Format;
 
@@ -28,11 +31,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     extensions: &["trc"],
     reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "good: positions of markers or joints",
-    sniff: read::sniff,
+    sniff,
     reads_blocks: false,
-    reads: true,
-    read: read::read,
-    write: Some(write::files),
+    feature: Some("trc"),
+    reads: cfg!(feature = "trc"),
+    read: reader!("trc", read::read),
+    write: Some(writer!("trc", write::files)),
     options: &[WriteOption::Names, WriteOption::Rest, WriteOption::RootMotion],
     has_one_clip: true,
     has_file_meshes: false,
@@ -44,3 +48,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 
 /// The first word of every file.
 const FIRST_WORD: &str = "PathFileType";
+
+fn sniff(bytes: &[u8]) -> bool {
+    const NEAR: usize = 256;
+    let start = decode(&bytes[..bytes.len().min(NEAR)]);
+    start.is_ok_and(|text| {
+        let first = Cursor::new(&text).next_word();
+        first.is_some_and(|word| word.is(FIRST_WORD))
+    })
+}

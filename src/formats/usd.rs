@@ -6,14 +6,19 @@
 //!
 //! Matrices of USD map row vectors, so a row in a file is a column of a scene.
 
+#[cfg(feature = "usd")]
 mod archive;
+#[cfg(feature = "usd")]
 mod parse;
+#[cfg(feature = "usd")]
 mod read;
+#[cfg(feature = "usd")]
 mod write;
 
+#[cfg(feature = "usd")]
 use crate::provenance::Provenance;
 use crate::{FormatInfo, WriteOption};
-use mocap_scene::files::USD_HEAD;
+use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
 use mocap_scene::scene::Format;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -25,9 +30,10 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     writing: "good: UsdSkel, with skins, materials and textures",
     sniff,
     reads_blocks: false,
-    reads: true,
-    read: read::read,
-    write: Some(write::files),
+    feature: Some("usd"),
+    reads: cfg!(feature = "usd"),
+    read: reader!("usd", read::read),
+    write: Some(writer!("usd", write::files)),
     options: &[
         WriteOption::Mesh,
         WriteOption::SkeletonOnly,
@@ -55,16 +61,31 @@ const RATE: &str = "mocap:ticksPerSecond";
 const DURATION: &str = "mocap:duration";
 
 /// Whether the bytes are an archive of a stage, `.usdz`, and not one of arrays.
-#[cfg(feature = "npz")]
 pub fn is_archive(bytes: &[u8]) -> bool {
-    archive::sniff(bytes)
+    /// Where the header of a file in an archive has the length of its name, and the name.
+    const LENGTH: usize = 26;
+    const NAME: usize = 30;
+    let name = || {
+        let length = bytes.get(LENGTH..LENGTH + 2)?.try_into().ok()?;
+        bytes.get(NAME..NAME + usize::from(u16::from_le_bytes(length)))
+    };
+    bytes.starts_with(ZIP_HEAD) && name().is_some_and(is_stage)
+}
+
+/// Whether a file of an archive is a stage, by its name.
+fn is_stage(name: &[u8]) -> bool {
+    let lower = name.to_ascii_lowercase();
+    [".usda", ".usdc", ".usd"]
+        .iter()
+        .any(|end| lower.ends_with(end.as_bytes()))
 }
 
 fn sniff(bytes: &[u8]) -> bool {
-    bytes.starts_with(USD_HEAD) || bytes.starts_with(BINARY) || archive::sniff(bytes)
+    bytes.starts_with(USD_HEAD) || bytes.starts_with(BINARY) || is_archive(bytes)
 }
 
 /// What a file of this crate says of itself; `None` in files of other programs.
+#[cfg(feature = "usd")]
 pub fn provenance(bytes: &[u8]) -> Option<Provenance> {
     read::provenance(bytes)
 }

@@ -22,32 +22,6 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     Ok(decode_name(&text))
 }
 
-/// Whether the outermost element of a file seems to have this name.
-pub(super) fn begins_with(bytes: &[u8], name: &str) -> bool {
-    let Ok(text) = decode(&bytes[..bytes.len().min(64 << 10)]) else {
-        return false;
-    };
-    let mut rest = text.trim_ascii_start();
-    while let Some(start) = ["<?", "<!--", "<!"]
-        .into_iter()
-        .find(|start| rest.starts_with(start.as_bytes()))
-    {
-        let end: &[u8] = if start == "<!--" { b"-->" } else { b">" };
-        match rest.windows(end.len()).position(|bytes| bytes == end) {
-            Some(found) => rest = rest[found + end.len()..].trim_ascii_start(),
-            None => return false,
-        }
-    }
-    let after = rest
-        .strip_prefix(b"<")
-        .and_then(|rest| rest.strip_prefix(name.as_bytes()));
-    after.is_some_and(|after| {
-        after
-            .first()
-            .is_none_or(|byte| byte.is_ascii_whitespace() || matches!(byte, b'>' | b'/'))
-    })
-}
-
 /// The tree of a file, whose outermost element must be one of `roots`.
 pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Result<Document<'a>, Failure> {
     check_depth(text, limits)?;

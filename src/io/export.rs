@@ -254,7 +254,7 @@ impl Exporter {
             None if is_vrm(path) => Some(vrm_row(scene, path)?),
             None => FormatInfo::of_output(path),
         };
-        let Some((row, write)) = row.and_then(|row| Some((row, row.write?))) else {
+        let Some(row) = row else {
             return Err(unknown(self.format, path));
         };
         let options = WriteOptions {
@@ -265,19 +265,25 @@ impl Exporter {
         let is_lost = !row.keeps_shear && scene.original.is_none();
         let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
         let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
-        let mut written = match is_at_rest_for(scene, row) {
-            true => write(scene, &options)?,
+        let written = match is_at_rest_for(scene, row) {
+            true => row.write(scene, &options),
             false => {
                 let mut at_rest = scene.clone();
                 process::zero_rest_rotations(&mut at_rest)?;
-                write(&at_rest, &options)?
+                row.write(&at_rest, &options)
             }
         };
+        let mut written = written.unwrap_or_else(|| Err(unknown(self.format, path)))?;
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
-        read_back::check(&row.read, &written.files, &scene.nodes, scene.animations.iter())
-            .map_err(|error| error.with_path(path))?;
+        read_back::check(
+            &|source, options| row.read(source, options),
+            &written.files,
+            &scene.nodes,
+            scene.animations.iter(),
+        )
+        .map_err(|error| error.with_path(path))?;
         Ok(written)
     }
 }

@@ -1,5 +1,6 @@
 //! From a file to a scene: the only module of the library that opens input files.
 
+#[cfg(feature = "arrays")]
 mod body;
 mod clips;
 mod contents;
@@ -8,6 +9,7 @@ mod memory;
 mod options;
 mod reading;
 mod sha256;
+#[cfg(feature = "solve")]
 mod solved;
 
 use std::io::Read;
@@ -16,14 +18,27 @@ use std::path::{Path, PathBuf};
 pub use self::clips::Clips;
 use self::contents::{Input, list_siblings};
 pub use self::memory::MemoryFile;
+#[cfg(feature = "gltf")]
 use mocap_formats::gltf::Character;
-use mocap_formats::{ReadOptions, Source, mesh_surface, read_robot};
+use mocap_formats::{ReadOptions, Source, read_robot};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, Scene, Topic};
+#[cfg(feature = "solve")]
 use mocap_solve::Lengths;
+
+/// Formats of arrays, whose points may have no names of their own.
+#[cfg(any(feature = "arrays", feature = "solve"))]
+const ARRAYS: [Format; 6] = [
+    Format::Npz,
+    Format::Npy,
+    Format::Torch,
+    Format::Pickle,
+    Format::Csv,
+    Format::Parquet,
+];
 
 /// Imports a motion file with the default options.
 ///
@@ -63,10 +78,15 @@ pub struct Importer {
     strict: bool,
     hash: bool,
     clips: Clips,
+    #[cfg(feature = "solve")]
     joints: Option<String>,
+    #[cfg(feature = "solve")]
     lengths: Option<Lengths>,
+    #[cfg(feature = "solve")]
     markers: Option<String>,
+    #[cfg(feature = "solve")]
     standing: Option<PathBuf>,
+    #[cfg(feature = "arrays")]
     body: Option<PathBuf>,
     robot_meshes: bool,
 }
@@ -90,10 +110,15 @@ impl Importer {
             strict: false,
             hash: true,
             clips: Clips::All,
+            #[cfg(feature = "solve")]
             joints: None,
+            #[cfg(feature = "solve")]
             lengths: None,
+            #[cfg(feature = "solve")]
             markers: None,
+            #[cfg(feature = "solve")]
             standing: None,
+            #[cfg(feature = "arrays")]
             body: None,
         }
     }
@@ -161,6 +186,7 @@ impl Importer {
     ///
     /// # Errors
     /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    #[cfg(feature = "gltf")]
     pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
         self.with_file(path.as_ref(), |source| self.character(source))
     }
@@ -178,6 +204,7 @@ impl Importer {
         })
     }
 
+    #[cfg(feature = "gltf")]
     fn character(&self, source: &Source<'_>) -> Result<Character> {
         let path = source.name;
         if self.find_format(source.bytes, path)?.format != Format::Gltf {
@@ -229,7 +256,7 @@ impl Importer {
     fn robot(&self, source: &Source<'_>) -> Result<Robot> {
         let format = self.find_format(source.bytes, source.name);
         let read = format.and_then(|format| match format.format {
-            Format::Urdf | Format::Mjcf => read_robot(source, &self.read.limits),
+            Format::Urdf | Format::Mjcf => read_robot(source, &self.read.limits, self.robot_meshes),
             other => {
                 let message = format!("the file is {other}, not a robot");
                 Err(Diagnostic::new(Code::UnknownFormat, message)
@@ -237,11 +264,7 @@ impl Importer {
                     .into())
             }
         });
-        let mut robot = read.map_err(|error| error.with_path(source.name))?;
-        if self.robot_meshes {
-            mesh_surface::add(&mut robot, source.open);
-        }
-        Ok(robot)
+        read.map_err(|error| error.with_path(source.name))
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
@@ -283,4 +306,10 @@ pub fn read_text(path: &Path) -> Result<String> {
         let message = "the file is not UTF-8 text";
         Error::from(Diagnostic::new(Code::BinaryFile, message)).with_path(path)
     })
+}
+
+/// Whether the scene was read from a file of arrays.
+#[cfg(any(feature = "arrays", feature = "solve"))]
+fn is_array(scene: &Scene) -> bool {
+    scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format))
 }

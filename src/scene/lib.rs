@@ -5,6 +5,7 @@
 
 pub mod error;
 pub mod files;
+#[cfg(feature = "ik")]
 pub mod ik;
 pub mod limits;
 #[doc(hidden)]

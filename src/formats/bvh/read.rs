@@ -20,12 +20,6 @@ use crate::{Blocks, Failure, ReadOptions, Source};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 
-/// A BVH file begins with `HIERARCHY`; only comment lines may precede it.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    const ENOUGH: usize = 64 << 10;
-    decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| hierarchy::read_header(&mut Cursor::new(&text)).is_ok())
-}
-
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     let read = match source.blocks {

@@ -25,70 +25,10 @@ mod angles;
 mod build;
 mod number;
 
+use super::{BvhOptions, Channels};
 use crate::{Sidecar, WriteOptions, Written, WrittenFile};
 use mocap_scene::error::{Diagnostic, Result};
-use mocap_scene::options::setters;
-use mocap_scene::scene::{RotationOrder, Scene};
-use serde::{Deserialize, Serialize};
-
-/// Which joints have position channels.
-///
-/// [`BvhOptions`] has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub enum Channels {
-    /// The ROOT, and joints whose position differs from their OFFSET in some frame.
-    #[default]
-    Auto,
-    /// Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
-    #[serde(rename = "3")]
-    #[cfg_attr(feature = "clap", value(name = "3"))]
-    Three,
-    /// Every joint.
-    #[serde(rename = "6")]
-    #[cfg_attr(feature = "clap", value(name = "6"))]
-    Six,
-}
-
-/// Options of the writer.
-///
-/// ```
-/// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::bvh::{BvhOptions, Channels};
-/// use mocap::scene::RotationOrder;
-/// use mocap::{Exporter, Format};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let options = BvhOptions::new().order(RotationOrder::Yxz).digits(3).channels(Channels::Three);
-/// let written = Exporter::new().bvh(options).write(&scene, Format::Bvh)?;
-/// assert!(written.into_bytes()?.starts_with(b"HIERARCHY"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct BvhOptions {
-    /// The order of the rotation channels of all joints. Default: `None`, each joint's own order, or else `Zxy`.
-    pub order: Option<RotationOrder>,
-    /// Decimals of every number. Default: `None`, as many as are needed to read the same keys back.
-    pub digits: Option<usize>,
-    /// Which joints have position channels.
-    pub channels: Channels,
-    /// Whether a file beside it says how it was made, of which BVH has no word: `walk.bvh.json` beside `walk.bvh`.
-    /// Every reader of the BVH file reads it.
-    pub sidecar: bool,
-}
-
-setters! {
-    BvhOptions {
-        order: Option<RotationOrder>,
-        digits: Option<usize>,
-        channels: Channels,
-        sidecar: bool,
-    }
-}
+use mocap_scene::scene::Scene;
 
 impl BvhOptions {
     /// The text of a BVH file.

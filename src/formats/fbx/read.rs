@@ -35,8 +35,6 @@ use mocap_scene::scene::{
     Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
 };
 
-pub(super) const DESCRIPTION: &str = "Autodesk FBX: skeleton, animation, skinned meshes";
-
 /// Memory that ufbx may take, for any file and for each byte of it: compressed numbers expand at most a thousandfold,
 /// and only in broken files do all of them.
 const MEMORY: usize = 64 << 20;

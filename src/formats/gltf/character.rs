@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
+use super::BufferPlace;
 use super::face::CharacterFace;
 use super::read::{Placed, RestPose, read_placed};
 use super::write::dangling;
 use super::write::patch::{self, Clip, Replaced};
-use super::write::{BufferPlace, GltfOptions, GltfReport};
+use super::write::{GltfOptions, GltfReport};
 use super::{Provenance, json, meshes};
 use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
 use mocap_figure::Humanoid;

@@ -66,9 +66,7 @@ impl<'a> File<'a> {
     /// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
     #[doc(hidden)]
     pub fn sniff(bytes: &[u8]) -> bool {
-        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        let is_json = text.trim_ascii_start().starts_with(b"{");
-        bytes.starts_with(json::MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
+        super::sniff(bytes)
     }
 
     /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.

@@ -11,7 +11,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{Face, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 
 /// The extension of a VRM animation.
-pub(super) const VRM_ANIMATION: &str = "VRMC_vrm_animation";
+pub(super) use super::VRM_ANIMATION_EXTENSION as VRM_ANIMATION;
 
 /// The expressions of VRM that a VRM animation must not have, for its gaze says them.
 const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];

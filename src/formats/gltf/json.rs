@@ -9,6 +9,7 @@ use serde_path_to_error::Segment;
 
 use super::humanoid::Extensions;
 use super::invalid::invalid;
+pub(super) use super::{CHUNK_HEADER, HEADER, MAGIC};
 use crate::Failure;
 
 #[derive(Deserialize)]
@@ -161,13 +162,6 @@ pub(super) struct Buffer {
     pub(super) extensions: Map<String, Value>,
 }
 
-/// The magic number of a `.glb` file.
-pub(super) const MAGIC: &[u8] = b"glTF";
-/// Bytes of the header of a `.glb` file.
-pub(super) const HEADER: usize = 12;
-/// Bytes of the header of each of its chunks.
-pub(super) const CHUNK_HEADER: usize = 8;
-
 /// The JSON of a file, without a byte order mark, and the binary chunk of a `.glb`.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
     match bytes.starts_with(MAGIC) {
@@ -177,17 +171,6 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
         }
         false => Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)),
     }
-}
-
-/// The JSON of a file that may be cut off, and in which nothing is checked.
-pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
-    if !bytes.starts_with(MAGIC) {
-        return bytes;
-    }
-    let length = bytes.get(HEADER..HEADER + 4).and_then(|length| length.try_into().ok());
-    let length = length.map_or(0, u32::from_le_bytes) as usize;
-    let json = bytes.get(HEADER + CHUNK_HEADER..).unwrap_or_default();
-    &json[..json.len().min(length)]
 }
 
 /// The chunks of a `.glb` that only extensions know, with their headers.

@@ -20,7 +20,6 @@
 
 use glam::{Quat, Vec3};
 
-use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::{WriteOptions, Written};
 use mocap_figure::Humanoid;
@@ -28,11 +27,6 @@ use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::options::setters;
 use mocap_scene::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
-
-use super::humanoid::VRM_ANIMATION;
-
-/// How much of a file is searched for the name of the extension.
-const SEARCHED: usize = 1 << 20;
 
 /// Options of the writer.
 ///
@@ -209,13 +203,4 @@ fn document(
         joints_that_move(scene, &humanoid),
     ];
     Ok((document, report, notes.into_iter().flatten().collect()))
-}
-
-/// Whether a file is glTF that names the extension.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    let names_it = |text: &[u8]| {
-        let text = &text[..text.len().min(SEARCHED)];
-        memchr::memmem::find(text, VRM_ANIMATION.as_bytes()).is_some()
-    };
-    super::File::sniff(bytes) && names_it(json::beginning(bytes))
 }

@@ -45,7 +45,7 @@ mod values;
 
 use serde::Serialize;
 
-use super::{Achieved, Compression};
+use super::{Achieved, BufferPlace, Compression};
 use crate::written::unit_warning;
 use crate::{Renamed, WriteOptions, Written, WrittenFile};
 use mocap_compress::ErrorBound;
@@ -58,19 +58,6 @@ use mocap_scene::scene::Scene;
 /// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
 /// alpha.
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
-
-/// Where a `.gltf` file has its buffer.
-///
-/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum BufferPlace {
-    /// In a `.bin` file beside it.
-    #[default]
-    Beside,
-    /// In the file itself, as a data URI, which takes a third more bytes.
-    Embedded,
-}
 
 /// Options of the writer.
 ///
@@ -178,7 +165,7 @@ enum Content {
 #[derive(Clone, Debug)]
 pub struct Document {
     /// All but the animations.
-    root: ::gltf::json::Root,
+    root: gltf_json::Root,
     animations: Vec<text::Animation>,
     bin: Vec<u8>,
     report: GltfReport,

@@ -17,11 +17,10 @@
 use glam::DVec3;
 
 use super::bytes::{Cursor, invalid};
+use super::{MODEL_HEAD, is_old_model};
 use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{Limits, is_plausible, limit_exceeded};
-
-const MAGIC: &[u8] = b"PMX ";
 
 /// Flags of a bone.
 const TAIL_IS_BONE: u16 = 0x0001;
@@ -102,19 +101,9 @@ impl Model {
     }
 }
 
-/// Whether it is a model of MikuMikuDance, older ones too, which are refused with advice.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC) || is_old(bytes)
-}
-
-/// Whether it is PMD, or PMX 1.0.
-fn is_old(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx")
-}
-
 pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Model, Failure> {
-    if !bytes.starts_with(MAGIC) {
-        return Err(match is_old(bytes) {
+    if !bytes.starts_with(MODEL_HEAD) {
+        return Err(match is_old_model(bytes) {
             true => Diagnostic::new(Code::UnreadableFormat, "the file is PMD or PMX 1.0, which are not read")
                 .help("save it as PMX 2.0 in an editor of models")
                 .into(),
@@ -209,7 +198,7 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self, Failure> {
         let mut cursor = Cursor::new(bytes);
-        cursor.take(MAGIC.len())?;
+        cursor.take(MODEL_HEAD.len())?;
         let version = cursor.real()?;
         // 2.0 and 2.1, as 32-bit numbers.
         if !(1.99..2.2).contains(&version) {

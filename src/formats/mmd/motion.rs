@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3};
 
+use super::MOTION_HEAD;
 use super::bezier::Curve;
 use super::bytes::{Cursor, invalid};
 use super::names::{self, LONG_NAME_BYTES, NAME_BYTES};
@@ -27,7 +28,6 @@ use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::is_plausible;
 
-const MAGIC: &[u8] = b"Vocaloid Motion Data ";
 const OLD: &[u8] = b"Vocaloid Motion Data file";
 const HEADER_BYTES: usize = 30;
 const OLD_MODEL_NAME_BYTES: usize = 10;
@@ -69,12 +69,8 @@ impl Motion {
     }
 }
 
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC)
-}
-
 pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Failure> {
-    if !sniff(bytes) {
+    if !bytes.starts_with(MOTION_HEAD) {
         let message = "the file does not begin with \"Vocaloid Motion Data\", as a motion of MikuMikuDance does";
         return Err(invalid(message));
     }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::FIRST_WORD;
 use crate::points::{self, Track};
 use crate::text::table::{Table, cells, words};
-use crate::text::{Cursor, Word, decode, decode_name, is_binary, number};
+use crate::text::{Word, decode, decode_name, is_binary, number};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 use mocap_scene::error::{Code, Diagnostic};
@@ -14,15 +14,6 @@ use mocap_scene::scene::{Format, Scene};
 
 /// The columns before those of the first marker: the number of the frame, and the time.
 const BEFORE: usize = 2;
-
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    const NEAR: usize = 256;
-    let start = decode(&bytes[..bytes.len().min(NEAR)]);
-    start.is_ok_and(|text| {
-        let first = Cursor::new(&text).next_word();
-        first.is_some_and(|word| word.is(FIRST_WORD))
-    })
-}
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> mocap_scene::error::Result<Scene> {
     let mut warnings = Warnings::default();

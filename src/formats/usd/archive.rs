@@ -25,22 +25,6 @@ const PADDING: u16 = 0x1986;
 /// 1 January 1980, so that equal files give equal bytes.
 const DATE: u16 = 0x0021;
 
-/// Whether the first file of an archive is a stage.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    let name = || {
-        let length = usize::from(u16_at(bytes, 26)?);
-        bytes.get(LOCAL_LENGTH..LOCAL_LENGTH + length)
-    };
-    bytes.starts_with(ZIP_HEAD) && name().is_some_and(is_stage)
-}
-
-fn is_stage(name: &[u8]) -> bool {
-    let lower = name.to_ascii_lowercase();
-    [".usda", ".usdc", ".usd"]
-        .iter()
-        .any(|end| lower.ends_with(end.as_bytes()))
-}
-
 /// The archive of these files; `None` where it would be larger than 4 GiB, which the format has no field for.
 pub(super) fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
     let (mut out, mut central) = (Vec::new(), Vec::new());
@@ -144,7 +128,7 @@ mod tests {
             ("textures/b.png".to_owned(), &b"image"[..]),
         ];
         let archive = write(&files).unwrap();
-        assert!(sniff(&archive));
+        assert!(crate::usd::is_archive(&archive));
         assert_eq!(stage(&archive).unwrap(), files[0].1);
         for (_, bytes) in &files {
             let at = archive

@@ -14,9 +14,8 @@
 mod animation;
 mod skeleton;
 
-use super::BINARY;
-use super::archive;
 use super::parse::{self, Layer};
+use super::{BINARY, archive, is_archive};
 use crate::provenance::Provenance;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
@@ -45,7 +44,7 @@ pub(super) fn provenance(bytes: &[u8]) -> Option<Provenance> {
 
 /// The text of a file, or of the stage in an archive.
 fn text(bytes: &[u8]) -> Result<&[u8], Failure> {
-    let bytes = match archive::sniff(bytes) {
+    let bytes = match is_archive(bytes) {
         true => archive::stage(bytes)?,
         false => bytes,
     };

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::Importer;
-use super::solved::is_array;
+use super::{Importer, is_array};
 use mocap_figure::convert::Conversion;
 use mocap_figure::robot_bones::robot_scene;
 use mocap_figure::vrm_humanoid;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Importer;
 use super::contents::{check_size, refused_from_memory};
 use mocap_formats::Source;
+#[cfg(feature = "gltf")]
 use mocap_formats::gltf::Character;
 use mocap_scene::error::{Error, Result};
 use mocap_scene::scene::Scene;
@@ -68,6 +69,7 @@ impl Importer {
     ///
     /// # Errors
     /// As [`Importer::import_character`].
+    #[cfg(feature = "gltf")]
     pub fn read_character(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Character> {
         check_size(file.bytes.len() as u64, Path::new(file.name), &self.read.limits)?;
         self.among(file, others, |source| self.character(source))

@@ -11,6 +11,7 @@ use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{Format, RootOffset};
 #[cfg(doc)]
 use mocap_scene::scene::{Origin, Scene};
+#[cfg(feature = "solve")]
 use mocap_solve::Lengths;
 
 impl Importer {
@@ -140,6 +141,7 @@ impl Importer {
     /// assert_eq!(scene.nodes[0].name, "pelvis");
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[cfg(feature = "solve")]
     #[must_use]
     pub fn joints(mut self, set: impl Into<String>) -> Self {
         self.joints = Some(set.into());
@@ -158,6 +160,7 @@ impl Importer {
     /// assert!(scene.animations[0].channels.iter().all(|channel| channel.position_keys.len() > 1));
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[cfg(feature = "solve")]
     #[must_use]
     pub fn lengths(mut self, lengths: Lengths) -> Self {
         self.lengths = Some(lengths);
@@ -174,6 +177,7 @@ impl Importer {
     /// let error = mocap::Importer::new().markers("auto").import("fixtures/real/optotrak.c3d").unwrap_err();
     /// assert!(error.to_string().contains("do not tell where the legs are"));
     /// ```
+    #[cfg(feature = "solve")]
     #[must_use]
     pub fn markers(mut self, names: impl Into<String>) -> Self {
         self.markers = Some(names.into());
@@ -189,6 +193,7 @@ impl Importer {
     /// let error = importer.import("fixtures/real/optotrak.c3d").unwrap_err();
     /// assert!(error.to_string().contains("nosuch.trc"));
     /// ```
+    #[cfg(feature = "solve")]
     #[must_use]
     pub fn static_trial(mut self, path: impl Into<PathBuf>) -> Self {
         self.standing = Some(path.into());
@@ -207,6 +212,7 @@ impl Importer {
     /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("body that was given")));
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[cfg(feature = "arrays")]
     #[must_use]
     pub fn body(mut self, path: impl Into<PathBuf>) -> Self {
         self.body = Some(path.into());

@@ -37,10 +37,12 @@ impl Importer {
             blocks: Some(file),
             ..*source
         };
-        let scene = (format.read)(&blocks, &self.read).map_err(|error| match file.take_failure() {
-            Some(failure) => io_error(failure),
-            None => error,
-        });
+        let scene = format
+            .read(&blocks, &self.read)
+            .map_err(|error| match file.take_failure() {
+                Some(failure) => io_error(failure),
+                None => error,
+            });
         let scene = scene.map_err(|error| error.with_path(source.name))?;
         let sha256 = file.finish_hash().map_err(io_error)?;
         self.finish(scene, source, sha256)
@@ -51,13 +53,16 @@ impl Importer {
         check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
         self.check_rates(source)?;
         let bytes = source.bytes;
+        #[cfg(feature = "arrays")]
         let options = self
             .read_options(source)
             .map_err(|error| error.with_path(source.name))?;
+        #[cfg(not(feature = "arrays"))]
+        let options = &self.read;
         let mut sum = self.hash.then(Sha256Sum::default);
         let read = |source: &Source<'_>| {
             self.find_format(bytes, source.name)
-                .and_then(|format| (format.read)(source, &options))
+                .and_then(|format| format.read(source, &options))
         };
         let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
             // What was read is in the processor's caches: it is hashed while it is there.
@@ -109,7 +114,8 @@ impl Importer {
             sum.finish()
         });
         let sha256 = sum.unwrap_or_default();
-        (bvh::FORMAT.read)(&source, &self.read)
+        bvh::FORMAT
+            .read(&source, &self.read)
             .and_then(|scene| self.finish_after(scene, &source, sha256, |_| Ok(())))
             .map_err(|error| error.with_path(source.name))
     }
@@ -123,10 +129,17 @@ impl Importer {
     }
 
     /// The steps that follow every reader.
+    #[cfg_attr(
+        not(any(feature = "arrays", feature = "solve")),
+        expect(unused_variables, reason = "the scene is complete")
+    )]
     pub(super) fn finish(&self, scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
         self.finish_after(scene, source, sha256, |scene| {
+            #[cfg(feature = "arrays")]
             self.check_body(scene)?;
-            self.solve_points(scene, source)
+            #[cfg(feature = "solve")]
+            self.solve_points(scene, source)?;
+            Ok(())
         })
     }
 

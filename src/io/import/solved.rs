@@ -2,22 +2,12 @@
 
 use std::path::Path;
 
-use super::Importer;
+use super::{Importer, is_array};
 use mocap_formats::Source;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::scene::{Format, NodeKind, Scene};
+use mocap_scene::scene::{NodeKind, Scene};
 use mocap_solve::JointSet;
 use mocap_solve::markers::{Known, solve_markers};
-
-/// Formats of arrays, whose points may have no names of their own.
-const ARRAYS: [Format; 6] = [
-    Format::Npz,
-    Format::Npy,
-    Format::Torch,
-    Format::Pickle,
-    Format::Csv,
-    Format::Parquet,
-];
 
 /// Labels of markers are looked up in the known sets; with a colon and a name, those of that subject alone.
 const AUTO: &str = "auto";
@@ -120,11 +110,6 @@ fn no_frame(scene: &Scene) -> Diagnostic {
     diagnostic.message =
         format!("the file is cut off before its first frame is whole: of its {markers} markers it has labels alone");
     diagnostic.help("export or download the file again")
-}
-
-/// Whether the scene was read from a file of arrays.
-pub(super) fn is_array(scene: &Scene) -> bool {
-    scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format))
 }
 
 /// Whether the scene is a group of points that move.

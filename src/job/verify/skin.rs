@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec
         gltf_rest_of_nodes: true,
         ..ReadOptions::default()
     };
-    (FormatInfo::of(Format::Gltf).read)(&source, &options)
+    FormatInfo::of(Format::Gltf).read(&source, &options)
 }
 
 /// Finds joints of `output`, which this crate wrote, that stand otherwise in its skin than in the rest pose of the

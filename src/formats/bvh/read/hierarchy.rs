@@ -53,13 +53,7 @@ impl Hierarchy {
 
 /// `HIERARCHY`, after comment lines.
 pub(super) fn read_header(cursor: &mut Cursor<'_>) -> Result<(), Failure> {
-    loop {
-        cursor.skip_spaces();
-        match cursor.peek() {
-            Some(b'#') => cursor.take_while(|byte| !crate::text::is_line_end(byte)),
-            _ => break,
-        };
-    }
+    crate::bvh::pass_comments(cursor);
     let start = cursor.clone();
     match cursor.next_word() {
         Some(word) if word.is("HIERARCHY") => Ok(()),

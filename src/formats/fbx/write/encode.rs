@@ -9,6 +9,7 @@ use std::rc::Rc;
 use zlib_rs::{DeflateConfig, ReturnCode, compress_bound, compress_slice};
 
 use super::FbxVersion;
+use crate::fbx::FOOTER_END;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::FBX_HEAD;
 
@@ -27,11 +28,6 @@ const CREATION_TIME: &str = "1970-01-01 10:00:00:000";
 const FOOTER_ID: [u8; 16] = [
     0xfa, 0xbc, 0xab, 0x09, 0xd0, 0xc8, 0xd4, 0x66, 0xb1, 0x76, 0xfb, 0x83, 0x1c, 0xf7, 0x26, 0x7e,
 ];
-/// The last bytes of every file.
-pub(in crate::fbx) const FOOTER_END: [u8; 16] = [
-    0xf8, 0x5a, 0x8c, 0x6a, 0xde, 0xf5, 0xd9, 0x7e, 0xec, 0xe9, 0x0c, 0xe3, 0x75, 0x8f, 0x29, 0x0b,
-];
-
 /// An element of the tree.
 pub(super) struct Element<'a> {
     name: &'static str,

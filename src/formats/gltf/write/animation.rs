@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
-use gltf::json::Index;
-use gltf::json::accessor::{Accessor, ComponentType};
-use gltf::json::animation::Property;
+use gltf_json::Index;
+use gltf_json::accessor::{Accessor, ComponentType};
+use gltf_json::animation::Property;
 
 use super::super::compression::Compression;
 use super::super::meshopt::{self, Filter};

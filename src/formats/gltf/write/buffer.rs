@@ -1,9 +1,9 @@
 //! The one buffer of a file, and the accessors into it.
 
-use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
-use gltf::json::buffer::{Target, View};
-use gltf::json::validation::{Checked, USize64};
-use gltf::json::{Index, Root};
+use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
+use gltf_json::buffer::{Target, View};
+use gltf_json::validation::{Checked, USize64};
+use gltf_json::{Index, Root};
 use serde_json::{Value, json};
 
 use super::super::compression::{Compression, KHR};
@@ -78,7 +78,7 @@ pub(super) struct Parts {
     pub(super) views: Vec<View>,
     pub(super) bytes: Vec<u8>,
     /// The buffer that streams need beside that with the bytes, and the extension that the file then requires.
-    pub(super) streams: Option<(gltf::json::Buffer, &'static str)>,
+    pub(super) streams: Option<(gltf_json::Buffer, &'static str)>,
 }
 
 /// Builds the buffer of a file.
@@ -312,7 +312,7 @@ impl Buffer {
 
     /// Compresses the streams. Their views refer to an uncompressed buffer that is not written: it is marked as the
     /// fallback, which only readers without the extension need.
-    fn finish_streams(&mut self, extension: &'static str) -> Result<Option<(gltf::json::Buffer, &'static str)>> {
+    fn finish_streams(&mut self, extension: &'static str) -> Result<Option<(gltf_json::Buffer, &'static str)>> {
         let version = i32::from(extension == KHR);
         let mut fallback = 0;
         for (stream, (filter, stride)) in std::iter::zip(std::mem::take(&mut self.streams), STREAMS) {
@@ -342,7 +342,7 @@ impl Buffer {
                 byte_stride: None,
                 name: None,
                 target: None,
-                extensions: Some(gltf::json::extensions::buffer::View { others }),
+                extensions: Some(gltf_json::extensions::buffer::View { others }),
                 extras: None,
             });
             fallback += stream.bytes.len().next_multiple_of(8);
@@ -399,8 +399,8 @@ impl Parts {
 }
 
 /// A buffer of so many bytes.
-pub(super) fn buffer(length: usize, uri: Option<String>) -> gltf::json::Buffer {
-    gltf::json::Buffer {
+pub(super) fn buffer(length: usize, uri: Option<String>) -> gltf_json::Buffer {
+    gltf_json::Buffer {
         byte_length: USize64::from(length),
         name: None,
         uri,
@@ -410,11 +410,11 @@ pub(super) fn buffer(length: usize, uri: Option<String>) -> gltf::json::Buffer {
 }
 
 /// A fallback buffer without bytes.
-fn placeholder(length: usize, extension: &str) -> gltf::json::Buffer {
+fn placeholder(length: usize, extension: &str) -> gltf_json::Buffer {
     let mut others = serde_json::Map::new();
     others.insert(extension.to_owned(), json!({ "fallback": true }));
-    gltf::json::Buffer {
-        extensions: Some(gltf::json::extensions::buffer::Buffer { others }),
+    gltf_json::Buffer {
+        extensions: Some(gltf_json::extensions::buffer::Buffer { others }),
         ..buffer(length, None)
     }
 }

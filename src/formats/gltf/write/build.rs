@@ -1,15 +1,15 @@
 //! A scene as the tree of objects that glTF writes as JSON.
 
 use glam::{Affine3A, Mat4, Vec3};
-use gltf::json::accessor::Accessor;
-use gltf::json::image::MimeType;
-use gltf::json::material::{
+use gltf_json::accessor::Accessor;
+use gltf_json::image::MimeType;
+use gltf_json::material::{
     self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
 };
-use gltf::json::mesh::Primitive;
-use gltf::json::texture::{Info, Sampler, WrappingMode};
-use gltf::json::validation::Checked;
-use gltf::json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
+use gltf_json::mesh::Primitive;
+use gltf_json::texture::{Info, Sampler, WrappingMode};
+use gltf_json::validation::Checked;
+use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -250,7 +250,7 @@ impl Builder<'_> {
             self.root.nodes.push(written);
         }
         if !roots.is_empty() {
-            self.root.scenes.push(gltf::json::Scene {
+            self.root.scenes.push(gltf_json::Scene {
                 nodes: roots,
                 name: None,
                 extensions: None,
@@ -288,7 +288,7 @@ impl Builder<'_> {
             clippy::needless_update,
             reason = "it has more fields where another crate of a program turns features of `gltf` on, as Bevy does"
         )]
-        let extensions = gltf::json::extensions::Root {
+        let extensions = gltf_json::extensions::Root {
             others,
             ..Default::default()
         };

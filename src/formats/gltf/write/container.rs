@@ -4,7 +4,7 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf::json::Root;
+use gltf_json::Root;
 
 use super::glb::Glb;
 use super::{Document, text};

@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
-use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Material};
+use gltf_json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Index, Material};
 
 use super::buffer::{Buffer, Usage};
 use mocap_scene::error::{Code, Diagnostic, Result};

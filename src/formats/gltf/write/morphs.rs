@@ -1,6 +1,6 @@
 //! Writes the animated weights of morph targets.
 
-use gltf::json::Index;
+use gltf_json::Index;
 
 use super::super::Compression;
 use super::super::face::MorphTrack;

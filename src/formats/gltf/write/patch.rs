@@ -1,6 +1,6 @@
 //! Adds animations to a glTF file that is there, as edits of its text: everything else keeps its bytes.
 
-use gltf::json::Index;
+use gltf_json::Index;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use serde_json::value::RawValue;

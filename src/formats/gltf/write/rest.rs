@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Quat, Vec3};
-use gltf::json::{Node, scene::UnitQuaternion};
+use gltf_json::{Node, scene::UnitQuaternion};
 
 use super::values::{Value, is_constant};
 use mocap_scene::math::quaternion::unit;

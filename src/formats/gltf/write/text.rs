@@ -3,8 +3,8 @@
 
 use std::io::{self, Write};
 
-use gltf::json::accessor::Accessor;
-use gltf::json::{Index, Node, Root};
+use gltf_json::accessor::Accessor;
+use gltf_json::{Index, Node, Root};
 use serde::Serialize;
 use serde_json::Value;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};

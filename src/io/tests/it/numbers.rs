@@ -72,7 +72,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
         put(b"TimeMode", b"S\0\0\0\0I", &14_i32.to_le_bytes());
         bytes
     };
-    if cfg!(feature = "fbx") {
+    {
         let scene = read(&fbx(12.5), "a.fbx").unwrap();
         assert_eq!(scene.animations[0].ticks_per_second, 12.5);
     }
@@ -80,7 +80,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
         let error = read(bvh_text(time, "0 0 0 1 1 1").as_bytes(), "a.bvh").unwrap_err();
         assert_eq!(error.code(), Code::FrameTime, "{error}");
         assert_eq!(error.location().unwrap().line, 9, "{error}");
-        if cfg!(feature = "fbx") {
+        {
             let error = read(&fbx(rate), "a.fbx").unwrap_err();
             assert_eq!(error.code(), Code::FrameTime, "{error}");
         }
@@ -157,7 +157,7 @@ fn a_value_beyond_any_place_is_replaced_or_refused_in_every_format() {
         assert_eq!(error.code(), Code::InvalidGltf, "{error}");
         assert!(error.to_string().contains("/animations/0/samplers/0/output"), "{error}");
     }
-    if cfg!(feature = "fbx") {
+    {
         let place = "\"Lcl Translation\", \"Lcl Translation\", \"\", \"A\",10,0,0";
         for number in ["3e38", "1e300", "-2e20"] {
             let scene = read(fbx_text(place, &place.replace("10", number)).as_bytes(), "a.fbx").unwrap();

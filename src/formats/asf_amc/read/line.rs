@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Failure;
+use crate::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::FARTHEST;

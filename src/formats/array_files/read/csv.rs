@@ -17,12 +17,7 @@ use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
 use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::files::{PointColumns, Records, is_csv_of_points, is_own_csv};
-
-/// Whether the bytes begin as a table of motion does.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    is_own_csv(bytes) || is_csv_of_points(bytes)
-}
+use mocap_scene::files::{PointColumns, Records, is_own_csv};
 
 /// The header of this program's arrays, as far as rows need it.
 #[derive(Deserialize)]

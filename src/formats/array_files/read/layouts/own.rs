@@ -6,7 +6,7 @@ use serde_json::value::RawValue;
 
 use super::Reader;
 use crate::Failure;
-use crate::array_files::ndarray::{Entries, NdArray};
+use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::frames::add_animation;
 use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};

@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3, Vec3};
 
 use super::Reader;
 use crate::Failure;
-use crate::array_files::motion::{Motion, named};
-use crate::array_files::ndarray::{Entries, NdArray};
-use crate::array_files::proportions::{self, HEIGHT, SMPL_ROOT};
+use crate::array_files::read::motion::{Motion, named};
+use crate::array_files::read::ndarray::{Entries, NdArray};
+use crate::array_files::read::proportions::{self, HEIGHT, SMPL_ROOT};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::joint_tables;
 use mocap_scene::scene::{Confidence, Topic, UpAxis};

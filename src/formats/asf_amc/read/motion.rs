@@ -2,17 +2,15 @@
 
 use std::collections::HashMap;
 
-use super::Failure;
 use super::line::Lines;
 use super::skeleton::{ChannelKind, Skeleton};
+use crate::Failure;
 use crate::ReadOptions;
+use crate::asf_amc::HEADER;
 use crate::text::{Word, decode_name, number, quote};
 use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic, nearest};
 use mocap_scene::limits::limit_exceeded;
-
-/// The words that may stand before the first frame.
-pub(super) const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"];
 
 /// The whole file.
 #[derive(Debug)]

@@ -54,11 +54,6 @@ pub(super) struct Pickle<'a> {
 /// The bytes of the storage with this key, where the pickle is one of PyTorch's archive.
 pub(super) type Storages<'s, 'a> = &'s mut dyn FnMut(&str) -> Result<Bytes<'a>, Failure>;
 
-/// Whether bytes begin as a pickle of protocol 2 or later. Earlier ones are text without a beginning.
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    matches!(bytes, [0x80, 2..=5, first, ..] if matches!(first, b'}' | b']' | b'(' | b'c' | 0x95 | b')' | b'X' | 0x8c))
-}
-
 /// Reads a pickle.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Reads the section with the parent of each bone, and sorts the bones depth-first.
 
 use super::{Bone, Reader};
-use crate::asf_amc::Failure;
+use crate::Failure;
 use crate::text::{Word, decode_name, quote};
 use mocap_scene::error::{Code, Diagnostic, nearest};
 use mocap_scene::limits::{Limits, limit_exceeded};

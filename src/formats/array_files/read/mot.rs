@@ -9,6 +9,7 @@
 //!
 //! The format is described by OpenSim, *Motion (.mot) Files* and *Storage (.sto) Files*.
 
+use crate::array_files::END_OF_HEADER;
 use crate::text::table::{Table, cells, words};
 use crate::text::{Word, decode, decode_name, is_binary, quote};
 use crate::warnings::Warnings;
@@ -16,19 +17,8 @@ use crate::{Failure, STATE_THE_RATE};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{Limits, limit_exceeded};
 
-/// The last line of every header.
-const END_OF_HEADER: &str = "endheader";
-
 /// Lines of a header, at most: files of OpenSim have ten, and some repeat the settings of the tool that wrote them.
 const LONGEST_HEADER: usize = 1000;
-
-pub(super) fn sniff(bytes: &[u8]) -> bool {
-    const NEAR: usize = 4096;
-    let start = &bytes[..bytes.len().min(NEAR)];
-    start
-        .split(|byte| *byte == b'\n')
-        .any(|line| line.trim_ascii().eq_ignore_ascii_case(END_OF_HEADER.as_bytes()))
-}
 
 /// The columns of a file.
 pub(super) struct Columns {

@@ -6,9 +6,9 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::array_files::mot::Columns;
-use crate::array_files::motion::Motion;
-use crate::array_files::proportions;
+use crate::array_files::read::mot::Columns;
+use crate::array_files::read::motion::Motion;
+use crate::array_files::read::proportions;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 use mocap_figure::joint_angles::{is_angle, rotations_of};
@@ -32,7 +32,7 @@ const ALIASES: [(&str, &str); 5] = [
 ];
 
 /// The motion of the columns of a file.
-pub(in crate::array_files) fn motion(
+pub(in crate::array_files::read) fn motion(
     columns: &Columns,
     options: &ReadOptions,
     warnings: &mut Warnings,

@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 
 use super::Reader;
 use crate::Failure;
-use crate::array_files::motion::Motion;
+use crate::array_files::read::motion::Motion;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::median_vector;
 use mocap_scene::scene::joint_tables::{self, Joint};

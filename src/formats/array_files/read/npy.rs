@@ -3,9 +3,8 @@
 
 use super::ndarray::{Bytes, Kind, NdArray};
 use crate::Failure;
+use crate::array_files::NPY_HEAD;
 use mocap_scene::error::{Code, Diagnostic};
-
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// The largest number of axes, as in NumPy.
 const MOST_AXES: usize = 64;
@@ -29,13 +28,13 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
             .help("write it with numpy.save or numpy.savez"),
         )
     };
-    let (Some(&version), true) = (bytes.get(MAGIC.len()), bytes.starts_with(MAGIC)) else {
+    let (Some(&version), true) = (bytes.get(NPY_HEAD.len()), bytes.starts_with(NPY_HEAD)) else {
         return Err(refused(
             "the bytes \\x93NUMPY",
             format!("{} bytes that begin otherwise", bytes.len()),
         ));
     };
-    let at = MAGIC.len() + 2;
+    let at = NPY_HEAD.len() + 2;
     let (length, begin) = match (version, bytes.get(at..at + 2), bytes.get(at..at + 4)) {
         (1, Some(&[a, b]), _) => (usize::from(u16::from_le_bytes([a, b])), at + 2),
         (2 | 3, _, Some(&[a, b, c, d])) => (u32::from_le_bytes([a, b, c, d]) as usize, at + 4),

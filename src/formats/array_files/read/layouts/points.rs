@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::{KNOWN, Reader, refused};
 use crate::Failure;
-use crate::array_files::humanml3d;
-use crate::array_files::motion::Motion;
-use crate::array_files::ndarray::{Entries, NdArray};
+use crate::array_files::read::humanml3d;
+use crate::array_files::read::motion::Motion;
+use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::points::{self, Kind, Track};
 use crate::warnings::Warnings;
 use mocap_scene::limits::{is_plausible, limit_exceeded};

@@ -33,16 +33,6 @@ fn broken(message: String) -> Failure {
     )
 }
 
-/// The name of the first file of an archive, from its bytes.
-pub(super) fn first_name(bytes: &[u8]) -> Option<&str> {
-    const NAME: usize = 30;
-    if !bytes.starts_with(b"PK\x03\x04") {
-        return None;
-    }
-    let length = usize::from(u16::from_le_bytes([*bytes.get(26)?, *bytes.get(27)?]));
-    std::str::from_utf8(bytes.get(NAME..NAME + length)?).ok()
-}
-
 impl<'a> Archive<'a> {
     pub(super) fn open(bytes: &'a [u8], limits: &Limits) -> Result<Self, Failure> {
         let zip = ZipArchive::new(Cursor::new(bytes))

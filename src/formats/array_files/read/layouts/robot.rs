@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3, Vec3};
 
 use super::{Reader, refused};
 use crate::Failure;
-use crate::array_files::body::Body;
-use crate::array_files::motion::Motion;
-use crate::array_files::ndarray::{Entries, NdArray};
+use crate::array_files::read::body::Body;
+use crate::array_files::read::motion::Motion;
+use crate::array_files::read::ndarray::{Entries, NdArray};
 use mocap_figure::robot_bones::{robot_bones, robot_scene};
 use mocap_figure::robot_clip;
 use mocap_scene::error::{Code, Diagnostic};

@@ -6,8 +6,8 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
 
-use super::Failure;
 use super::line::Lines;
+use crate::Failure;
 use crate::text::{Word, decode_name, quote};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{FARTHEST, Limits, limit_exceeded};

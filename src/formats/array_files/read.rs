@@ -1,0 +1,197 @@
+//! Reads the arrays of a container, and makes a scene of them.
+
+#[cfg(feature = "npz")]
+mod archive;
+mod body;
+mod csv;
+#[doc(hidden)]
+pub mod humanml3d;
+mod layouts;
+mod mot;
+mod motion;
+mod ndarray;
+mod npy;
+#[cfg(feature = "parquet")]
+mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
+mod pickle;
+mod point_rows;
+mod proportions;
+
+#[doc(hidden)]
+pub use self::body::Body;
+pub(crate) use self::body::BodyModel;
+use self::ndarray::{Bytes, Entries, NdArray};
+use self::npy::Npy;
+#[doc(hidden)]
+pub use self::proportions::SMPL_ROOT;
+#[cfg(feature = "npz")]
+use super::is_npz;
+use super::is_pickle;
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions, Source};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::{Format, Scene};
+
+fn check_not_empty(source: &Source<'_>) -> Result<()> {
+    match source.bytes.is_empty() {
+        true => Err(Diagnostic::new(Code::EmptyFile, "the file is empty").into()),
+        false => Ok(()),
+    }
+}
+
+/// The scene of the arrays that `list` finds in the file of a row.
+fn read_by(
+    source: &Source<'_>,
+    options: &ReadOptions,
+    format: Format,
+    list: impl FnOnce(&[u8], &Limits, &mut dyn FnMut(&Entries<'_>) -> Result<Scene, Failure>) -> Result<Scene, Failure>,
+) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    check_not_empty(source)?;
+    let read = list(source.bytes, &options.limits, &mut |entries| {
+        layouts::scene(entries, format, options, &mut warnings)
+    });
+    warnings.attach_to(read)
+}
+
+pub(super) fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    read_by(source, options, Format::Npy, |bytes, _, see| {
+        let mut entries = Entries::default();
+        add(&mut entries, "", Bytes::File(bytes), "of the file")?;
+        see(&entries)
+    })
+}
+
+pub(super) fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    check_not_empty(source)?;
+    let columns = mot::Columns::read(source.bytes, &options.limits, &mut warnings);
+    let motion = columns.and_then(|columns| layouts::opensim::motion(&columns, options, &mut warnings));
+    let scene = motion.map(|motion| motion.into_scene(Format::Mot, &mut warnings));
+    warnings.attach_to(scene)
+}
+
+pub(super) fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    check_not_empty(source)?;
+    let read = csv::entries(source.bytes, &mut warnings)
+        .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings));
+    warnings.attach_to(read)
+}
+
+#[cfg(feature = "parquet")]
+pub(super) fn read_parquet(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let read = parquet::scene(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+pub(super) fn read_pickle(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    read_by(source, options, Format::Pickle, |bytes, _, see| see_pickle(bytes, see))
+}
+
+/// Shows the arrays of a pickle.
+fn see_pickle<T>(bytes: &[u8], see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
+    let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
+    see(&pickle::entries(&pickle))
+}
+
+/// The model of a body in the bytes of an `.npz` or a pickle; `None` where they are something else.
+///
+/// # Errors
+/// Those of the container, and of a model whose arrays do not belong together.
+#[doc(hidden)]
+pub fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
+    let mut see = |entries: &Entries<'_>| BodyModel::of(entries, limits);
+    let found = match () {
+        () if is_pickle(bytes) => see_pickle(bytes, &mut see),
+        #[cfg(feature = "npz")]
+        () if is_npz(bytes) => see_npz(bytes, limits, &mut see),
+        () => Ok(None),
+    };
+    found.map_err(|failure| (*failure).into())
+}
+
+fn no_storage() -> Failure {
+    let message = "the pickle refers to tensors that it does not hold";
+    Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save it with torch.save, as a .pt"))
+}
+
+/// Adds the arrays of an `.npy` with this name: those of a pickle where it holds objects.
+fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
+    match npy::read(&bytes, path_of_entry)? {
+        Npy::Array(array) => entries.arrays.push((name.to_owned(), array)),
+        Npy::Objects(Bytes::File(bytes)) => add_objects(entries, name, bytes)?,
+        // Small ones are read, from bytes that are kept as long as the file's.
+        Npy::Objects(Bytes::Made(..)) => {}
+    }
+    Ok(())
+}
+
+/// The arrays of a pickle within an array of objects; one without a dictionary keeps the name.
+fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Result<(), Failure> {
+    let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
+    let inner: Vec<(String, NdArray<'a>)> = pickle::entries(&pickle).arrays;
+    for (own, array) in inner {
+        // The object of an array of one is called 0.
+        let own = own.strip_prefix("0.").unwrap_or(&own);
+        let joined = match (name, own) {
+            (name, "" | "0") => name.to_owned(),
+            ("", own) => own.to_owned(),
+            (name, own) => format!("{name}.{own}"),
+        };
+        entries.arrays.push((joined, array));
+    }
+    Ok(())
+}
+
+#[cfg(feature = "npz")]
+pub(super) fn read_npz(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    read_by(source, options, Format::Npz, see_npz)
+}
+
+/// Shows the arrays of an archive.
+#[cfg(feature = "npz")]
+fn see_npz<T>(
+    bytes: &[u8],
+    limits: &Limits,
+    see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let mut archive = archive::Archive::open(bytes, limits)?;
+    let mut entries = Entries::default();
+    for name in archive.names() {
+        let Some(own) = name.strip_suffix(".npy") else {
+            continue;
+        };
+        if let Some(bytes) = archive.entry(&name)? {
+            add(&mut entries, own, bytes, own)?;
+        }
+    }
+    see(&entries)
+}
+
+#[cfg(feature = "npz")]
+pub(super) fn read_torch(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    const PICKLE: &str = "data.pkl";
+    read_by(source, options, Format::Torch, |bytes, limits, see| {
+        let mut archive = archive::Archive::open(bytes, limits)?;
+        let names = archive.names();
+        let folder = names.iter().find_map(|name| name.strip_suffix(PICKLE));
+        let missing = |name: String| -> Failure {
+            let message = format!("the archive of PyTorch has no entry {name}");
+            Box::new(Diagnostic::new(Code::MissingKeyword, message).help("export or download it again"))
+        };
+        let folder = folder.ok_or_else(|| missing(PICKLE.to_owned()))?;
+        let pickled = archive.entry(&format!("{folder}{PICKLE}"))?;
+        let pickled = pickled.ok_or_else(|| missing(PICKLE.to_owned()))?;
+        let mut storage = |key: &str| {
+            let name = format!("{folder}data/{key}");
+            archive.entry(&name)?.ok_or_else(|| missing(name))
+        };
+        let pickle = pickle::read(&pickled, &mut storage)?;
+        see(&pickle::entries(&pickle))
+    })
+}

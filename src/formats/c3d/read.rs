@@ -1,0 +1,272 @@
+//! Reads the header, the parameters and the data of a file.
+
+mod bytes;
+mod parameters;
+mod points;
+mod recorded;
+mod scene;
+
+use std::ops::Range;
+
+use self::bytes::{Bytes, Processor};
+use self::parameters::Parameters;
+use super::{BLOCK, KEY};
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions, Source};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::scene::Scene;
+
+/// The byte of the header at which the block of the data stands.
+const DATA_BLOCK: usize = 16;
+
+/// The help for a file that is too short.
+const CUT_OFF: &str = "the file is cut off: export or download it again";
+
+pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let (processor, section) = processor(bytes)?;
+    let parameters = read_parameters(bytes, section, processor, warnings)?;
+    let header = Header::read(bytes, processor, &parameters, options, warnings)?;
+    let points = points::read(bytes, processor, &header, parameters.labels().len(), warnings)?;
+    let recorded = recorded::read(bytes, processor, &header, &parameters, points.frames, warnings);
+    Ok(scene::build(&parameters, &header, points, recorded, warnings))
+}
+
+/// The parameters of a section whose length the file states. Where they do not end within it, and end before the data,
+/// the stated length is too small.
+fn read_parameters(
+    bytes: &[u8],
+    section: Range<usize>,
+    processor: Processor,
+    warnings: &mut Warnings,
+) -> Result<Parameters, Failure> {
+    let stated = parameters::read(bytes, section.clone(), processor);
+    if stated.as_ref().is_ok_and(|stated| stated.is_ended) {
+        return stated;
+    }
+    let mut header = Bytes::new(bytes, processor);
+    header.set_offset(DATA_BLOCK);
+    let data_block = header.word().map_or(0, usize::from);
+    let data = data_block.saturating_sub(1).saturating_mul(BLOCK).min(bytes.len());
+    if data <= section.end {
+        return stated;
+    }
+    match parameters::read(bytes, section.start..data, processor) {
+        Ok(all) if all.is_ended => {
+            if stated.as_ref().map_or(true, |stated| *stated != all) {
+                warnings.push(Code::HeaderCount, || {
+                    let message =
+                        "the section of parameters is longer than it states; all parameters before the data were read";
+                    Diagnostic::new(Code::HeaderCount, message)
+                        .expected_found(format!("{} bytes", data - section.start), format!("{}", section.len()))
+                });
+            }
+            Ok(all)
+        }
+        _ => stated,
+    }
+}
+
+/// The processor type of the file's numbers, and the bytes of its parameters.
+fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
+    if bytes.is_empty() {
+        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file is empty")));
+    }
+    let &[first, key, ..] = bytes else {
+        return Err(not_a_c3d("a file of one byte".to_owned()));
+    };
+    if key != KEY || first == 0 {
+        return Err(not_a_c3d(format!("the bytes {first:#04x} {key:#04x}")));
+    }
+    let start = (usize::from(first) - 1) * BLOCK;
+    let Some(&[_, _, blocks, code]) = bytes.get(start..start + 4) else {
+        return Err(Box::new(
+            Diagnostic::new(Code::UnexpectedEnd, "the file ends before its parameters")
+                .expected_found(format!("parameters at byte {start}"), format!("{} bytes", bytes.len()))
+                .help(CUT_OFF),
+        ));
+    };
+    let processor =
+        Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}, at byte {}", start + 3)))?;
+    // Some writers leave the number of blocks 0; each parameter states its own length.
+    let end = match blocks {
+        0 => bytes.len(),
+        blocks => bytes.len().min(start + usize::from(blocks) * BLOCK),
+    };
+    Ok((processor, start + 4..end))
+}
+
+fn not_a_c3d(found: String) -> Failure {
+    Box::new(
+        Diagnostic::new(Code::BinaryFile, "the file is not C3D")
+            .expected_found(
+                "a block number, the byte 0x50, and processor 84, 85 or 86 in that block",
+                found,
+            )
+            .help("check that the file is what its name says, and that it is not compressed"),
+    )
+}
+
+/// Values of the header, or of parameters where present: they agree in valid files, and parameters can hold
+/// larger numbers.
+#[derive(Debug)]
+struct Header {
+    points: usize,
+    /// Analog samples in a record.
+    samples: usize,
+    /// The number of records that the file states.
+    frames: u64,
+    /// Byte at which the first record begins.
+    data: usize,
+    /// The scale factor of integers; `None` where coordinates are 32-bit numbers.
+    scale: Option<f64>,
+    frame_rate: f64,
+    /// The rate that the file states, and its first frame, from 1.
+    stated_rate: f64,
+    first: u64,
+}
+
+impl Header {
+    fn read(
+        bytes: &[u8],
+        processor: Processor,
+        parameters: &Parameters,
+        options: &ReadOptions,
+        warnings: &mut Warnings,
+    ) -> Result<Self, Failure> {
+        let mut header = Bytes::new(bytes, processor);
+        header.skip(2);
+        let (points, samples) = (header.word()?, header.word()?);
+        let (first, last) = (header.word()?, header.word()?);
+        header.skip(2);
+        let scale = header.real()?;
+        let data_block = header.word()?;
+        header.skip(2);
+        let rate = header.real()?;
+
+        // Some writers leave parameters zero and fill in only the header.
+        let number = |name: &str| {
+            parameters
+                .number("POINT", name)
+                .filter(|value| value.is_finite() && *value != 0.0)
+        };
+        // These words are unsigned.
+        let used = |used: f64| if used < 0.0 { used + 65_536.0 } else { used };
+        let points = number("USED").map_or(usize::from(points), |points| used(points) as usize);
+        let scale = number("SCALE").unwrap_or(scale);
+        check_scale(scale)?;
+        let data_block = number("DATA_START").unwrap_or(f64::from(data_block));
+        let limit = options.limits.max_nodes;
+        if points >= limit {
+            return Err(Box::new(limit_exceeded(
+                format!("at most {limit} nodes"),
+                format!("{points} points and their group"),
+            )));
+        }
+        let frames = match parameters.frames() {
+            Some(frames) => frames,
+            None => u64::from(last).saturating_sub(u64::from(first)) + 1,
+        };
+        let limit = options.limits.max_values;
+        if frames.saturating_mul(3 * points as u64) > limit {
+            return Err(Box::new(limit_exceeded(
+                format!("at most {limit} values"),
+                format!("{frames} frames of {points} points"),
+            )));
+        }
+        if data_block.is_nan() || data_block < 1.0 {
+            return Err(Box::new(
+                Diagnostic::new(Code::MissingKeyword, "the file does not state where its data begins")
+                    .expected_found(
+                        "a block number, 1 or more, in POINT:DATA_START",
+                        format!("{data_block}"),
+                    )
+                    .help("export the file again"),
+            ));
+        }
+        let rate = number("RATE").unwrap_or(rate);
+        let mut header = Self {
+            points,
+            samples: usize::from(samples),
+            frames,
+            data: (data_block as usize - 1).saturating_mul(BLOCK),
+            scale: (scale >= 0.0).then_some(scale),
+            frame_rate: options.frame_rate_or(rate)?,
+            stated_rate: rate,
+            first: parameters.first_frame().unwrap_or_else(|| u64::from(first)),
+        };
+        if let Some(samples) = parameters.analog_samples(rate) {
+            header.choose_samples(samples, bytes.len(), warnings);
+        }
+        Ok(header)
+    }
+
+    /// Seconds from the first frame to a time that counts from frame 1, at the rate at which the motion is read.
+    fn since_first(&self, time: f64) -> f64 {
+        let before = self.first.saturating_sub(1) as f64;
+        let scale = if self.stated_rate > 0.0 {
+            self.stated_rate
+        } else {
+            self.frame_rate
+        };
+        (time * scale - before) / self.frame_rate
+    }
+
+    /// Bytes of a number in the data.
+    fn number_size(&self) -> usize {
+        if self.scale.is_some() { 2 } else { 4 }
+    }
+
+    /// Bytes of a record with so many analog samples: four numbers of each point, and the samples.
+    fn record_size(&self, samples: usize) -> usize {
+        (4 * self.points + samples) * self.number_size()
+    }
+
+    /// Takes the analog samples of the parameters, where the file is as long as they say and not as long as the header
+    /// says: then every record would be read at a wrong offset.
+    fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
+        let data = length.saturating_sub(self.data) as u64;
+        // The rest of the last block is filled up, or left out.
+        let rest = |samples: usize| {
+            let rest = data.checked_sub(self.frames.saturating_mul(self.record_size(samples) as u64));
+            rest.filter(|rest| *rest < BLOCK as u64)
+        };
+        match (rest(self.samples), rest(samples)) {
+            (None, Some(_)) | (Some(1..), Some(0)) => {}
+            _ => return,
+        }
+        let stated = std::mem::replace(&mut self.samples, samples);
+        warnings.push(Code::HeaderCount, || {
+            let message = "the header states a number of analog samples that the data does not have; that of the parameters \
+                           was used";
+            Diagnostic::new(Code::HeaderCount, message).expected_found(
+                format!("{samples} a frame, as ANALOG:USED and ANALOG:RATE say"),
+                format!("{stated}"),
+            )
+        });
+    }
+}
+
+/// Refuses a scale factor that integers cannot be multiplied by. Of a negative one only the sign matters.
+fn check_scale(scale: f64) -> Result<(), Failure> {
+    if is_plausible(scale) && (scale < 0.0 || !is_degenerate_scale(scale)) {
+        return Ok(());
+    }
+    Err(Box::new(
+        Diagnostic::new(
+            Code::NumberRange,
+            "the scale factor is too large or too small to compute with",
+        )
+        .expected_found(
+            format!("0, or {SMALLEST_SCALE:e} to {FARTHEST:e}, in POINT:SCALE or at byte 12"),
+            format!("{scale:e}"),
+        )
+        .help("export the file again"),
+    ))
+}

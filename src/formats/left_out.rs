@@ -1,0 +1,76 @@
+//! Formats that a build leaves out: their rows stay in the table, so that their files are recognised and the error names
+//! the feature.
+
+use crate::{FormatInfo, ReadOptions, Source, WriteOptions, Written};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::Scene;
+
+/// The reader of a row, where the build has the feature.
+macro_rules! reader {
+    ($feature:literal, $read:path) => {{
+        #[cfg(feature = $feature)]
+        {
+            $read
+        }
+        #[cfg(not(feature = $feature))]
+        {
+            $crate::left_out::read
+        }
+    }};
+}
+
+/// The writer of a row, where the build has the feature.
+macro_rules! writer {
+    ($feature:literal, $write:path) => {{
+        #[cfg(feature = $feature)]
+        {
+            $write
+        }
+        #[cfg(not(feature = $feature))]
+        {
+            $crate::left_out::write
+        }
+    }};
+}
+
+/// Stands in a row for the reader. [`FormatInfo::read`] has the error with the name of the format.
+#[allow(dead_code, reason = "a build with all features leaves nothing out")]
+pub(crate) fn read(_: &Source<'_>, _: &ReadOptions) -> Result<Scene> {
+    Err(Diagnostic::new(Code::MissingFeature, "this build does not read the format").into())
+}
+
+/// Stands in a row for the writer. [`FormatInfo::write`] has the error with the name of the format.
+#[allow(dead_code, reason = "a build with all features leaves nothing out")]
+pub(crate) fn write(_: &Scene, _: &WriteOptions) -> Result<Written> {
+    Err(Diagnostic::new(Code::MissingFeature, "this build does not write the format").into())
+}
+
+impl FormatInfo {
+    /// The error of a build that leaves the format out; `verb` is what the caller wants to do.
+    pub(crate) fn left_out(&self, verb: &str) -> Error {
+        let (name, feature) = (self.name, self.feature.unwrap_or_default());
+        let message = format!("this build does not {verb} {name}: it was built without the feature `{feature}`");
+        Diagnostic::new(Code::MissingFeature, message)
+            .help(format!("build it with `--features {feature}`"))
+            .into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_row_that_is_left_out_names_its_feature() {
+        let source = Source::of_bytes(b"", Path::new("a"));
+        for row in FormatInfo::ALL.iter().filter(|row| row.feature.is_some()) {
+            let error = row.read(&source, &ReadOptions::default()).unwrap_err();
+            let named = format!("without the feature `{}`", row.feature.unwrap_or_default());
+            assert_eq!(error.to_string().contains(&named), !row.reads, "{error}");
+            assert_eq!(error.code() == Code::MissingFeature, !row.reads, "{error}");
+            assert_eq!(row.writes(), row.reads && row.write.is_some(), "{}", row.name);
+        }
+    }
+}
