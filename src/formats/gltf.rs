@@ -125,7 +125,7 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
 
 /// Where a `.gltf` file has its buffer.
 ///
-/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
+/// [`GltfOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BufferPlace {

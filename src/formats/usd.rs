@@ -1,7 +1,7 @@
 //! Universal Scene Description: a skeleton of UsdSkel with its animations, and the meshes that it moves.
 //!
-//! `write` makes the text form, `.usda`, and `.usdz`, the archive of it with its textures ([`archive`]). `read` makes a
-//! scene of the skeleton and the animations of either; [`parse`] reads the text. The binary form, `.usdc`, is refused
+//! `write` makes the text form, `.usda`, and `.usdz`, the archive of it with its textures (`archive`). `read` makes a
+//! scene of the skeleton and the animations of either; `parse` reads the text. The binary form, `.usdc`, is refused
 //! with the command that makes text of it.
 //!
 //! Matrices of USD map row vectors, so a row in a file is a column of a scene.

@@ -24,7 +24,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// A position in a text file, and the text there.
 ///
-/// [`Error`](crate::Error) has an example.
+/// [`Error`] has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Location {
     /// Line, from 1. CR, LF and CRLF each end one line.
@@ -41,7 +41,7 @@ pub struct Location {
 
 /// One problem of a file.
 ///
-/// [`Error`](crate::Error) has an example.
+/// [`Error`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Diagnostic {

@@ -5,7 +5,7 @@ use crate::scene::Animation;
 
 /// What a [`Player`] does at the end of its animation.
 ///
-/// [`Player`](crate::Player) has an example.
+/// [`Player`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoopMode {
