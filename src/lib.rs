@@ -23,7 +23,7 @@
 //! | set all options of one format | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips | its format |
 //! | play a motion in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time | |
 //! | infer unit, up axis, and which joint is which bone | [`figure`] | |
-//! | bend a limb to a goal | [`ik`] | |
+//! | bend a limb to a goal | [`ik`] | `edit` |
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] | |
 //! | change a motion: lock feet, mirror, smooth, loop, blend | [`edit`] | `edit` |
 //! | walk through many clips: motion graphs | [`graph`] | `edit` |

@@ -54,7 +54,7 @@ impl Importer {
         self.check_rates(source)?;
         let bytes = source.bytes;
         #[cfg(feature = "arrays")]
-        let options = self
+        let options = &self
             .read_options(source)
             .map_err(|error| error.with_path(source.name))?;
         #[cfg(not(feature = "arrays"))]
@@ -62,7 +62,7 @@ impl Importer {
         let mut sum = self.hash.then(Sha256Sum::default);
         let read = |source: &Source<'_>| {
             self.find_format(bytes, source.name)
-                .and_then(|format| format.read(source, &options))
+                .and_then(|format| format.read(source, options))
         };
         let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
             // What was read is in the processor's caches: it is hashed while it is there.
