@@ -1,5 +1,5 @@
-//! Formats that a build leaves out: their rows stay in the table, so that their files are recognised and the error names
-//! the feature.
+//! Formats that a build leaves out. Their rows stay in the table, so that their files are recognised and the error
+//! names the feature.
 
 use crate::{FormatInfo, ReadOptions, Source, WriteOptions, Written};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};

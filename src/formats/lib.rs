@@ -1,7 +1,7 @@
 //! The table of formats that can be read and written.
 //!
-//! To add a format: a folder with its row, which [`FormatInfo::ALL`] lists, a feature, and fixtures with their origin. A
-//! row with `write` is a format that every door writes: each takes names, extensions and options from here.
+//! To add a format: a folder with its row, which [`FormatInfo::ALL`] lists, a feature, and fixtures with their origin.
+//! A row with `write` is a format that every door writes: each takes names, extensions and options from here.
 //!
 //! A build without the feature of a format keeps its row, so that its files are recognised and the error names the
 //! feature. Only the reader and the writer are left out.
