@@ -6,11 +6,12 @@
 //! bit rates come from the Animation Compression Library: N. Frechette, "Animation Compression: Advanced
 //! Quantization", <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
 
+use mocap_scene::math::soa::single::LANES;
+use mocap_scene::math::wide;
+
 use super::candidates::{Candidates, Dropped};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
-use mocap_scene::math::soa::single::LANES;
-use mocap_scene::math::wide;
 
 /// The coarsest lattice from `coarsest` on that keeps the error at every key frame within `tolerance`, and the keys. If
 /// none does, the finest.

@@ -6,12 +6,12 @@
 //! frames are evaluated together, and the [`trellis`](super::trellis) finds those that cost least together.
 
 use glam::Quat;
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 use super::compensation::Targets;
 use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
-use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints
 /// further down the chain have to compensate for the error. Found by trials on the fixtures.

@@ -8,13 +8,13 @@
 //! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion::{in_hemisphere_of, mean};
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 use super::error_metric::{LeverArms, small_rotation_vector};
 use super::key_frames;
 use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
-use mocap_scene::math::quaternion::{in_hemisphere_of, mean};
-use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// A joint below its lossy parent.
 pub(super) struct Compensation<'a> {

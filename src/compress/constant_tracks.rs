@@ -1,11 +1,11 @@
 //! Constant tracks: a track that hardly moves anything becomes one value.
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion;
 
 use super::error_bound::Bounds;
 use super::error_metric::SHELL_DISTANCE;
 use super::raw_clip::RawClip;
-use mocap_scene::math::quaternion;
 
 /// Makes tracks constant whose values all differ from their mean by so little that no joint and no point of a shell
 /// moves by more than this `fraction` of its bound.

@@ -9,11 +9,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
-
-use super::key_frames::{self, KeyFrames, Refine};
 use mocap_scene::math::quaternion::nlerp;
 use mocap_scene::math::rotation::{euler_rot, to_euler_xyz};
 use mocap_scene::scene::RotationOrder;
+
+use super::key_frames::{self, KeyFrames, Refine};
 
 /// How a file states the rotation of a node to its parent.
 #[derive(Clone, Copy, Debug)]

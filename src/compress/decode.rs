@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DQuat;
+use mocap_scene::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
 
 use super::clip::{CompressedTrack, Track};
 use super::curves::{Curve, EulerAngles};
@@ -13,7 +14,6 @@ use super::key_frames::KeyFrames;
 use super::quantize::{QuantizedRotation, QuantizedTranslation};
 use super::raw_clip::{RawJoint, RawTrack};
 use super::read_ahead;
-use mocap_scene::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
 
 /// How readers decode rotations.
 #[derive(Clone, Copy)]

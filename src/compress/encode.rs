@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
+use mocap_scene::pose::forward_kinematics;
 
 use super::bit_rate;
 use super::clip::{CompressedTrack, RotationTrack, TIME_BYTES, Track, TranslationTrack};
@@ -17,7 +18,6 @@ use super::key_frames::{self, Insertion, KeyFrames};
 use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
 use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::raw_clip::{RawClip, RawJoint};
-use mocap_scene::pose::forward_kinematics;
 
 // Found by trials on the fixtures. The bound holds with any other values.
 

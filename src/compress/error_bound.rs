@@ -8,11 +8,11 @@
 
 use std::collections::BTreeMap;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::raw_clip::RawClip;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 /// How far joints may be from their positions in the source, at any frame, for any reader of the file.
 ///

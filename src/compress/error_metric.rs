@@ -6,9 +6,9 @@
 //! <https://nfrechette.github.io/2016/11/01/anim_compression_accuracy/>
 
 use glam::{Mat3, Quat, Vec3};
+use mocap_scene::math::soa::single::{Lanes, Vectors};
 
 use super::raw_clip::RawClip;
-use mocap_scene::math::soa::single::{Lanes, Vectors};
 
 /// The distance of the shell from the joint, in metres.
 pub(super) const SHELL_DISTANCE: f32 = 0.03;

@@ -16,13 +16,13 @@
 //! ends, as far as the tolerance allows: joints further down have the less to compensate for.
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::cube_root::cube_root;
+use mocap_scene::math::quaternion::{exp, log, nlerp};
 
 use super::compensation::Target;
 use super::error_metric::LeverArms;
 use super::key_frames::{KeyFrames, alpha, between};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
-use mocap_scene::math::cube_root::cube_root;
-use mocap_scene::math::quaternion::{exp, log, nlerp};
 
 // Found by trials on the fixtures. The tolerance holds with any other values.
 

@@ -52,6 +52,9 @@ mod trellis;
 use std::sync::Arc;
 
 #[doc(hidden)]
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, Scene};
+
 pub use self::clip::CompressedClip;
 #[doc(hidden)]
 pub use self::clip::Track;
@@ -72,8 +75,6 @@ pub use self::quantize::{Lattice, RotationFormat, TranslationFormat};
 use self::raw_clip::RawClip;
 pub use self::reduce_keys::reduce_keys;
 use self::refinement::Refinement;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Animation, Scene};
 
 // Fractions of the bound, found by trials on the fixtures. The bound holds with any other values.
 

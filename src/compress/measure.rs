@@ -6,13 +6,14 @@
 
 use std::ops::Range;
 
+use mocap_scene::math::soa::double::{LANES, Lanes};
+use mocap_scene::math::wide;
+use mocap_scene::pose::forward_kinematics;
+
 use super::clip::{CompressedTrack, MeasuredError};
 use super::decode::{Block, Cursor, Decoder, JointSampler, JointState};
 use super::raw_clip::RawClip;
 use super::read_ahead::ReadAhead;
-use mocap_scene::math::soa::double::{LANES, Lanes};
-use mocap_scene::math::wide;
-use mocap_scene::pose::forward_kinematics;
 
 /// The errors at every frame, each times the weight of its joint.
 pub(super) struct FrameErrors {

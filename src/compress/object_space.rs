@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion::nlerp;
 
 use super::clip::{RotationTrack, Track, TranslationTrack};
 use super::key_frames;
-use mocap_scene::math::quaternion::nlerp;
 
 /// One joint in object space at every frame.
 #[derive(Clone, Default)]

@@ -15,13 +15,14 @@ mod write;
 
 use std::borrow::Cow;
 
-use self::encoding::Packed;
-use self::layout::{RotationTrack, TranslationTrack};
-use super::{CompressedClip, ErrorBound};
 use mocap_scene::error::Result;
 use mocap_scene::player::Player;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::Scene;
+
+use self::encoding::Packed;
+use self::layout::{RotationTrack, TranslationTrack};
+use super::{CompressedClip, ErrorBound};
 
 /// An animation in packed form, which gives its pose at any tick.
 ///

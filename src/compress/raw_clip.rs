@@ -4,11 +4,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
-
-use super::object_space::ObjectSpaceTrack;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Trs, forward_kinematics};
 use mocap_scene::scene::{Animation, Keys, Node, NodeId, Scene};
+
+use super::object_space::ObjectSpaceTrack;
 
 /// By how much the three factors of a scale may differ to count as uniform: a few rounding errors.
 const UNIFORM: f32 = 1e-4;

@@ -1,9 +1,10 @@
 //! Removes keys within a largest error.
 
-use super::{ErrorBound, Float32, Track, compress};
 use mocap_scene::error::Result;
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::{Keys, Scene};
+
+use super::{ErrorBound, Float32, Track, compress};
 
 /// Removes keys of every animation such that no joint or end site is more than `max_error` metres from its position
 /// before, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.

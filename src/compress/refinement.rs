@@ -8,13 +8,14 @@ use std::iter::zip;
 use std::ops::Range;
 use std::sync::Arc;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
+
 use super::clip::{CompressedClip, MeasuredError};
 use super::encode::{Budget, Encoder, LossyClip};
 use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
 use super::object_space::ObjectSpaceTrack;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 /// The maximum of passes, and how often at most a pass adds the worst frame between two keys; after that it adds all.
 const MAX_PASSES: usize = 16;

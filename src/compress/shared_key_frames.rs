@@ -1,14 +1,14 @@
 //! Shared key frames: key frame reduction of the whole pose. A frame loses its keys only if no joint needs it.
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion::nlerp;
+use mocap_scene::pose::forward_kinematics;
 
 use super::error_bound::Bounds;
 use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
 use super::read_ahead::{self, ReadAhead};
-use mocap_scene::math::quaternion::nlerp;
-use mocap_scene::pose::forward_kinematics;
 
 /// The key frames that are left if no joint may be off by more than this `fraction` of its bound where the pose between
 /// two keys is interpolated. `raw` are the joints of the clip in object space.

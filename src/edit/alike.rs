@@ -3,13 +3,14 @@
 
 use std::ops::Range;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
+
 use super::StepInput;
 use super::body::any_figure_of;
 use super::frames::Frames;
 use crate::graph::clouds::{CloudSpace, Clouds};
 use crate::graph::distance::Window;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 /// Frames per second at which moments are compared, at most. More do not change which are most alike.
 const MOST_PER_SECOND: f64 = 60.0;

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::alike::Alikeness;
@@ -14,9 +17,6 @@ use super::pose_distance::Poses;
 use super::quantity::centimetres;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are

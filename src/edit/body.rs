@@ -1,14 +1,14 @@
 //! What a step asks of the figure: its legs, its size, and what carries it.
 
 use glam::Vec3;
-
-use super::StepInput;
 use mocap_figure::body::Body;
 use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
+
+use super::StepInput;
 
 /// The joints of a leg.
 pub(super) struct Leg {

@@ -3,17 +3,17 @@
 use std::fmt;
 
 use glam::Quat;
+use mocap_figure::convert::{AlongBone, Conversion};
+use mocap_scene::error::Result;
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::frames_report::converted;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::convert::{AlongBone, Conversion};
-use mocap_scene::error::Result;
-use mocap_scene::math::directions::rotation_of;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the

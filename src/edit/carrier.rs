@@ -1,12 +1,12 @@
 //! Where a figure stands and looks: the rigid motions over the ground.
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::frames::Frames;
 use mocap_figure::up;
 use mocap_scene::math::quaternion::twist;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
+
+use super::frames::Frames;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {

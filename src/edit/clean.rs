@@ -23,15 +23,16 @@ pub use self::live::LiveClean;
 pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
+use mocap_figure::Figure;
+use mocap_scene::error::Result;
+use mocap_scene::scene::{NodeId, Scene};
+
 use self::hands::Meetings;
 use super::floor;
 use super::quantity::counted;
 use super::step::step;
 use super::work::Work;
 use super::{Step, StepInput, StepKey, Takes, flips};
-use mocap_figure::Figure;
-use mocap_scene::error::Result;
-use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::alike::Alikeness;
@@ -13,10 +17,6 @@ use super::pair::pair;
 use super::quantity::{centimetres, degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::not_negative;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a

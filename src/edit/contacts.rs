@@ -1,10 +1,6 @@
 //! Which feet and hands are at rest, frame by frame.
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
-
-use super::body::figure_of;
-use super::frames::{Frames, tracks};
 use mocap_figure::contacts::{ContactRule, points_of_feet};
 use mocap_figure::ground::level;
 use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
@@ -14,6 +10,10 @@ use mocap_scene::math::velocity::velocities;
 use mocap_scene::options::setters;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Animation, NodeId, Scene};
+use serde::{Deserialize, Serialize};
+
+use super::body::figure_of;
+use super::frames::{Frames, tracks};
 
 /// When a foot or a hand is at rest.
 ///

@@ -2,6 +2,12 @@
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::median::median;
+use mocap_scene::math::quaternion::log;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use super::flips;
@@ -9,12 +15,6 @@ use super::frames::Frames;
 use super::quantity::{counted, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::math::median::median;
-use mocap_scene::math::quaternion::log;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the

@@ -1,11 +1,12 @@
 //! Drops the first frame.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 
 step! {
     /// Drops the first frame, which is a rest pose in some files; by default only where it is one, as

@@ -1,11 +1,12 @@
 //! Moves the motion over the ground to a joint of its own.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey};
 use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
 
 step! {
     /// Moves the motion of the root over the ground to a new joint above it, as [`RootMotion::Extract`] does.

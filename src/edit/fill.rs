@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::quaternion::log;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::bridge::bridge;
@@ -9,10 +13,6 @@ use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::math::quaternion::log;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them

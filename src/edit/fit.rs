@@ -1,13 +1,13 @@
 //! Whether two motions fit where they meet: how far their poses and their speeds are apart.
 
 use glam::Vec3;
-
-use super::carrier::Carrier;
-use super::frames::Frames;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::quaternion::log;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeKind, Scene};
+
+use super::carrier::Carrier;
+use super::frames::Frames;
 
 /// Rotations of a joint that are farther apart do not fit, in degrees: what closes them is seen as a movement.
 const FAR_ROTATION: f32 = 45.0;

@@ -9,12 +9,12 @@
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
-
-use super::frames::Frames;
-use super::twist;
 use mocap_scene::math::median::median;
 use mocap_scene::math::quaternion::{in_hemisphere_of, log};
 use mocap_scene::scene::{NodeId, Scene};
+
+use super::frames::Frames;
+use super::twist;
 
 /// Frames on either side that say how large a step usually is.
 const AROUND: usize = 15;

@@ -8,15 +8,15 @@
 mod least_squares;
 
 use glam::{DVec3, Mat4, Quat, Vec3};
-
-use self::least_squares::{Knots, LeastSquares, biweight};
-use super::work::Work;
-use crate::frames::tracks;
 use mocap_figure::Figure;
 use mocap_figure::contacts::points_of_feet;
 use mocap_figure::ground::level as level_of;
 use mocap_scene::error::Result;
 use mocap_scene::scene::{HumanoidBone, Scene, Side};
+
+use self::least_squares::{Knots, LeastSquares, biweight};
+use super::work::Work;
+use crate::frames::tracks;
 
 /// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
 const SLOW: f64 = 0.35;

@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
+
 use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::{centimetres, counted};
 use crate::step::step;
 use crate::{ContactOptions, Step, StepInput, StepKey, Takes};
-use mocap_scene::error::Result;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Holds feet still in contact and above the floor: [`foot_lock`](crate::foot_lock()), whose options know more.

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-use serde::Serialize;
-
-use super::StepInput;
-use super::step::names;
 use mocap_figure::Figure;
 use mocap_figure::convert::Conversion;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
+use serde::Serialize;
+
+use super::StepInput;
+use super::step::names;
 
 /// The frames of a motion before and after a step.
 ///

@@ -34,14 +34,14 @@ mod random;
 mod through;
 pub(crate) mod walk;
 
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{frame_rate, positive};
+use mocap_scene::options::setters;
 use serde::{Deserialize, Serialize};
 
 pub use self::builder::{DistanceMatrix, GraphBuilder};
 pub use self::network::Network;
 pub use self::walk::{Walk, WalkPath, WalkPiece};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::{frame_rate, positive};
-use mocap_scene::options::setters;
 
 /// How moments are compared.
 ///

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::figure_of;
@@ -9,8 +11,6 @@ use super::floor::put_on_floor;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use mocap_scene::error::Result;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean`

@@ -3,6 +3,9 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use super::frames::Frames;
@@ -10,9 +13,6 @@ use super::inertia::ease;
 use super::limb::{LimbChain, Natural, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
-use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{NodeId, Scene};
 
 /// A distance from the goal that is none, in metres: a tenth of what counts as reached.
 const REACHED: f32 = 1e-4;

@@ -3,6 +3,10 @@
 use std::fmt;
 
 use glam::{Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::body::metres_per_unit;
@@ -10,10 +14,6 @@ use super::frames::{Frames, between};
 use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::quaternion::{exp, in_hemisphere_of, log};
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::Scene;
 
 /// How poses between two keys are computed.
 ///

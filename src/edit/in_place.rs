@@ -1,11 +1,12 @@
 //! Removes the motion over the ground.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey};
 use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
 
 step! {
     /// Keeps the root above where it begins, as [`RootMotion::InPlace`] does: its height and its rotation stay.

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use mocap_scene::error::Result;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::figure_of;
@@ -10,9 +13,6 @@ use super::pair::pair;
 use super::quantity::counted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::Result;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which

@@ -1,10 +1,10 @@
 //! Parts of the body.
 
+use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_scene::scene::{NodeId, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::body::and_below;
-use mocap_figure::{Humanoid, HumanoidBone};
-use mocap_scene::scene::{NodeId, Scene};
 
 /// A part of the body.
 ///

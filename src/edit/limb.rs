@@ -1,11 +1,6 @@
 //! An arm or a leg that is brought to a goal, frame by frame.
 
 use glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
-
-use super::frames::Frames;
-use super::inertia::ease;
-use super::target::node_named;
 use mocap_figure::axes::{angle_about, bend_axis};
 use mocap_figure::body::Body;
 use mocap_figure::{HumanoidBone as Bone, Side};
@@ -14,6 +9,11 @@ use mocap_scene::ik::{hinge_rotations, plane_normal, seen_hinge};
 use mocap_scene::math::directions::{arc, rotation_of};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
+use serde::{Deserialize, Serialize};
+
+use super::frames::Frames;
+use super::inertia::ease;
+use super::target::node_named;
 
 /// A limb, by its end.
 ///

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::Scene;
 use serde::de::Error as _;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::{EditStep, StepInput, StepReport, text};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::scene::Scene;
 
 /// Declares the file of each step as a module, re-exports what is public there, of which the first is the step, and
 /// makes [`EditStep`] and [`StepReport`] of the steps.

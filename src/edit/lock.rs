@@ -17,6 +17,11 @@ mod pace;
 mod shift;
 mod sole;
 
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::options::setters;
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use self::follow::Follow;
@@ -28,11 +33,6 @@ use self::legs::Legs;
 pub use self::sole::SolePoint;
 use super::body::figure_of;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
-use mocap_figure::{Figure, Humanoid};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::options::setters;
-use mocap_scene::scene::{NodeId, Scene};
 
 /// Options of [`foot_lock()`].
 ///

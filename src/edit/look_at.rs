@@ -3,6 +3,15 @@
 use std::fmt;
 
 use glam::{Quat, Vec3};
+use mocap_figure::HumanoidBone as Bone;
+use mocap_figure::body::Body;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::not_negative;
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use super::body::body_of;
@@ -13,15 +22,6 @@ use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::HumanoidBone as Bone;
-use mocap_figure::body::Body;
-use mocap_figure::convert::TimeRange;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::not_negative;
-use mocap_scene::math::directions::{arc, rotation_of};
-use mocap_scene::math::quaternion::in_hemisphere_of;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between

@@ -4,6 +4,10 @@ mod level;
 
 use std::fmt;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use super::body::{figure_of, metres_per_unit};
@@ -15,10 +19,6 @@ use super::pose_distance::Poses;
 use super::quantity::{degrees, metres};
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance

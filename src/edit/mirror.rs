@@ -6,6 +6,10 @@ mod reference;
 use std::fmt;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use mocap_figure::{Axis, Figure, Humanoid, HumanoidBone};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use self::partners::partners;
@@ -14,10 +18,6 @@ use super::frames::Frames;
 use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use mocap_figure::{Axis, Figure, Humanoid, HumanoidBone};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
-use mocap_scene::scene::{NodeId, Scene};
 
 step! {
     /// Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right

@@ -1,9 +1,10 @@
 //! The frames of two motions of one skeleton.
 
-use super::frames::Frames;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, have_the_same_joints};
 use mocap_scene::scene::{NodeId, Scene};
+
+use super::frames::Frames;
 
 /// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
 /// that one of the two drives.

@@ -4,6 +4,13 @@ use std::fmt;
 use std::ops::Range;
 
 use glam::Vec3;
+use mocap_figure::contacts::ContactRule;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::velocity::velocities;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::body_of;
@@ -15,13 +22,6 @@ use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::contacts::ContactRule;
-use mocap_figure::convert::TimeRange;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::math::velocity::velocities;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move

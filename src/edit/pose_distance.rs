@@ -1,11 +1,11 @@
 //! How far poses are apart, many at a time.
 
 use glam::Vec3;
+use mocap_scene::math::quaternion::{log, squared_angle};
+use mocap_scene::math::wide;
 
 use super::carrier::Carrier;
 use super::frames::Frames;
-use mocap_scene::math::quaternion::{log, squared_angle};
-use mocap_scene::math::wide;
 
 /// What counts of the poses of chosen frames, list by list.
 ///

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::body_of;
@@ -12,9 +15,6 @@ use super::step::step;
 use super::target::ReachTarget;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::convert::TimeRange;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 step! {
     /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within

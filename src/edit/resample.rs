@@ -1,11 +1,12 @@
 //! Changes the frame rate.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
 use mocap_figure::convert::Conversion;
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 
 step! {
     /// Gives a motion another frame rate at the same speed, as [`Conversion::frame_rate`] does.

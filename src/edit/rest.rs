@@ -2,14 +2,14 @@
 
 use std::fmt;
 
+use mocap_figure::convert::{Conversion, RestPoseSource};
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::frames_report::converted;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::convert::{Conversion, RestPoseSource};
-use mocap_scene::error::Result;
-use mocap_scene::scene::Scene;
 
 /// A pose of a figure that stands: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

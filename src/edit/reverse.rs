@@ -1,11 +1,12 @@
 //! Plays a motion backwards.
 
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
+
 use super::frames::Frames;
 use super::frames_report::FramesReport;
 use super::step::step;
 use super::{Step, StepInput, StepKey};
-use mocap_scene::error::Result;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Plays a motion backwards: its last frame is its first. Twice, it is what it was.

@@ -1,10 +1,11 @@
 //! Several steps, one after another.
 
-use super::step::names;
-use super::{EditReport, EditStep, StepInput};
 use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Node, NodeId, Scene};
+
+use super::step::names;
+use super::{EditReport, EditStep, StepInput};
 
 /// A second motion on the skeleton of the first.
 #[doc(hidden)]

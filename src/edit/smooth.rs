@@ -3,6 +3,14 @@
 use std::fmt;
 
 use glam::Vec3;
+use mocap_figure::Humanoid;
+use mocap_figure::convert::TimeRange;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{not_negative, positive};
+use mocap_scene::math::quaternion::{exp, log, log_without_branches};
+use mocap_scene::math::wide;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeId, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::body::{figure_of, metres_per_unit};
@@ -13,14 +21,6 @@ use super::step::step;
 use super::target::node_named;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::Humanoid;
-use mocap_figure::convert::TimeRange;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{not_negative, positive};
-use mocap_scene::math::quaternion::{exp, log, log_without_branches};
-use mocap_scene::math::wide;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{NodeId, Scene};
 
 /// A low-pass filter without a shift in time.
 ///

@@ -1,11 +1,12 @@
 //! Puts the T-pose before the motion.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey};
 use mocap_figure::convert::Conversion;
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
 
 step! {
     /// Puts the T-pose before the first frame, as [`Conversion::t_pose_first`] does: on the floor, where the motion

@@ -1,11 +1,11 @@
 //! Steps as text, `NAME:key=value,...`, and as JSON: from and to the values of serde, for all steps alike.
 
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use serde_json::{Map, Value};
 
 use super::step::WITH;
 use super::value::{parsed, print, scalar};
 use super::{EditStep, StepInfo, StepKey, Takes};
-use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 
 /// The text of a step with these options.
 pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {

@@ -1,11 +1,12 @@
 //! Keeps a part of a motion.
 
-use super::frames_report::{FramesReport, converted};
-use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
 use mocap_figure::convert::{Conversion, TimeRange};
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 
 step! {
     /// Keeps a part of a motion, as [`Conversion::trim`] does.

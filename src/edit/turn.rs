@@ -3,6 +3,11 @@
 use std::fmt;
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_figure::axes::angle_about;
+use mocap_figure::{Axis, HumanoidBone as Bone};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::figure_of;
@@ -11,11 +16,6 @@ use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_figure::axes::angle_about;
-use mocap_figure::{Axis, HumanoidBone as Bone};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::Scene;
 
 step! {
     /// Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it

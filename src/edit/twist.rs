@@ -6,11 +6,11 @@ use std::f32::consts::{PI, TAU};
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
-
-use super::frames::Frames;
 use mocap_scene::math::quaternion::{in_hemisphere_of, log};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
+
+use super::frames::Frames;
 
 /// Over how long a turn is spread on either side, in seconds.
 const SPREAD: f64 = 0.2;

@@ -3,6 +3,10 @@
 use std::fmt;
 
 use glam::{DVec2, Quat, Vec3};
+use mocap_figure::Figure;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
+use mocap_scene::scene::{Animation, NodeId, Scene};
 use serde::Serialize;
 
 use super::body::figure_of;
@@ -14,10 +18,6 @@ use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;
 use crate::graph::walk::{Bend, smooth};
 use crate::graph::{Walk, WalkPath};
-use mocap_figure::Figure;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
-use mocap_scene::scene::{Animation, NodeId, Scene};
 
 /// What [`Walk::motion`] made.
 ///

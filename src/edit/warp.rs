@@ -2,13 +2,13 @@
 
 use std::fmt;
 
+use mocap_scene::error::Result;
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::warp_path::{PathFacing, PathPoint, WarpPathReport, warp_path};
 use super::warp_time::{WarpTimeReport, warp_time};
 use super::{Step, StepInput, StepKey, Takes};
-use mocap_scene::error::Result;
-use mocap_scene::scene::Scene;
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///

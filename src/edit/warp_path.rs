@@ -5,6 +5,9 @@ mod spline;
 use std::fmt;
 
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use self::spline::Spline;
@@ -13,9 +16,6 @@ use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::frames::Frames;
 use super::quantity::{degrees, metres};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::Scene;
 
 /// A point of a path.
 ///

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use serde::Serialize;
-
-use super::frames::Frames;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::Scene;
+use serde::Serialize;
+
+use super::frames::Frames;
 
 /// What a [`Warp`](crate::Warp) of times did.
 ///

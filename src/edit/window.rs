@@ -1,11 +1,12 @@
 //! When a step has its effect: in a part of a motion, with time to come and to go.
 
-use super::frames::Frames;
-use super::inertia::ease;
 use mocap_figure::convert::{TimeRange, part_ticks};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::not_negative;
 use mocap_scene::scene::Animation;
+
+use super::frames::Frames;
+use super::inertia::ease;
 
 /// Frames in which a step has its full effect, and those before and after in which the effect comes and goes.
 #[derive(Clone, Copy, Debug)]

@@ -1,14 +1,14 @@
 //! What the parts of a cleaning work on.
 
 use glam::{DVec3, Mat4, Vec3};
-
-use crate::StepInput;
-use crate::body::and_below;
-use crate::frames::Frames;
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::Result;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
+
+use crate::StepInput;
+use crate::body::and_below;
+use crate::frames::Frames;
 
 /// The frames that are changed, and what is known about the body.
 #[derive(Clone)]

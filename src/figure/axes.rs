@@ -21,14 +21,14 @@ mod hinge;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange};
 use self::hinge::{Limb, are_laid_along, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
 use super::poses::sample;
-use mocap_scene::math::directions::rotation_of;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;

@@ -3,10 +3,10 @@
 //! The names are those of VRM 1.0's humanoid, of the skeletons that Mixamo puts into characters, of Unreal's mannequin
 //! (`SK_Mannequin`), and of the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University.
 
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 use serde::{Deserialize, Serialize};
 
 use super::humanoid::HumanoidMap;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Names of the joints of a humanoid, as a program or a collection of motions has them.
 ///

@@ -1,7 +1,8 @@
 //! When feet and hands are at rest on the ground: the one rule for all commands.
 
-use super::humanoid::Humanoid;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+
+use super::humanoid::Humanoid;
 
 /// When a point is at rest: it comes to rest when it is low and slow, and leaves when it is `release` times too high or
 /// too fast. Heights are those above the level on which the point rests itself: an ankle is higher above the floor than

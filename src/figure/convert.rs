@@ -24,12 +24,12 @@ mod rest;
 mod rest_text;
 mod space;
 
-use serde::{Deserialize, Serialize};
-
-use crate::HumanoidMap;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::{self, Limits};
 use mocap_scene::scene::UpAxis;
+use serde::{Deserialize, Serialize};
+
+use crate::HumanoidMap;
 
 pub use self::bone_axis::AlongBone;
 #[doc(hidden)]

@@ -1,15 +1,15 @@
 //! The size of the figure and its up axis.
 
 use glam::Vec3;
+use mocap_scene::math::median::median;
+use mocap_scene::pose::Pose;
+use mocap_scene::process::extent;
+use mocap_scene::scene::{NodeId, Scene, UpAxis};
 
 use super::names::Name;
 use super::names::words::Part;
 use super::poses::poses;
 use super::{Confidence, Guess, Unit};
-use mocap_scene::math::median::median;
-use mocap_scene::pose::Pose;
-use mocap_scene::process::extent;
-use mocap_scene::scene::{NodeId, Scene, UpAxis};
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
 /// spread span as much.

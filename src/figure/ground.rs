@@ -5,13 +5,13 @@
 //! joint of its feet, or at height 0 where that is near.
 
 use glam::Vec3;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{NodeId, Scene};
 
 use super::body::Body;
 use super::contacts::points_of_feet;
 use super::hierarchy::Hierarchy;
 use crate::{Humanoid, HumanoidBone as Bone};
-use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{NodeId, Scene};
 
 /// Frames of an animation that are examined at most, evenly spaced.
 const FRAMES: usize = 600;

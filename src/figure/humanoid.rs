@@ -18,6 +18,8 @@ mod topology;
 
 use std::collections::BTreeMap;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 use serde::Serialize;
 
 pub use self::creature::Creature;
@@ -26,8 +28,6 @@ use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 
 /// Why a joint of a file that states its bones, as VRM does, is a bone.
 const STATED: &str = "the file says so";

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+
 use super::hierarchy::Hierarchy;
 use super::names::Name;
 use super::names::words::FingerKind;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The first node of each finger, by its proximal bone.
 #[derive(Clone, Debug, Default)]

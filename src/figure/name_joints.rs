@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
-use super::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
-
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
+
+use super::{Humanoid, HumanoidMap};
 
 /// What a reader calls an unnamed end site: this, and the name of its parent.
 const END_SITE: &str = "EndSite_";

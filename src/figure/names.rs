@@ -3,8 +3,9 @@
 
 pub(crate) mod words;
 
-use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 use mocap_scene::scene::Side;
+
+use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 
 /// What a name says.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -10,12 +10,12 @@ mod feet;
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
-use serde::Serialize;
-
-use super::names::{self, Name};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
+use serde::Serialize;
+
+use super::names::{self, Name};
 
 /// Links, by their names, that are bones; `None` for a bone that the robot does not have.
 pub type RobotMap = BTreeMap<Bone, Option<String>>;

@@ -16,6 +16,9 @@ mod standing;
 use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene};
 use serde::Serialize;
 
 use self::builder::Builder;
@@ -27,9 +30,6 @@ use super::axes::Shown;
 use super::axis::{Axis, RestPose};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
-use mocap_scene::math::directions::rotation_of;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene};
 
 /// The pose from which a T-pose is made.
 ///

@@ -2,12 +2,12 @@
 //! has lanes.
 
 use glam::{Quat, Vec3};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::body::Body;
 use super::rotations::{Points, Rotations};
 use super::t_pose::limb_end;
 use super::watched::{Seen, Watched};
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`Watched`].
 #[derive(Clone, Debug)]

@@ -1,9 +1,9 @@
 //! Units of length, and which one makes bones those of a person.
 
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::{Confidence, Guess};
-use mocap_scene::scene::Scene;
 
 /// A unit of length of motion files.
 ///

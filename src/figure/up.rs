@@ -1,12 +1,12 @@
 //! The axis that points up, from the rest pose and from a few poses of the motion.
 
 use glam::Vec3;
+use mocap_scene::math::median::median;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId};
 
 use super::axis::Axis;
 use super::measure::Measures;
 use super::{Confidence, Guess};
-use mocap_scene::math::median::median;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId};
 
 /// Heights of a body that lies on a floor at height 0, as fractions of the figure: that of its lowest joint, and that
 /// of its hips, which are above it. One that stands above the origin has its hips at 0, and joints behind it.

@@ -1,12 +1,12 @@
 //! The joints of the source on which a pose of the target depends, and what is seen of them.
 
 use glam::{Quat, Vec3};
-
-use super::body::Body;
-use super::rotations::{Points, Rotations};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::NodeId;
+
+use super::body::Body;
+use super::rotations::{Points, Rotations};
 
 /// The joints of the source on which a pose of the target depends. Others refer to them by their index in this list.
 #[derive(Clone, Debug, Default)]

@@ -18,9 +18,10 @@
 #[cfg(feature = "arrays")]
 mod read;
 
-use crate::FormatInfo;
 use mocap_scene::files::{is_csv_of_points, is_own_csv};
 use mocap_scene::scene::Format;
+
+use crate::FormatInfo;
 
 #[cfg(feature = "arrays")]
 #[doc(hidden)]

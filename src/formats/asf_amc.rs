@@ -27,9 +27,10 @@
 #[cfg(feature = "acclaim")]
 mod read;
 
+use mocap_scene::scene::Format;
+
 use crate::FormatInfo;
 use crate::text::{Cursor, Word, decode, is_line_end, is_space};
-use mocap_scene::scene::Format;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::AsfAmc,

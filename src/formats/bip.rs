@@ -1,8 +1,9 @@
 //! BIP, the motion of a Biped in 3ds Max. It has no public specification, so it is recognised and refused.
 
-use crate::{FormatInfo, ReadOptions, Source};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Format, Scene};
+
+use crate::{FormatInfo, ReadOptions, Source};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,

@@ -18,9 +18,10 @@ mod read;
 #[cfg(feature = "bvh")]
 mod write;
 
+use mocap_scene::scene::Format;
+
 use crate::text::{Cursor, decode, is_line_end};
 use crate::{FormatInfo, WriteOption};
-use mocap_scene::scene::Format;
 
 pub use self::options::{BvhOptions, Channels};
 

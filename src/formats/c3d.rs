@@ -20,8 +20,9 @@
 #[cfg(feature = "c3d")]
 mod read;
 
-use crate::FormatInfo;
 use mocap_scene::scene::Format;
+
+use crate::FormatInfo;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::C3d,

@@ -26,12 +26,12 @@ mod summary;
 
 use std::fmt;
 
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 pub use self::json::SceneView;
 use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
 pub use self::summary::Summary;
-use mocap_scene::scene::Scene;
 
 impl SceneView<'_> {
     /// The JSON Schema (draft 2020-12) of a serialised scene.

@@ -9,10 +9,11 @@ mod read;
 #[cfg(feature = "fbx")]
 mod write;
 
-use crate::provenance::Provenance;
-use crate::{FormatInfo, WriteOption};
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
 use mocap_scene::scene::Format;
+
+use crate::provenance::Provenance;
+use crate::{FormatInfo, WriteOption};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 #[cfg(feature = "fbx")]

@@ -1,8 +1,9 @@
 //! The animation of a file that is one row of numbers for each frame.
 
-use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{Animation, Channel, Scene};
+
+use crate::warnings::Warnings;
 
 /// Adds the animation of all frames, at `rate` frames a second. Without frames there is none, which is a warning that
 /// names `what` the scene has.

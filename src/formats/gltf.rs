@@ -45,8 +45,9 @@ mod weights;
 #[cfg(feature = "gltf")]
 mod write;
 
-use crate::{FormatInfo, WriteOption};
 use mocap_scene::scene::Format;
+
+use crate::{FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 pub use self::character::Character;

@@ -1,10 +1,11 @@
 //! What a file states of the mass of a link, without what no body can have.
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::robot::Inertial;
+
 use super::text::quote;
 use super::warnings::Warnings;
 use super::xml::Element;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::robot::Inertial;
 
 /// How far moments may miss what a body can have, as a fraction of their sum: files round them to a few digits.
 const ROUNDING: f64 = 1e-3;

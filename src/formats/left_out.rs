@@ -1,9 +1,10 @@
 //! Formats that a build leaves out. Their rows stay in the table, so that their files are recognised and the error
 //! names the feature.
 
-use crate::{FormatInfo, ReadOptions, Source, WriteOptions, Written};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::Scene;
+
+use crate::{FormatInfo, ReadOptions, Source, WriteOptions, Written};
 
 /// The reader of a row, where the build has the feature.
 macro_rules! reader {

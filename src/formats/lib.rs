@@ -72,6 +72,13 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "arrays")]
 use std::sync::Arc;
 
+use mocap_compress::ErrorBound;
+use mocap_figure::Humanoid;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{self, Limits};
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, RootOffset, Scene};
+
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
 pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
@@ -83,14 +90,8 @@ pub use self::option::words;
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
 pub use self::written::{Achieved, Renamed, Written, WrittenFile};
-use mocap_compress::ErrorBound;
-use mocap_figure::Humanoid;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{self, Limits};
-use mocap_scene::scene::robot::Robot;
-use mocap_scene::scene::{Format, RootOffset, Scene};
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
 #[doc(hidden)]

@@ -2,13 +2,14 @@
 //!
 //! `docs/compression.md` has their bytes; [`PackedClip`] checks them.
 
-use super::written::{millimetres, unit_warning};
-use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::limit_exceeded;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
+
+use super::written::{millimetres, unit_warning};
+use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-
-use crate::Source;
 use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::robot::ShapeKind;
+
+use crate::Source;
 
 /// A mesh of a robot, of a file in `folder`, enlarged by `scale`.
 pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: DVec3) -> ShapeKind {

@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
+use mocap_scene::error::{Code, Diagnostic, nearest};
+use mocap_scene::scene::robot::{Mimic, RobotLink};
+
 use super::Failure;
 use super::text::quote;
 use super::xml::Element;
-use mocap_scene::error::{Code, Diagnostic, nearest};
-use mocap_scene::scene::robot::{Mimic, RobotLink};
 
 /// How far the limits of a leader and its followers may miss each other by rounding.
 const ROUNDING: f64 = 1e-9;

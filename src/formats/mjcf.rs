@@ -26,9 +26,10 @@
 #[cfg(feature = "mjcf")]
 mod read;
 
+use mocap_scene::scene::Format;
+
 use crate::FormatInfo;
 use crate::text::begins_with_element;
-use mocap_scene::scene::Format;
 
 #[cfg(feature = "mjcf")]
 pub(super) use self::read::read_robot;

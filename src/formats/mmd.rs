@@ -38,8 +38,9 @@ mod scene;
 #[cfg(feature = "mmd")]
 mod write;
 
-use super::FormatInfo;
 use mocap_scene::scene::Format;
+
+use super::FormatInfo;
 
 pub(super) const VMD: FormatInfo = FormatInfo {
     format: Format::Vmd,

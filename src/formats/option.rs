@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use super::FormatInfo;
 use mocap_scene::error::{Code, Diagnostic};
+
+use super::FormatInfo;
 
 /// An option of writing. A format's row says which of them change its files.
 ///

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 use super::frames::add_animation;
 use super::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::{Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 /// The positions of one point, in the frames in which it was seen.
 #[derive(Clone, Debug, Default)]

@@ -6,10 +6,11 @@
 
 use std::path::Path;
 
-use super::{ReadOptions, Source, WrittenFile, numbers};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FARTHEST, FRAME_RATES, Limits, SMALLEST_SCALE};
 use mocap_scene::scene::{Animation, Node, Scene};
+
+use super::{ReadOptions, Source, WrittenFile, numbers};
 
 /// How much a writer may change a number: units, rotations of axes, products of two transforms.
 const ROOM: f64 = 1e4;

@@ -5,12 +5,12 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use mocap_scene::scene::{AppliedStep, Scene};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::WrittenFile;
 use super::provenance::Provenance;
-use mocap_scene::scene::{AppliedStep, Scene};
 
 /// What the file says.
 #[derive(Serialize, Deserialize)]

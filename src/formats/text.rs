@@ -8,8 +8,9 @@ pub(crate) mod table;
 
 use std::borrow::Cow;
 
-use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic, Location};
+
+use crate::Failure;
 
 /// Bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///

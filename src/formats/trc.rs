@@ -20,9 +20,10 @@ mod read;
 #[cfg(feature = "trc")]
 mod write;
 
+use mocap_scene::scene::Format;
+
 use super::text::{Cursor, decode};
 use super::{FormatInfo, WriteOption};
-use mocap_scene::scene::Format;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Trc,

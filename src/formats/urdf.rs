@@ -14,9 +14,10 @@
 #[cfg(feature = "urdf")]
 mod read;
 
+use mocap_scene::scene::Format;
+
 use crate::FormatInfo;
 use crate::text::begins_with_element;
-use mocap_scene::scene::Format;
 
 #[cfg(feature = "urdf")]
 pub(super) use self::read::read_robot;

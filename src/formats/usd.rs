@@ -15,11 +15,12 @@ mod read;
 #[cfg(feature = "usd")]
 mod write;
 
+use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
+use mocap_scene::scene::Format;
+
 #[cfg(feature = "usd")]
 use crate::provenance::Provenance;
 use crate::{FormatInfo, WriteOption};
-use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
-use mocap_scene::scene::Format;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,

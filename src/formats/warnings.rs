@@ -1,8 +1,9 @@
 //! The warnings of a reader, bounded in number, so that a hostile file cannot fill the memory.
 
-use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::Scene;
+
+use crate::Failure;
 
 /// How many warnings of one code are kept with their locations; further ones are only counted.
 const MOST_OF_A_CODE: usize = 32;

@@ -1,11 +1,11 @@
 //! What the formats in XML share: elements with their locations, and numbers in attributes.
 
+use mocap_scene::error::{Code, Diagnostic, Location};
+use mocap_scene::limits::{FARTHEST, Limits, is_plausible};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::Failure;
 use crate::text::{Cursor, Word, decode, decode_name, is_binary, quote};
-use mocap_scene::error::{Code, Diagnostic, Location};
-use mocap_scene::limits::{FARTHEST, Limits, is_plausible};
 
 /// Elements for each node that a scene may have: a link has a dozen elements.
 const ELEMENTS_PER_NODE: usize = 64;

@@ -15,17 +15,18 @@ mod solved;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-pub use self::clips::Clips;
-use self::contents::{Input, list_siblings};
-pub use self::memory::MemoryFile;
-#[cfg(feature = "gltf")]
-use mocap_formats::gltf::Character;
 use mocap_formats::{ReadOptions, Source, read_robot};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, Scene, Topic};
+
+pub use self::clips::Clips;
+use self::contents::{Input, list_siblings};
+pub use self::memory::MemoryFile;
+#[cfg(feature = "gltf")]
+use mocap_formats::gltf::Character;
 #[cfg(feature = "solve")]
 use mocap_solve::Lengths;
 

@@ -2,11 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::Files;
-use super::graph::Graphing;
-use super::said::{Hear, say_warnings};
-use super::walk::Walking;
-use super::{Reading, SourceSpace, Sources};
 use mocap_edit::WalkReport;
 use mocap_edit::graph::{GraphBuilder, MotionGraph, Walk};
 use mocap_figure::convert::{Conversion, FirstFrame};
@@ -15,6 +10,12 @@ use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+
+use super::files::Files;
+use super::graph::Graphing;
+use super::said::{Hear, say_warnings};
+use super::walk::Walking;
+use super::{Reading, SourceSpace, Sources};
 
 /// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
 ///

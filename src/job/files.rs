@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Onto;
 use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::retargeting::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::{ReplacePolicy, read_text, write_file};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+
+use super::Onto;
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]

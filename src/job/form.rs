@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use super::robot_format::RobotFormat;
-use super::{Onto, Writing};
 use mocap_formats::fbx::FbxTextures;
 use mocap_formats::gltf::{Character, Compression};
 use mocap_formats::{FormatInfo, WriteOption, words};
 use mocap_retarget::retargeting::Target;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Format;
+
+use super::robot_format::RobotFormat;
+use super::{Onto, Writing};
 
 /// What an output is.
 #[derive(Clone, Copy, Debug)]

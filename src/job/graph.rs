@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use mocap_edit::graph::{GraphOptions, MotionGraph};
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::text::Length;
-use mocap_edit::graph::{GraphOptions, MotionGraph};
 
 /// How the moments of motions are compared, and what is written beside the graph.
 ///

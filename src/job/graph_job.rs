@@ -2,18 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file_graph::{Clips, files_of, in_graph, read_graph};
-use super::files::{Files, check_outputs, write_all};
-use super::graph::{GraphReport, Graphing};
-use super::said::{Hear, Said};
-use super::walk::Walking;
-use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, file_name, refuse};
 use mocap_edit::WalkReport;
 use mocap_edit::graph::{DistanceMatrix, MotionGraph};
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
+
+use super::file_graph::{Clips, files_of, in_graph, read_graph};
+use super::files::{Files, check_outputs, write_all};
+use super::graph::{GraphReport, Graphing};
+use super::said::{Hear, Said};
+use super::walk::Walking;
+use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, file_name, refuse};
 
 /// Files that are to be written, with their bytes.
 type Outputs = Vec<(PathBuf, Vec<u8>)>;

@@ -45,6 +45,13 @@ mod writing;
 
 use std::path::{Path, PathBuf};
 
+use mocap_edit::EditStep;
+use mocap_formats::gltf::Provenance;
+use mocap_formats::{Written, WrittenFile};
+use mocap_io::import::MemoryFile;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::{ReplacePolicy, remove_unfinished};
+use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 pub use self::file_graph::FileGraph;
@@ -64,13 +71,6 @@ pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::walk::Walking;
 pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx};
 use crate::verify::{Verification, Verifier};
-use mocap_edit::EditStep;
-use mocap_formats::gltf::Provenance;
-use mocap_formats::{Written, WrittenFile};
-use mocap_io::import::MemoryFile;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::{ReplacePolicy, remove_unfinished};
-use mocap_scene::scene::Scene;
 
 /// One piece of work: inputs, changes, another body, an output.
 ///

@@ -7,12 +7,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use self::skeletons::{Shared, Skeleton};
-use super::files::Files;
-use super::form::Form;
-use super::onto::import_onto;
-use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
-use super::{Job, JointNames, Onto, meshes, names};
 use mocap_edit::{EditStep, WalkReport};
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
@@ -24,6 +18,13 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::{self, SkeletonMesh};
 use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
+
+use self::skeletons::{Shared, Skeleton};
+use super::files::Files;
+use super::form::Form;
+use super::onto::import_onto;
+use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
+use super::{Job, JointNames, Onto, meshes, names};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///

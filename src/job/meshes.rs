@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::Job;
-use super::said::{Hear, Said};
 use mocap_formats::FormatInfo;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{AppliedStep, Format, Scene};
+
+use super::Job;
+use super::said::{Hear, Said};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
 pub(super) fn shown(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
-
-use super::source::BoneMap;
 use mocap_figure::{BoneNames, Humanoid, HumanoidMap};
 use mocap_figure::{Naming, name_joints};
 use mocap_formats::{Renamed, Written};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+use super::source::BoneMap;
 
 /// What the joints of a humanoid are called in the output.
 ///

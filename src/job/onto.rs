@@ -2,6 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap_figure::convert::RootMotion;
+use mocap_formats::FormatInfo;
+use mocap_retarget::retargeting::{Report, Retargeting, RetargetingOptions, Target};
+use mocap_retarget::robot::Floor;
+use mocap_retarget::{Scale, Verdict};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::process::SkeletonMesh;
 use serde::{Deserialize, Serialize};
 
 use super::files::Files;
@@ -10,13 +17,6 @@ use super::said::{Hear, Said, tell_of_skeleton};
 use super::source::BoneMap;
 use super::text::Angle;
 use super::{Job, is_default, meshes};
-use mocap_figure::convert::RootMotion;
-use mocap_formats::FormatInfo;
-use mocap_retarget::retargeting::{Report, Retargeting, RetargetingOptions, Target};
-use mocap_retarget::robot::Floor;
-use mocap_retarget::{Scale, Verdict};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::process::SkeletonMesh;
 
 /// The body that a job puts its motions on.
 ///

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap_io::import::{Clips, Importer};
+use mocap_scene::scene::{Format, RootOffset};
+use mocap_solve::Lengths;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
 #[cfg(feature = "clap")]
 use mocap_figure::convert::Conversion;
-use mocap_io::import::{Clips, Importer};
-use mocap_scene::scene::{Format, RootOffset};
-use mocap_solve::Lengths;
 
 /// How the files of a job are read.
 ///

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
-use super::{GraphReport, Said};
-use crate::verify::Verification;
 use mocap_corpus::survey::ClipRow;
 use mocap_edit::{EditReport, WalkReport};
 use mocap_formats::{Achieved, Renamed, Written};
 use mocap_retarget::retargeting::Report;
 use mocap_scene::error::Diagnostic;
+use serde::Serialize;
+
+use super::{GraphReport, Said};
+use crate::verify::Verification;
 
 /// What a job has done.
 ///

@@ -1,10 +1,11 @@
 //! The formats of motions on robots.
 
-use crate::arrays::{self, trainers};
 use mocap_formats::Written;
 use mocap_retarget::retargeting::{Retargeting, Target};
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Diagnostic, Result};
+
+use crate::arrays::{self, trainers};
 
 /// A format of the positions of a robot's joints. The links of a robot, as an animated skeleton, are written in every
 /// format that [`FormatInfo::ALL`](mocap_formats::FormatInfo::ALL) writes.

@@ -1,11 +1,11 @@
 //! How much smaller an output is.
 
+use mocap_compress::ErrorBound;
+use mocap_formats::gltf::{Compression, GltfOptions};
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::text::Length;
-use mocap_compress::ErrorBound;
-use mocap_formats::gltf::{Compression, GltfOptions};
 
 /// Fewer keys and bits, within a largest error.
 ///

@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
-
-use super::is_default;
-#[cfg(feature = "clap")]
-use super::reading::Reading;
-use super::text::{UnitChoice, UpChoice};
 use mocap_figure::convert::RestPoseSource;
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
 use mocap_figure::{HumanoidBone, HumanoidMap};
 use mocap_io::import::read_text;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Scene, UpAxis};
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+#[cfg(feature = "clap")]
+use super::reading::Reading;
+use super::text::{UnitChoice, UpChoice};
 
 /// What a job works on.
 ///

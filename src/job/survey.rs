@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
-use super::files::{Files, check_outputs, write_all};
-use super::{Job, JobReport, OutputFile, Reading, Sources, file_name, is_default, refuse};
 use mocap_corpus::survey::{ClipRow, Condition, Corpus, Examined, Quality, SelectAmount, SelectBy, Thresholds};
 use mocap_io::import::Importer;
 use mocap_scene::error::Result;
 use mocap_scene::math::spread::spread;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+use super::files::{Files, check_outputs, write_all};
+use super::{Job, JobReport, OutputFile, Reading, Sources, file_name, is_default, refuse};
 
 /// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
 ///

@@ -42,6 +42,12 @@ mod timeline;
 
 use std::path::{Path, PathBuf};
 
+use mocap_formats::gltf::Provenance;
+use mocap_io::import::Importer;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
+
 use self::chain::Skeleton;
 use self::change::Change;
 use self::claims::{claims, import_source, is_same_file};
@@ -50,13 +56,8 @@ use self::output::{Output, common_rate, metres_of};
 use self::pairs::Pairs;
 pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
 use self::timeline::Timeline;
-use mocap_formats::gltf::Provenance;
 #[cfg(feature = "npz")]
 use mocap_formats::usd;
-use mocap_io::import::Importer;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 
 impl Verification {
     /// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is

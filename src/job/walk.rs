@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use mocap_edit::graph::{MotionGraph, Network, Walk};
+use mocap_scene::error::{Code, Diagnostic, Result};
 use serde::{Deserialize, Serialize};
 
 use super::{is_default, refuse};
-use mocap_edit::graph::{MotionGraph, Network, Walk};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// Where a walk over a motion graph goes: for so many seconds, along a path, or through clips.
 ///

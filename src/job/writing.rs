@@ -2,12 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
-use super::is_default;
-use super::names::JointNames;
-use super::smaller::Smaller;
-use super::text::UnitChoice;
 use mocap_figure::convert::{AlongBone, Conversion};
 use mocap_formats::WriteOption;
 use mocap_formats::bvh::{BvhOptions, Channels};
@@ -16,6 +10,12 @@ use mocap_formats::gltf::{BufferPlace, GltfOptions};
 use mocap_io::export::Exporter;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{RotationOrder, UpAxis};
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use super::names::JointNames;
+use super::smaller::Smaller;
+use super::text::UnitChoice;
 
 /// What a job writes, and how. What a format does not take is refused.
 ///

@@ -3,15 +3,15 @@
 use std::cell::OnceCell;
 
 use glam::{Quat, Vec3};
-use serde::Serialize;
-
-use super::texture::Images;
 use mocap_figure::ground::Ground;
 use mocap_figure::names::Name;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, Node, NodeId, NodeKind, Scene};
+use serde::Serialize;
+
+use super::texture::Images;
 
 /// A scene, and its name in a picture.
 ///

@@ -1,8 +1,9 @@
 //! The matrix of the distances of all moments of two clips as a picture.
 
-use super::raster::check_size;
 use mocap_edit::graph::DistanceMatrix;
 use mocap_scene::error::{Code, Result};
+
+use super::raster::check_size;
 
 /// The largest side of the picture in pixels. Of a larger matrix a pixel is the most alike of several pairs of moments.
 const LARGEST: usize = 2048;

@@ -1,6 +1,8 @@
 //! A clip as a film: GIF and animated PNG.
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::options::setters;
 
 use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing};
@@ -8,8 +10,6 @@ use super::figure::{Clip, DrawnClip, short};
 use super::palette::Palette;
 use super::surface::{has_colors, has_skin, paint_body};
 use super::theme;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::options::setters;
 
 /// Options of a film.
 ///

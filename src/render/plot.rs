@@ -1,15 +1,15 @@
 //! Curves of a joint's position and rotation over time.
 
 use glam::Quat;
+use mocap_figure::Unit;
+use mocap_scene::options::setters;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::NodeId;
 
 use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
 use super::figure::{Clip, short};
 use super::theme;
-use mocap_figure::Unit;
-use mocap_scene::options::setters;
-use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::NodeId;
 
 /// Options of a plot.
 ///

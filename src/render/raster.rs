@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
 use tiny_skia::{
     ColorU8, FillRule, IntSize, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8,
     Stroke, Transform,
@@ -9,7 +10,6 @@ use tiny_skia::{
 use ttf_parser::{Face, OutlineBuilder};
 
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
 pub(super) const LARGEST_SIDE: u32 = 16_384;

@@ -1,6 +1,7 @@
 //! A contact sheet: one row per clip with its poses over time.
 
 use glam::Vec3;
+use mocap_scene::options::setters;
 
 use super::camera::{Camera, Extent, paint_shadow};
 use super::drawing::{Anchor, Drawing, Point};
@@ -8,7 +9,6 @@ use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
 use super::surface::paint_body;
 use super::theme;
-use mocap_scene::options::setters;
 
 /// Options of a sheet.
 ///

@@ -2,12 +2,12 @@
 //! their materials; in grey where those state none.
 
 use glam::{Vec2, Vec3};
+use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
 
 use super::camera::{Camera, paint_figure};
 use super::drawing::{Color, Drawing, Pixels, Point};
 use super::figure::DrawnClip;
 use super::theme;
-use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
 
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 2;

@@ -1,14 +1,14 @@
 //! T-poses: a row for each skeleton, seen from three sides, with the names of its bones.
 
 use glam::{Quat, Vec3};
+use mocap_figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use super::camera::{Camera, paint_bone};
 use super::drawing::{Anchor, Color, Drawing, Point};
 use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
-use mocap_figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
-use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// A skeleton in T-pose, and its name in a picture.
 ///

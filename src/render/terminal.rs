@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use super::figure::{Clip, DrawnClip, short};
 use mocap_figure::Figure;
 use mocap_scene::options::setters;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
+
+use super::figure::{Clip, DrawnClip, short};
 
 /// Options of the summary.
 ///

@@ -1,9 +1,9 @@
 //! Textures and colours of materials, as a skin is drawn with them.
 
 use glam::{Vec2, Vec3, Vec4};
+use mocap_scene::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
 
 use super::image_size::image_size;
-use mocap_scene::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
 
 /// The largest width or height of a texture in pixels.
 const WIDEST: u32 = 4096;

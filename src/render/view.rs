@@ -19,6 +19,10 @@ mod skin;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use mocap_edit::DetectedContacts;
+use mocap_figure::Figure;
+use mocap_figure::LimbAngles;
+use mocap_scene::error::visible;
 use serde::Serialize;
 
 use self::data::{Description, describe};
@@ -29,10 +33,6 @@ use self::pack::Storage;
 use self::skin::{PackedSkin, skin_of};
 use super::figure::Clip;
 use super::svg::escape;
-use mocap_edit::DetectedContacts;
-use mocap_figure::Figure;
-use mocap_figure::LimbAngles;
-use mocap_scene::error::visible;
 
 /// A clip on a page.
 ///

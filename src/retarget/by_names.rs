@@ -8,9 +8,6 @@
 use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::report::{ByNames, RetargetReport, Verdict};
-use super::{Scale, no_animation};
 use mocap_figure::Figure;
 use mocap_figure::ticks::{Ticks, ticks};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -19,6 +16,9 @@ use mocap_scene::math::directions::rotation_of;
 use mocap_scene::math::up_axis::from_to;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, NodeId, NodeKind, Scene, SecondMotion, UpAxis};
+
+use super::report::{ByNames, RetargetReport, Verdict};
+use super::{Scale, no_animation};
 
 /// The fewest joints of one name, and the fraction of those of the source, that make two skeletons of one kind.
 const FEWEST: usize = 4;

@@ -7,10 +7,6 @@
 use std::collections::HashMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
-
-use super::plan::Plan;
-use super::root::Root;
-use super::solve::{Solved, solve_block};
 use mocap_figure::body::Body;
 use mocap_figure::rotations::{Points, Rotations};
 use mocap_figure::ticks::{Ticks, ticks};
@@ -20,6 +16,10 @@ use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+use super::plan::Plan;
+use super::root::Root;
+use super::solve::{Solved, solve_block};
 
 /// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a
 /// fraction.

@@ -1,15 +1,15 @@
 //! What the feet of the target are to do.
 
 use glam::Vec3;
-
-use super::root::Root;
-use super::skin::{Skin, Vertex};
 use mocap_edit::{DetectedContacts, Followed, SolePoint};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::{HumanoidBone as Bone, Side};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
+
+use super::root::Root;
+use super::skin::{Skin, Vertex};
 
 /// How far from its height in a standing body an ankle may rest, as a fraction of the leg. Otherwise the body does not
 /// stand.

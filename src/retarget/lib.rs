@@ -39,6 +39,15 @@ mod skin;
 mod solve;
 
 use glam::{Quat, Vec3};
+use mocap_edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
+use mocap_figure::body::Body;
+use mocap_figure::ground;
+use mocap_figure::ticks::ticks;
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::options::setters;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 
 pub(crate) use self::by_names::CreatureRetargeter;
 use self::measure::Moving;
@@ -49,16 +58,7 @@ pub use self::retargeting::Retargeting;
 use self::root::Root;
 pub use self::sight::{Aspect, Seen};
 use self::solve::Solved;
-use mocap_edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 pub use mocap_figure::LimbAngles;
-use mocap_figure::body::Body;
-use mocap_figure::ground;
-use mocap_figure::ticks::ticks;
-use mocap_figure::{Figure, Humanoid};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::options::setters;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 
 /// How large the steps of the target are.
 ///

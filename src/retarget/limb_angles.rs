@@ -1,9 +1,10 @@
 //! The angle of each limb between two skeletons, tick by tick.
 
-use super::{Retargeter, measure};
 use mocap_figure::LimbAngles;
 use mocap_figure::ticks::ticks;
 use mocap_scene::scene::{Animation, Scene};
+
+use super::{Retargeter, measure};
 
 impl Retargeter {
     /// The angles of which [`Retargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of

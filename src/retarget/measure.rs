@@ -1,18 +1,18 @@
 //! How well a motion sits on another skeleton, measured on the poses of both.
 
 use glam::{Quat, Vec3};
-
-use super::feet::Soles;
-use super::plan::Unmapped;
-use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
-use super::root::Root;
-use super::sight::{Seen, Sight};
 use mocap_edit::contacts_of;
 use mocap_figure::HumanoidBone as Bone;
 use mocap_figure::body::Body;
 use mocap_figure::t_pose::limb_end;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, Scene};
+
+use super::feet::Soles;
+use super::plan::Unmapped;
+use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
+use super::root::Root;
+use super::sight::{Seen, Sight};
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;

@@ -3,9 +3,6 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::Quat;
-use serde::{Deserialize, Serialize};
-
-use super::rules::{Above, Drive, Rule, Twist};
 use mocap_figure::body::Body;
 use mocap_figure::names::Name;
 use mocap_figure::t_pose::{direction, limb_end};
@@ -14,6 +11,9 @@ use mocap_figure::vrm_humanoid::ENDS;
 use mocap_figure::watched::Watched;
 use mocap_figure::{HumanoidBone as Bone, Side};
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
+use serde::{Deserialize, Serialize};
+
+use super::rules::{Above, Drive, Rule, Twist};
 
 /// A bone that is not moved from one skeleton to the other.
 ///

@@ -1,11 +1,11 @@
 //! What is said of a motion on another skeleton.
 
+use mocap_edit::FootLockReport;
+use mocap_figure::HumanoidBone as Bone;
 use serde::{Deserialize, Serialize};
 
 use super::plan::Unmapped;
 use super::sight::{Aspect, Seen};
-use mocap_edit::FootLockReport;
-use mocap_figure::HumanoidBone as Bone;
 
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;

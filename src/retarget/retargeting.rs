@@ -32,6 +32,13 @@ mod target;
 
 use std::collections::HashSet;
 
+use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
+use mocap_figure::{Figure, Humanoid, HumanoidBone};
+use mocap_formats::Written;
+use mocap_formats::gltf::{BufferPlace, GltfOptions, Provenance};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
+
 pub use self::clip::{Report, Retargeted};
 pub use self::joined::apply_steps;
 #[doc(hidden)]
@@ -44,12 +51,6 @@ use self::source::{Mover, Moving};
 pub use self::target::Target;
 use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
 use crate::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
-use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
-use mocap_figure::{Figure, Humanoid, HumanoidBone};
-use mocap_formats::Written;
-use mocap_formats::gltf::{BufferPlace, GltfOptions, Provenance};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
 
 /// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
 ///

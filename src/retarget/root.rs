@@ -1,8 +1,6 @@
 //! The path of the hips.
 
 use glam::{Mat4, Vec3, Vec4};
-
-use super::Scale;
 use mocap_figure::HumanoidBone as Bone;
 use mocap_figure::body::Body;
 use mocap_figure::ground;
@@ -13,6 +11,8 @@ use mocap_scene::limits::positive;
 use mocap_scene::math::soa::Lanes;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::Scene;
+
+use super::Scale;
 
 /// Puts the middle of the hip joints where that of the source is, scaled.
 ///

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::Scale;
 use mocap_scene::options::as_text;
+
+use super::Scale;
 
 as_text!(Scale);
 

@@ -1,12 +1,13 @@
 //! The pose of the target from what is seen of the source: for one pose, or for as many at once as a vector has lanes.
 
-use super::plan::Plan;
-use super::root::Root;
-use super::rules::{Above, Twisted};
 use mocap_figure::rotations::{Points, Rotations};
 use mocap_figure::watched::Seen;
 use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
+
+use super::plan::Plan;
+use super::root::Root;
+use super::rules::{Above, Twisted};
 
 /// What is computed of `N` poses.
 #[derive(Clone, Debug)]

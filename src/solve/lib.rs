@@ -26,13 +26,13 @@ mod set;
 mod turn;
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::up_axis::to_y_up;
+use mocap_scene::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
 
 use self::points::Points;
 use self::rest::Rest;
 pub use self::set::{JointSet, Lengths};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
 
 impl JointSet {
     /// Puts a skeleton with rotations in the place of the points of `scene`, which keeps its name, its rate and its

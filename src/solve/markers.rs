@@ -26,6 +26,8 @@ mod track;
 use std::sync::Arc;
 
 use glam::Quat;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 
 use self::calibrate::calibrate;
 use self::centres::{Centres, centres};
@@ -35,8 +37,6 @@ use super::points::Points;
 use super::rest::Rest;
 use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 
 /// Frames from which the body is known.
 const CALIBRATED: usize = 40;

@@ -1,11 +1,11 @@
 //! The positions of the joints of a set in every frame, without gaps.
 
 use glam::Vec3;
-
-use super::{JointSet, refused, turned};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Topic, UpAxis};
+
+use super::{JointSet, refused, turned};
 
 /// Where joints and points are: joint or point, then frame.
 #[derive(Debug)]

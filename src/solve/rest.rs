@@ -1,10 +1,10 @@
 //! The rest pose: a T-pose in which no joint has a rotation.
 
 use glam::{Quat, Vec3};
-
-use super::points::Points;
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+use super::points::Points;
 
 /// The offsets of the joints from their parents in the T-pose.
 #[derive(Debug)]

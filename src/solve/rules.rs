@@ -1,9 +1,10 @@
 //! How the rotation of each joint is found.
 
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
 use super::points::Points;
 use super::rest;
 use super::set::{JointSet, Mark};
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The line of a trunk that points up.
 #[derive(Clone, Copy, Debug)]

@@ -1,14 +1,14 @@
 //! The rotations of all joints to the world, from the root outwards.
 
 use glam::{Mat3, Quat, Vec3};
+use mocap_scene::math::directions::arc;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::points::Points;
 use super::rest::{self, Rest, bend_axis, foot_direction, limb_direction, median_offset, vector};
 use super::roll::{self, Limb};
 use super::rules::{Rule, Rules, Up};
 use super::set::{JointSet, Mark};
-use mocap_scene::math::directions::arc;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The rest pose, and the rotations to the world: joint, then frame.
 pub(super) fn turn(set: &JointSet, rules: &Rules, points: &Points) -> (Rest, Vec<Vec<Quat>>) {

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 
 use glam::{Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::pose::Trs;
 
 use super::bits::{PADDING, bits_at, lowest};
 use super::layout::{
@@ -11,8 +13,6 @@ use super::layout::{
 };
 use super::{ClipNode, PackedClip};
 use crate::quantize::Lattice;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::pose::Trs;
 
 type Result<T> = std::result::Result<T, Box<Diagnostic>>;
 

@@ -1,13 +1,13 @@
 //! The pose at a tick, computed from the packed form.
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions};
+use mocap_scene::math::wide;
+use mocap_scene::pose::Trs;
 
 use super::PackedClip;
 use super::bits::{bits_at, lowest};
 use super::layout::{DROPPED_BITS, MAX_BLOCK_FRAMES, MIXED, RotationBlock, TranslationTrack, on_line};
-use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions};
-use mocap_scene::math::wide;
-use mocap_scene::pose::Trs;
 
 /// The words of the key mask of a block.
 type Mask = [u64; MAX_BLOCK_FRAMES / 64];

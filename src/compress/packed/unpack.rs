@@ -1,10 +1,10 @@
 //! A packed clip as a scene, with all its keys at once.
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::PackedClip;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene};
+
+use super::PackedClip;
 
 impl PackedClip<'_> {
     /// The skeleton, and an animation whose moving tracks have a key at each key frame.

@@ -3,6 +3,9 @@
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{NodeKind, Scene};
 
 use super::bits::{BitWriter, PADDING};
 use super::layout::{
@@ -15,9 +18,6 @@ use crate::at_rest::{is_rotation_of_rest, is_translation_of_rest};
 use crate::clip::{CompressedClip, CompressedTrack, Track};
 use crate::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
 use crate::{Encoding, ErrorBound, compress};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{NodeKind, Scene};
 
 /// The packed form of an animation, whose keys are stored as `encoding` says, and what was packed.
 pub(super) fn encode(

@@ -8,10 +8,10 @@
 use std::f32::consts::SQRT_2;
 
 use glam::{Quat, Vec4};
-
-use super::rounding::{floor, round};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::math::soa::single::{LANES, Lanes};
+
+use super::rounding::{floor, round};
 
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
 const INT16_MAX: f32 = 32767.0;

@@ -1,7 +1,5 @@
 //! What of a clip is kept in a database.
 
-use super::features::{self, FEATURE_RATE, FEATURES, LEG, Track};
-use crate::survey::{ClipRow, Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 use mocap_compress::{ErrorBound, PackedClip};
 use mocap_figure::Figure;
 use mocap_figure::convert::Conversion;
@@ -10,6 +8,9 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::half;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+
+use super::features::{self, FEATURE_RATE, FEATURES, LEG, Track};
+use crate::survey::{ClipRow, Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 
 /// Samples in a second of where limbs point, by which parts are compared.
 pub(super) const SAMPLE_RATE: f64 = 20.0;

@@ -6,6 +6,11 @@
 //! of a second (inertialisation: Bollo, 2016). A foot that stands is held where it is, by the bones of its leg.
 
 use glam::{Quat, Vec2, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::inertia::fade;
+use mocap_scene::math::quaternion::{exp, log};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::NodeId;
 
 use super::database::Database;
 use super::features::{AHEAD, FEATURES, Root, set_ahead, set_still, speed_of_hips};
@@ -14,11 +19,6 @@ use super::moves::{Frame, Moves};
 use super::steering::Steering;
 use super::trajectory::Trajectory;
 use super::tree::FeatureTree;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::inertia::fade;
-use mocap_scene::math::quaternion::{exp, log};
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::NodeId;
 
 /// Frames from one search to the next.
 const SEARCH: usize = 10;

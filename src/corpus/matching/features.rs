@@ -13,9 +13,9 @@
 //! are in metres on a body whose legs are [`LEG`] long.
 
 use glam::Vec3;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use crate::survey::{Body, Motion};
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Numbers of a frame.
 pub(super) const FEATURES: usize = 27;

@@ -18,6 +18,10 @@
 
 use std::io::{self, Read};
 
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::DATABASE_MARK;
+use mocap_scene::limits::Limits;
+use mocap_scene::math::half;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -25,10 +29,6 @@ use super::clip::{IndexedClip, has_leg_and_begin, is_plausible};
 use super::database::Database;
 use super::features::FEATURES;
 use crate::survey::{ClipRow, WIDTH};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::files::DATABASE_MARK;
-use mocap_scene::limits::Limits;
-use mocap_scene::math::half;
 
 const VERSION: u32 = 2;
 /// The longest list, in bytes: some 100,000 clips.

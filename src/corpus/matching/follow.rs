@@ -1,15 +1,15 @@
 //! A figure along a path.
 
 use glam::{DVec2, Vec2, Vec3, Vec3Swizzles};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::polyline::Polyline;
+use mocap_scene::scene::{Animation, Scene};
 use serde::Serialize;
 
 use super::controller::Controller;
 use super::features::{AHEAD, FEATURE_RATE};
 use super::record::Record;
 use super::trajectory::Trajectory;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::polyline::Polyline;
-use mocap_scene::scene::{Animation, Scene};
 
 /// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
 const LOOKED_AT: f64 = 0.5;

@@ -7,13 +7,13 @@
 //! `features.bin` has the normalized features of the frames, and what was taken off and divided by.
 
 use glam::{Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::{in_hemisphere_of, log};
+use mocap_scene::scene::{NodeId, NodeKind};
 
 use super::features::{AHEAD, FEATURE_RATE, FEATURES, set_ahead};
 use super::moves::Moves;
 use super::tree::statistics;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::quaternion::{in_hemisphere_of, log};
-use mocap_scene::scene::{NodeId, NodeKind};
 
 /// How far the scales of a bone along its axes may be apart, of their size.
 const UNIFORM: f32 = 1e-3;

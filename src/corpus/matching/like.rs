@@ -7,6 +7,7 @@
 //! The path of least cost is found by dynamic time warping, for each sample at which it may begin. Of parts that
 //! overlap by more than half, the best is kept. Limbs that one of the bodies lacks are not compared.
 
+use mocap_scene::options::setters;
 use serde::Serialize;
 
 use super::clip::{IndexedClip, SAMPLE_RATE};
@@ -14,7 +15,6 @@ use super::database::Database;
 use super::movement::{Movement, Movements, Scale};
 use super::query::Query;
 use crate::survey::{ClipRow, Condition, LIMBS, WIDTH, mirrored_row};
-use mocap_scene::options::setters;
 
 /// How much faster or slower a part may be.
 const PACE: f64 = 1.2;

@@ -4,11 +4,6 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::clip::IndexedClip;
-use super::database::Database;
-use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
-use crate::survey::{ClipRow, Motion, clip_name};
 use mocap_edit::{Mirror, Step, StepInput, knee_at_rest};
 use mocap_figure::contacts::ball;
 use mocap_figure::{Figure, HumanoidBone as Bone};
@@ -18,6 +13,11 @@ use mocap_scene::ik::seen_hinge;
 use mocap_scene::limits::Limits;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Node, NodeId, Scene, Side};
+
+use super::clip::IndexedClip;
+use super::database::Database;
+use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
+use crate::survey::{ClipRow, Motion, clip_name};
 
 /// The poses of a database's frames on the skeleton of a character, for a [`Controller`](super::Controller).
 ///

@@ -1,14 +1,14 @@
 //! A figure that is led by a gamepad.
 
 use glam::{Vec2, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Animation, Scene};
 use serde::Serialize;
 
 use super::controller::Controller;
 use super::features::FEATURE_RATE;
 use super::gamepad::Gamepad;
 use super::record::Record;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Animation, Scene};
 
 /// The fastest that a stick at its edge may ask for, in metres per second: no runner is faster.
 const FASTEST: f32 = 12.0;

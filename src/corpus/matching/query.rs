@@ -1,11 +1,12 @@
 //! What is looked for: a part of a motion, or a pose.
 
-use super::clip::SAMPLE_RATE;
-use crate::survey::{Fingerprint, Motion};
 use mocap_figure::Figure;
 use mocap_figure::convert::{Moment, TimeRange, part_ticks};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
+
+use super::clip::SAMPLE_RATE;
+use crate::survey::{Fingerprint, Motion};
 
 /// The longest part that is looked for, in seconds.
 const LONGEST: f64 = 60.0;

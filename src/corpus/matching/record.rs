@@ -1,12 +1,12 @@
 //! The motion that a figure has made.
 
 use glam::{Quat, Vec3};
-
-use super::controller::Controller;
-use super::features::FEATURE_RATE;
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+use super::controller::Controller;
+use super::features::FEATURE_RATE;
 
 /// The frames of a pose.
 pub(super) struct Record {

@@ -11,9 +11,10 @@
 
 use std::ops::Range;
 
+use mocap_scene::math::{principal, wide};
+
 use super::database::Database;
 use super::features::FEATURES;
-use mocap_scene::math::{principal, wide};
 
 /// The groups of features and their weights: those of Holden's demonstration.
 const GROUPS: [(Range<usize>, f32); 7] = [

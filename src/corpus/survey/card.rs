@@ -3,14 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use mocap_figure::Figure;
+use mocap_scene::scene::Scene;
 use serde_json::{Value, json};
 
 use super::corpus::Corpus;
 use super::motion::Motion;
 use super::row::{ClipRow, Quality};
 use super::thresholds::{DefectKind, Thresholds};
-use mocap_figure::Figure;
-use mocap_scene::scene::Scene;
 
 const PAGE: &str = include_str!("card/page.html");
 const SCRIPT: &str = include_str!("card/card.js");

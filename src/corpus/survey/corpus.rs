@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use mocap_scene::error::{Code, Diagnostic, Result};
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Fingerprint;
@@ -9,7 +10,6 @@ use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
 use super::twins::{self, Candidate, Pair, Reason};
 use super::{descriptor, select};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// What is known of one clip: its row, and what is compared with other clips. As JSON it is a line of a record, from
 /// which a run resumes and of which shards are merged.

@@ -10,11 +10,12 @@ mod support;
 
 use std::collections::BTreeMap;
 
+use mocap_edit::MotionErrors;
+
 pub(super) use self::still::is_t_pose;
 use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};
-use mocap_edit::MotionErrors;
 
 /// Most findings of one kind in a clip that are kept; amounts count all.
 const MOST_FINDINGS: usize = 100;

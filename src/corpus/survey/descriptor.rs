@@ -1,8 +1,9 @@
 //! The descriptor of a clip: the mean and the standard deviation of each number of its fingerprint over time, 68 in
 //! all. For the map and for choosing, each is divided by its standard deviation over the corpus.
 
-use super::fingerprint::{Fingerprint, WIDTH};
 use mocap_scene::math::principal;
+
+use super::fingerprint::{Fingerprint, WIDTH};
 
 /// Numbers of a descriptor.
 pub(super) const LENGTH: usize = 2 * WIDTH;

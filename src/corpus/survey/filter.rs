@@ -4,10 +4,10 @@
 //! or a text in quotes. A column of flags stands alone. A comparison with a value that is not there is false, so that
 //! `skate < 1` keeps no clip of which skate was not measured.
 
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::row::{Cell, CellType, ClipRow};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
 
 /// An expression on rows, made from text.
 ///

@@ -6,10 +6,10 @@
 
 use base64::Engine;
 use glam::Vec3;
+use mocap_scene::scene::HumanoidBone as Bone;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::motion::{Body, Motion};
-use mocap_scene::scene::HumanoidBone as Bone;
 
 /// Samples per second of a clip that is compared with others.
 pub(crate) const RATE: f64 = 10.0;

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::corpus::Corpus;
-use super::row::{Cell, ClipRow};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::csv_field;
+
+use super::corpus::Corpus;
+use super::row::{Cell, ClipRow};
 
 impl Corpus {
     /// The formats of [`to_format`](Self::to_format), by their extensions.

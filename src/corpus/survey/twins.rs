@@ -14,10 +14,10 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::Vec3;
+use mocap_scene::math::spread::spread;
 
 use self::alignment::{Alignment, Moments, Track};
 use super::fingerprint::{Fingerprint, LIMBS, RATE, WIDTH};
-use mocap_scene::math::spread::spread;
 
 /// How a clip repeats another, the strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,6 +1,9 @@
 //! Contacts: feet that stand do not slide.
 
 use glam::Vec3;
+use mocap_figure::contacts::ContactRule;
+use mocap_scene::error::Result;
+use mocap_scene::math::velocity::velocities;
 
 use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
 use crate::floor;
@@ -8,9 +11,6 @@ use crate::frames::Frames;
 use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
-use mocap_figure::contacts::ContactRule;
-use mocap_scene::error::Result;
-use mocap_scene::math::velocity::velocities;
 
 /// Feet that slide less than this in contact are left where nothing else was changed, in m/s.
 pub(super) const LEAST_SKATE: f64 = 0.13;

@@ -5,10 +5,10 @@
 //! cross quickly stay.
 
 use glam::Quat;
-
-use crate::work::Work;
 use mocap_scene::math::quaternion::squared_angle;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+use crate::work::Work;
 
 /// The limbs, each with its bones.
 const LIMBS: [&[Bone]; 2] = [

@@ -5,6 +5,9 @@
 //! itself, the arms are brought to where this track has them.
 
 use glam::{DVec3, Vec3};
+use mocap_scene::ik::Goal;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::measures::jitter_and_peak;
 use super::noise::{LEAST_DISTANCE, without_noise};
@@ -13,9 +16,6 @@ use super::smoother::Positions;
 use crate::frames::Frames;
 use crate::quantity::counted;
 use crate::work::Work;
-use mocap_scene::ik::Goal;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The leg of the body that these lengths are of, in metres: one of 1.7 m.
 const LEG: f32 = 0.84;

@@ -3,14 +3,14 @@
 use std::collections::VecDeque;
 
 use glam::{DQuat, DVec3};
-
-use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
-use super::pace::{Bank, STRENGTHS};
-use super::smoother::{Positions, Rotations};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::{not_negative, positive};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
+
+use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
+use super::pace::{Bank, STRENGTHS};
+use super::smoother::{Positions, Rotations};
 
 /// How many times the delay is seen of the past, and how many seconds at least: what is farther hardly counts.
 const PAST: f64 = 2.0;

@@ -1,6 +1,9 @@
 //! The measures of a motion before and after a part.
 
 use glam::Vec3;
+use mocap_scene::math::median::median;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeKind};
 use serde::Serialize;
 
 use super::time;
@@ -9,9 +12,6 @@ use crate::flips;
 use crate::floor;
 use crate::frames::Frames;
 use crate::work::Work;
-use mocap_scene::math::median::median;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeKind};
 
 /// The time over which the speed of a joint is taken, in seconds: noise alone has hardly a speed over it.
 const SPEED_OVER: f64 = 0.1;

@@ -6,13 +6,13 @@
 //! not touched.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::NodeId;
 
 use super::pace::Bank;
 use super::smoother::{Positions, Rotations, Values, smooth};
 use crate::work::Work;
-use mocap_scene::math::quaternion::in_hemisphere_of;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::NodeId;
 
 /// The differences that are looked at.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=7;

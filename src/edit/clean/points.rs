@@ -6,15 +6,15 @@
 //! does about its own bone stays as its rotation has it.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
+use mocap_scene::math::quaternion::exp;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::NodeId;
 
 use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
 use crate::frames::{Frames, tracks};
 use crate::work::Work;
-use mocap_scene::math::quaternion::exp;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::NodeId;
 
 /// How far a position may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less
 /// its direction tells.

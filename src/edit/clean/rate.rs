@@ -6,14 +6,14 @@
 //! which there is a warning.
 
 use glam::{DVec3, Vec3};
-
-use crate::frames::tracks;
-use crate::quantity::counted;
-use crate::work::Work;
 use mocap_figure::contacts::points_of_feet;
 use mocap_scene::math::median::{median, wide_median};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
+
+use crate::frames::tracks;
+use crate::quantity::counted;
+use crate::work::Work;
 
 /// The longest pattern of repeated frames, in frames, and how many times it must come.
 const LONGEST_PATTERN: usize = 10;

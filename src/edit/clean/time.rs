@@ -6,14 +6,14 @@
 use std::ops::Range;
 
 use glam::Vec3;
+use mocap_scene::math::quaternion::log;
+use mocap_scene::pose::Trs;
 
 use super::gaps::{Gaps, SURE};
 use super::rate::{self, Pattern, Told};
 use crate::bridge::bridge;
 use crate::flips;
 use crate::work::Work;
-use mocap_scene::math::quaternion::log;
-use mocap_scene::pose::Trs;
 
 /// The longest run of held frames that is filled, in seconds. A longer one is frozen, and may be meant.
 const LONGEST_HELD: f64 = 0.5;

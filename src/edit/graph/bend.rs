@@ -3,11 +3,11 @@
 //! Steps sway beside the path as they did, and feet are held afterwards, as those of every walk.
 
 use glam::DVec2;
+use mocap_scene::math::polyline::Polyline;
 
 use super::network::Network;
 use super::path::LOOKED_AT;
 use super::walk::{Bend, Walk, WalkPath, smooth as blended};
-use mocap_scene::math::polyline::Polyline;
 
 /// The deviation of the Gaussian bell over which a bend is smoothed, and half of the time over which the direction of a
 /// walk is taken, in seconds: a step.

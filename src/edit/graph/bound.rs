@@ -26,11 +26,11 @@
 use std::ops::Range;
 
 use glam::DVec2;
+use mocap_scene::math::principal;
+use mocap_scene::math::spread::spread;
 
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
-use mocap_scene::math::principal;
-use mocap_scene::math::spread::spread;
 
 /// Numbers of a window.
 pub(super) const NUMBERS: usize = 64;

@@ -1,13 +1,14 @@
 //! Compares clips, and makes a graph of them.
 
-use super::clouds::{CloudSpace, Clouds};
-use super::distance::Window;
-use super::network::Network;
-use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
 use mocap_figure::Figure;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::pose::{Trs, have_the_same_joints};
 use mocap_scene::scene::Scene;
+
+use super::clouds::{CloudSpace, Clouds};
+use super::distance::Window;
+use super::network::Network;
+use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
 
 /// Takes clips of one skeleton, whose moments it compares.
 ///

@@ -13,9 +13,9 @@
 use std::ops::Range;
 
 use glam::DVec2;
+use mocap_scene::math::wide;
 
 use super::clouds::{CloudSpace, Clouds};
-use mocap_scene::math::wide;
 
 /// The motion over the ground that brings one moment onto another, in metres along the two axes of the ground, and how
 /// far they are then apart.

@@ -1,7 +1,8 @@
 //! Graphs as JSON. What a file says is a claim: every index is held against what it points to.
 
-use super::{GraphTransition, MotionGraph};
 use mocap_scene::error::{Code, Diagnostic, Result};
+
+use super::{GraphTransition, MotionGraph};
 
 impl MotionGraph {
     /// The version of the schema that this program writes and reads.

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use mocap_scene::math::spread::spread;
+
 use super::bound::{Bound, SLACK};
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use super::near::{Block, LANES, Near};
-use mocap_scene::math::spread::spread;
 
 /// Windows in a tile: large enough that its edges, where windows overlap other tiles, cost little; small enough for the
 /// second cache.

@@ -2,8 +2,9 @@
 //! around eight such boxes that are near each other, and so on, as in an R-tree (Guttman, 1984). Eight are compared at
 //! once.
 
-use super::bound::{NUMBERS, Numbers};
 use mocap_scene::math::wide;
+
+use super::bound::{NUMBERS, Numbers};
 
 /// Windows, or boxes, that are compared at once; of numbers so many before it is looked whether they are near still.
 pub(super) const LANES: usize = 8;

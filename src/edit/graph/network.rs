@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::{Alignment, Window};
 use super::{GraphClip, GraphTransition, MotionGraph};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// A graph and its clips, over which walks are searched.
 ///

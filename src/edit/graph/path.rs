@@ -11,13 +11,13 @@ use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::{DVec2, DVec3};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::math::polyline::Polyline;
 
 use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::math::polyline::Polyline;
 
 /// How far ahead walks are searched, and how much of the best one is kept, in metres of the path.
 const AHEAD: f64 = 6.0;

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::positive;
+
 use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::positive;
 
 /// The longest walk, in seconds: a day.
 const LONGEST: f64 = 86_400.0;

@@ -3,11 +3,12 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+
 use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
 use super::{GraphClip, GraphTransition};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// What a second of motion costs beside a transition at the threshold: of two chains of transitions that are as good,
 /// the shorter is taken.

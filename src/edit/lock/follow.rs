@@ -2,14 +2,14 @@
 //! are as long in proportion.
 
 use glam::{Quat, Vec3};
+use mocap_figure::{Figure, HumanoidBone, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
 
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::sole::{SolePoint, angle_to_height, turn_up, world_axis};
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
-use mocap_figure::{Figure, HumanoidBone, Side};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{NodeId, Scene};
 
 /// As fractions of the leg: a foot of the motion that is followed is on the ground below the first height, and in the
 /// air above the second.

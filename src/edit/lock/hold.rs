@@ -1,15 +1,15 @@
 //! A foot that is held where it is while it is in contact, and kept above the floor.
 
 use glam::Vec3;
+use mocap_figure::{Figure, Side};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
 
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::shift;
 use super::sole::{Hinge, SolePoint, turn_up};
 use crate::body::{Leg, and_below};
 use crate::contacts::DetectedContacts;
-use mocap_figure::{Figure, Side};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::Scene;
 
 /// Of a contact, the median of how far the foot is off its level counts, and what is this near to it, in metres.
 const NEAR: f32 = 0.02;

@@ -1,10 +1,10 @@
 //! How knees go aside where ankles are shifted, and how they are spared.
 
 use glam::{Quat, Vec3};
+use mocap_scene::ik::bend_about_hinge;
 
 use super::leg::LegTrack;
 use super::shift;
-use mocap_scene::ik::bend_about_hinge;
 
 /// What a change of the height of a foot costs against one of its knee.
 const HEIGHT_COST: f32 = 10.0;

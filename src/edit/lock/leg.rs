@@ -1,17 +1,17 @@
 //! One leg over time, and what every foot does on the ground, whether it is held or follows another.
 
 use glam::{Quat, Vec3};
-
-use super::shift;
-use super::sole::SolePoint;
-use crate::body::{Leg, and_below, knee_at_rest};
-use crate::contacts::DetectedContacts;
 use mocap_figure::contacts::ball;
 use mocap_figure::{Figure, HumanoidBone, Side};
 use mocap_scene::ik::seen_hinge;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
+
+use super::shift;
+use super::sole::SolePoint;
+use crate::body::{Leg, and_below, knee_at_rest};
+use crate::contacts::DetectedContacts;
 
 /// The fraction of its full length to which a leg may be stretched, unless the motion itself stretches it more.
 const STRETCH: f32 = 0.9995;

@@ -1,6 +1,11 @@
 //! Both legs of a figure over a motion, and how their changes are applied.
 
 use glam::Vec3;
+use mocap_figure::{Figure, HumanoidBone, Side};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::ik::Goal;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{Channel, NodeId, Scene};
 
 use super::leg::Foot;
 use super::pace::Pace;
@@ -8,11 +13,6 @@ use super::{FootLockReport, hips, sole};
 use crate::body::{Leg, and_below, mover};
 use crate::contacts::DetectedContacts;
 use crate::frames::{Frames, between};
-use mocap_figure::{Figure, HumanoidBone, Side};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::ik::Goal;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{Channel, NodeId, Scene};
 
 /// The distance from a goal that counts as out of reach, in metres.
 const OUT_OF_REACH: f32 = 0.001;

@@ -5,12 +5,12 @@
 //! made less around that moment, round by round, until it is not.
 
 use glam::Vec3;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::NodeId;
 
 use super::leg::LegTrack;
 use super::shift::envelope;
 use crate::frames::Frames;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::NodeId;
 
 /// The largest ratios of the speed and of the acceleration of a foot to those without the lock, and those that are
 /// aimed at, for keys are rounded.

@@ -3,10 +3,10 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, Quat, Vec3};
-
-use super::shift::envelope;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
+
+use super::shift::envelope;
 
 /// A point of a foot that stays above the floor.
 #[derive(Clone, Debug)]

@@ -1,11 +1,11 @@
 //! Lets every joint go into the end of a loop as fast as out of its start.
 
 use glam::Quat;
-
-use crate::frames::Frames;
 use mocap_scene::math::quaternion::{exp, log};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::Scene;
+
+use crate::frames::Frames;
 
 /// How many frames change on each side of the seam.
 const AROUND: usize = 2;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
-
-use super::FEWEST;
-use super::hinge::nearest_axis;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
+
+use super::FEWEST;
+use super::hinge::nearest_axis;
 
 /// How a joint usually is in its parent.
 pub(super) struct Usual {

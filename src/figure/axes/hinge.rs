@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-
-use super::{FEWEST, LIMBS};
-use crate::hierarchy::Hierarchy;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+
+use super::{FEWEST, LIMBS};
+use crate::hierarchy::Hierarchy;
 
 /// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
 const BENT: f32 = 0.2;

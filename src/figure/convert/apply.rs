@@ -1,10 +1,11 @@
 //! What a [`Conversion`] does, in its order.
 
-use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, moment, part_ticks};
-use crate::{Figure, TPose};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::process;
 use mocap_scene::scene::{Animation, Assumption, NodeId, Scene, Topic, UpAxis};
+
+use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, moment, part_ticks};
+use crate::{Figure, TPose};
 
 impl Conversion {
     /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.

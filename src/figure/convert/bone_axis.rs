@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
+use mocap_scene::error::Result;
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::process;
+use mocap_scene::scene::{AppliedStep, NodeId, NodeKind, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::Conversion;
 use crate::axes::bend_axis;
 use crate::{Figure, Humanoid, HumanoidBone as Bone, HumanoidMap, Side};
-use mocap_scene::error::Result;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, NodeId, NodeKind, Scene};
 
 /// The fraction of the size of a skeleton below which two joints coincide, and no direction is between them.
 const COINCIDENT: f32 = 1e-4;

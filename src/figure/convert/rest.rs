@@ -1,11 +1,12 @@
 //! The T-pose and the A-pose: as the rest pose, and before the motion.
 
-use super::{Conversion, RestPoseSource};
-use crate::{Figure, TPose};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::process;
 use mocap_scene::scene::{AppliedStep, Scene};
+
+use super::{Conversion, RestPoseSource};
+use crate::{Figure, TPose};
 
 /// How far the arms of an A-pose are below horizontal, in degrees: those of MakeHuman's, Unreal's and Mixamo's are
 /// between 40 and 55.

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::RestPoseSource;
 use mocap_scene::options::as_text;
+
+use super::RestPoseSource;
 
 as_text!(RestPoseSource);
 

@@ -1,9 +1,10 @@
 //! The unit and the up axis of a scene.
 
-use crate::Survey;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::positive;
 use mocap_scene::scene::{Assumption, Metadata, Topic, UpAxis};
+
+use crate::Survey;
 
 /// A unit of length and an up axis, where they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,6 +4,7 @@
 //! skeleton; and so does how it stands, where its limbs have the lengths of four legs.
 
 use glam::Vec3;
+use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use super::super::poses::poses;
@@ -12,7 +13,6 @@ use super::limb::Fit;
 use super::sides::stands;
 use super::topology::Tree;
 use crate::names::words::AnimalPart;
-use mocap_scene::scene::{NodeId, Scene};
 
 /// A kind of creature that is no humanoid.
 ///

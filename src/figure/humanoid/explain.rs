@@ -1,5 +1,6 @@
 //! Why a skeleton is read as it is: what each table says of the chosen reading, and what came second.
 
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::body::{self, Body, Trunk};
@@ -7,7 +8,6 @@ use super::limb::{self, Fit, Kind};
 use super::tables::{Ratio, Sign, Sums, Tally};
 use super::topology::Tree;
 use crate::names::words::Part;
-use mocap_scene::scene::Scene;
 
 /// How the reading of a skeleton was chosen: the sum of the logarithms of how likely its lengths, its names and the
 /// shape of its tree are, in parts.

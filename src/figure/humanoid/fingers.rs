@@ -1,11 +1,11 @@
 //! Fingers of a hand: which chain is which finger, and which of its joints are the three of a finger.
 
 use glam::Vec3;
+use mocap_scene::scene::HumanoidBone as Bone;
 
 use super::topology::Tree;
 use crate::names::Name;
 use crate::names::words::{FingerKind, Part};
-use mocap_scene::scene::HumanoidBone as Bone;
 
 /// The joints of one finger, from the palm outwards, and whether names say which finger it is.
 pub(super) struct Finger {

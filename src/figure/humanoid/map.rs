@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use mocap_scene::scene::{HumanoidBone, NodeId, Side};
+
 use super::super::Confidence;
 use super::HumanoidJoint;
 use super::body::{Body, CLEAR_LEAD};
@@ -10,7 +12,6 @@ use super::limb::Kind;
 use super::sides::Found;
 use super::topology::Tree;
 use crate::names::words::Part;
-use mocap_scene::scene::{HumanoidBone, NodeId, Side};
 
 /// Lengths fit where they are, a bone in the mean, not farther off than this.
 const LENGTHS_FIT: f32 = -0.45;

@@ -1,11 +1,12 @@
 //! Why the best reading of a skeleton is not a humanoid.
 
+use mocap_scene::scene::Scene;
+
 use super::body::Body;
 use super::limb::{Fit, Kind};
 use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
 use crate::names::words::Part;
-use mocap_scene::scene::Scene;
 
 /// A body is named where the bones of its limbs are, in the mean, at least this well.
 const NAMED: f32 = 0.5;

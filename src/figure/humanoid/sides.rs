@@ -4,6 +4,8 @@
 //! and forward known, left is up x forward.
 
 use glam::Vec3;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene, Side};
 
 use super::super::Confidence;
 use super::super::poses::poses;
@@ -11,8 +13,6 @@ use super::Sides;
 use super::body::Body;
 use super::limb::Fit;
 use super::topology::Tree;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{NodeId, Scene, Side};
 
 /// Evidence about the sides that says something.
 const SAYS_A_SIDE: f32 = 0.25;

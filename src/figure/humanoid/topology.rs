@@ -1,11 +1,11 @@
 //! The skeleton as a tree of bones: lengths, chains, and limbs that come in pairs.
 
 use glam::Vec3;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use crate::names::Name;
 use crate::names::words::Part;
-use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 /// Nodes of a chain that are looked at; a limb with twist and helper joints has a dozen.
 const MOST_IN_A_CHAIN: usize = 16;

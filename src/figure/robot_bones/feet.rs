@@ -1,9 +1,9 @@
 //! Feet that no joint turns against the shin.
 
 use glam::DVec3;
+use mocap_scene::scene::robot::RobotShape;
 
 use super::Tree;
-use mocap_scene::scene::robot::RobotShape;
 
 /// How long a shin without an ankle is at least, as a fraction of the thigh.
 const SHIN: f64 = 0.5;

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Animation, Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::pointing::{direction, next};
 use super::{TPose, TPoseBone, TPoseReason, TPoseSource};
 use crate::axes::{Evidence, Shown, angle_about};
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
-use mocap_scene::math::directions::{arc, rotation_of};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Animation, Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
 /// as inexact. Above it the figure is turned to face along the axis.

@@ -1,11 +1,11 @@
 //! Feet, head and shoulders of a T-pose, as the motion shows them.
 
 use glam::{Quat, Vec3};
+use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
-use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.
 const LEVELLED: f32 = 0.7;

@@ -1,11 +1,11 @@
 //! The T-pose as a pose of the scene: where it stands, and with lowered arms.
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{Assumption, HumanoidBone as Bone, NodeId, Scene, Side, Topic};
 
 use super::{TPose, TPoseSource};
 use crate::Figure;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Assumption, HumanoidBone as Bone, NodeId, Scene, Side, Topic};
 
 impl TPose {
     /// The pose with its arms lowered by so many degrees: 45 make an A-pose.

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// The direction in which a bone points in the T-pose, in its frame; `None` for one that is not turned there.
 pub fn direction(bone: Bone) -> Option<Vec3> {

@@ -4,11 +4,11 @@
 //! whose ankle and ball are as low as they ever are stands on its sole.
 
 use glam::{Quat, Vec3};
-
-use crate::poses::sample;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
+
+use crate::poses::sample;
 
 /// The fraction of the positions of both feet in which they are lowest.
 const SHARE: f32 = 0.2;

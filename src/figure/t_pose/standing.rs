@@ -1,6 +1,9 @@
 //! The pose from which the T-pose is made: a figure that stands.
 
 use glam::{Mat3, Mat4, Quat, Vec3};
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::TPoseSource;
 use super::pointing::POINTING_KNUCKLES;
@@ -9,9 +12,6 @@ use crate::axis::{Axis, RestPose};
 use crate::humanoid::Humanoid;
 use crate::knuckles::Knuckles;
 use crate::measure::Measures;
-use mocap_scene::math::directions::{arc, rotation_of};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The largest angle between the trunk of a figure that stands and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;

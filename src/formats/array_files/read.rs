@@ -20,6 +20,10 @@ mod point_rows;
 mod proportions;
 
 #[doc(hidden)]
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::{Format, Scene};
+
 pub use self::body::Body;
 pub(crate) use self::body::BodyModel;
 use self::ndarray::{Bytes, Entries, NdArray};
@@ -31,9 +35,6 @@ use super::is_npz;
 use super::is_pickle;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::{Format, Scene};
 
 fn check_not_empty(source: &Source<'_>) -> Result<()> {
     match source.bytes.is_empty() {

@@ -7,13 +7,14 @@ mod skeleton;
 
 use std::path::{Path, PathBuf};
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
+
 use self::skeleton::Skeleton;
 use super::{begins_motion, begins_skeleton};
 use crate::text::{decode, is_binary};
 use crate::warnings::Warnings;
 use crate::{ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let text = decode(source.bytes)?;

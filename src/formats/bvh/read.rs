@@ -12,13 +12,14 @@ mod scene;
 use std::borrow::Cow;
 use std::ops::Range;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
+
 use self::hierarchy::Hierarchy;
 use self::motion::Header;
 use crate::text::{Cursor, Word, decode};
 use crate::warnings::Warnings;
 use crate::{Blocks, Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();

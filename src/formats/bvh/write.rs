@@ -25,10 +25,11 @@ mod angles;
 mod build;
 mod number;
 
-use super::{BvhOptions, Channels};
-use crate::{Sidecar, WriteOptions, Written, WrittenFile};
 use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::scene::Scene;
+
+use super::{BvhOptions, Channels};
+use crate::{Sidecar, WriteOptions, Written, WrittenFile};
 
 impl BvhOptions {
     /// The text of a BVH file.

@@ -8,14 +8,15 @@ mod scene;
 
 use std::ops::Range;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::scene::Scene;
+
 use self::bytes::{Bytes, Processor};
 use self::parameters::Parameters;
 use super::{BLOCK, KEY};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
-use mocap_scene::scene::Scene;
 
 /// The byte of the header at which the block of the data stands.
 const DATA_BLOCK: usize = 16;

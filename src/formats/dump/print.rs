@@ -3,10 +3,10 @@
 use std::fmt;
 
 use glam::{Mat4, Vec3};
+use mocap_scene::scene::{Animation, Bone, Channel, Mesh, Scene};
 
 use super::Layout;
 use super::number::Streamed;
-use mocap_scene::scene::{Animation, Bone, Channel, Mesh, Scene};
 
 /// Prints the number of things of each kind, as `printSceneInfo`.
 pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {

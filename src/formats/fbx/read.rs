@@ -23,17 +23,17 @@ mod mesh;
 mod refusal;
 
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::scene::{
+    Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
+};
 use ufbx::LoadOpts;
 
 use self::refusal::refusal;
 use crate::fbx::{END_SITE, SOURCE_NAME};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
-use mocap_scene::scene::{
-    Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
-};
 
 /// Memory that ufbx may take, for any file and for each byte of it: compressed numbers expand at most a thousandfold,
 /// and only in broken files do all of them.

@@ -38,6 +38,9 @@ mod space;
 mod time;
 
 use glam::DMat4;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::limits;
+use mocap_scene::scene::{Scene, UpAxis};
 
 use self::document::{Document, Settings};
 use self::names::Names;
@@ -47,9 +50,6 @@ pub(super) use super::{FbxOptions, FbxRest, FbxRoot, FbxTextures, FbxVersion};
 use crate::provenance::Provenance;
 use crate::written::millimetres;
 use crate::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::limits;
-use mocap_scene::scene::{Scene, UpAxis};
 
 /// What a file says of the program that wrote it.
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));

@@ -5,11 +5,12 @@ use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::HashMap;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::Limits;
+
 use super::invalid::{invalid, missing};
 use super::json::{Accessor, Root, SparsePart};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::Limits;
 
 /// The bytes that animations need, and how many values may still be made of them.
 pub(super) struct Bytes<'a> {

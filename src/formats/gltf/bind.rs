@@ -9,11 +9,11 @@
 use std::collections::HashMap;
 
 use glam::{Mat4, Vec3};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Channel, Keys, NodeId, Scene};
 
 use super::file::{File, PlacedNode, Transform};
 use super::json::Skin;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{Channel, Keys, NodeId, Scene};
 
 /// The smallest rotation between a node and its bind pose that counts, in radians. Compressed matrices are rounded.
 const ROTATED: f32 = 0.005;

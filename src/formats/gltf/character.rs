@@ -3,6 +3,11 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
+use mocap_figure::Humanoid;
+use mocap_scene::error::Result;
+use mocap_scene::pose::FaceTrack;
+use mocap_scene::scene::{Animation, NodeId, Scene};
+
 use super::BufferPlace;
 use super::face::CharacterFace;
 use super::read::{Placed, RestPose, read_placed};
@@ -11,10 +16,6 @@ use super::write::patch::{self, Clip, Replaced};
 use super::write::{GltfOptions, GltfReport};
 use super::{Provenance, json, meshes};
 use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
-use mocap_figure::Humanoid;
-use mocap_scene::error::Result;
-use mocap_scene::pose::FaceTrack;
-use mocap_scene::scene::{Animation, NodeId, Scene};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///

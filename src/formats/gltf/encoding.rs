@@ -1,9 +1,10 @@
 //! How glTF stores keys: as 16-bit integers, or in streams of meshopt. As 32-bit floats it stores them as
 //! [`Float32`] says.
 
+use mocap_compress::{CompressedClip, Encoding, Float32, KeyFrameChoice, Lattice, RotationFormat, TranslationFormat};
+
 use super::Compression;
 use super::stream_size;
-use mocap_compress::{CompressedClip, Encoding, Float32, KeyFrameChoice, Lattice, RotationFormat, TranslationFormat};
 
 /// Rotations as 16-bit normalized integers, translations as 32-bit floats.
 struct Int16 {

@@ -9,12 +9,12 @@ mod gaze;
 
 use std::collections::BTreeMap;
 
+use mocap_scene::pose::{FaceTrack, Trs};
+use mocap_scene::scene::{Animation, Face, HumanoidBone, NodeId, Scene};
 use serde_json::Value;
 
 use self::binds::{Expression, expressions, morph_targets};
 use self::gaze::Gaze;
-use mocap_scene::pose::{FaceTrack, Trs};
-use mocap_scene::scene::{Animation, Face, HumanoidBone, NodeId, Scene};
 
 /// The animated weights of the morph targets of a node.
 #[derive(Clone, Debug)]

@@ -7,17 +7,17 @@ use std::path::{Component, Path, PathBuf};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{Mat4, Quat, Vec3, Vec4};
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::files::percent_decoded;
+use mocap_scene::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::scene::{Face, NodeId};
 
 use super::accessors::{self, Budget, Bytes};
 use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::{Provenance, humanoid, required, streams};
 use crate::Failure;
-use mocap_scene::error::{Diagnostic, Result};
-use mocap_scene::files::percent_decoded;
-use mocap_scene::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
-use mocap_scene::math::quaternion::unit;
-use mocap_scene::scene::{Face, NodeId};
 
 /// A glTF file with those of its buffers that animations need.
 #[doc(hidden)]

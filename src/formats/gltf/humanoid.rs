@@ -2,13 +2,13 @@
 //! which also say what nodes are on a face.
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Face, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::invalid::{self, invalid};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::{Face, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 
 /// The extension of a VRM animation.
 pub(super) use super::VRM_ANIMATION_EXTENSION as VRM_ANIMATION;

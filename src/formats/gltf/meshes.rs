@@ -12,6 +12,8 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::Mat4;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Bone, Keys, Material, Mesh, Node, NodeId, Scene, Surface};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -24,8 +26,6 @@ use super::json::{self, Root};
 use super::streams;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Bone, Keys, Material, Mesh, Node, NodeId, Scene, Surface};
 
 /// The parts of a file that show something; each item is read by itself, so that one that is broken leaves the others.
 #[derive(Default, Deserialize)]

@@ -2,9 +2,10 @@
 //!
 //! The size of the output is checked against the capacity of a stream of that length, before anything is allocated.
 
+use mocap_scene::error::{Code, Diagnostic};
+
 #[cfg(not(feature = "meshopt"))]
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// The filter of a stream's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::files::percent_decoded;
+use mocap_scene::scene::{Node, NodeId, Original, OriginalFile, SKELETON_MATERIAL, Scene};
 use serde::Deserialize;
 
 use super::json::{self, MAGIC};
 use super::write::{dangling, patch};
 use crate::Source;
-use mocap_scene::error::{Diagnostic, Result};
-use mocap_scene::files::percent_decoded;
-use mocap_scene::scene::{Node, NodeId, Original, OriginalFile, SKELETON_MATERIAL, Scene};
 
 /// What says whether a file has something to lose.
 #[derive(Default, Deserialize)]

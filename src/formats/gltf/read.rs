@@ -17,13 +17,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::bind;
-use super::file::{File, PlacedNode, implausible};
-use super::humanoid::{self, VRM_ANIMATION};
-use super::invalid::invalid;
-use super::original;
-use super::tracks::{Bend, CURVE_ERROR, Track, Values};
-use crate::{Failure, ReadOptions, Source};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{self, limit_exceeded};
 use mocap_scene::pose::Pose;
@@ -31,6 +24,14 @@ use mocap_scene::scene::{
     Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, Node, NodeId, NodeKind, Scene, Topic,
     UpAxis,
 };
+
+use super::bind;
+use super::file::{File, PlacedNode, implausible};
+use super::humanoid::{self, VRM_ANIMATION};
+use super::invalid::invalid;
+use super::original;
+use super::tracks::{Bend, CURVE_ERROR, Track, Values};
+use crate::{Failure, ReadOptions, Source};
 
 /// The largest distance of a time from a whole tick at which it becomes that tick, as a fraction of the time: twice the
 /// rounding of a float.

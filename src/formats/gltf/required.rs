@@ -1,9 +1,10 @@
 //! The extensions that a file requires of its readers: which of them concern motion.
 
+use mocap_scene::error::{Code, Diagnostic};
+
 use super::compression::{EXT, KHR};
 use super::invalid::invalid;
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// Extensions whose names begin so say nothing of nodes and animations, but of what is read without them: surfaces,
 /// lights, pictures, geometry, the rules of an avatar.

@@ -8,13 +8,13 @@
 //! | KHR_animation_pointer to a node's translation, rotation or scale | as the channel of that node |
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::quaternion::unit;
 
 use super::accessors::{Budget, numbers};
 use super::file::{File, degenerate, implausible, is_degenerate, is_plausible};
 use super::invalid::{invalid, missing};
 use super::json::{Animation, Channel};
 use crate::Failure;
-use mocap_scene::math::quaternion::unit;
 
 /// How far samples may leave a curve: as a fraction of the largest value of its track, and of a quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;

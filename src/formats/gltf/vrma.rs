@@ -19,14 +19,14 @@
 //! ```
 
 use glam::{Quat, Vec3};
-
-use super::write::{Document, GltfOptions, GltfReport};
-use crate::{WriteOptions, Written};
 use mocap_figure::Humanoid;
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::options::setters;
 use mocap_scene::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
+
+use super::write::{Document, GltfOptions, GltfReport};
+use crate::{WriteOptions, Written};
 
 /// Options of the writer.
 ///

@@ -1,10 +1,11 @@
 //! The motion of the morph targets of a node: their weights in every animation of a file.
 
+use mocap_scene::scene::Keys;
+
 use super::file::File;
 use super::json::{Animation, Channel};
 use super::tracks::{Bend, Keys as SamplerKeys, Sampled};
 use crate::Failure;
-use mocap_scene::scene::Keys;
 
 impl File<'_> {
     /// Of each of `count` morph targets of a node its weight in every animation, without keys where it stays at rest.

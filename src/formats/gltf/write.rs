@@ -43,17 +43,17 @@ mod rest;
 mod text;
 mod values;
 
+use mocap_compress::ErrorBound;
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::options::setters;
+use mocap_scene::scene::Scene;
 use serde::Serialize;
 
 use super::{Achieved, BufferPlace, Compression};
 use crate::written::unit_warning;
 use crate::{Renamed, WriteOptions, Written, WrittenFile};
-use mocap_compress::ErrorBound;
 #[cfg(doc)]
 use mocap_scene::error::Code;
-use mocap_scene::error::{Diagnostic, Result};
-use mocap_scene::options::setters;
-use mocap_scene::scene::Scene;
 
 /// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
 /// alpha.

@@ -8,6 +8,10 @@ mod include;
 mod mass;
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, Scene};
 
 use self::attributes::Settings;
 use self::body::Bodies;
@@ -15,10 +19,6 @@ use self::frame::{Inner, within};
 use crate::warnings::Warnings;
 use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::robot::Robot;
-use mocap_scene::scene::{Format, Scene};
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     crate::read_robot_scene(source, options, read_robot)

@@ -1,10 +1,10 @@
 //! Numbers and texts of a file, one after the other, little-endian.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::error::{Code, Diagnostic};
 
 use super::EXPORT_AGAIN;
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// What is not read yet.
 pub(super) struct Cursor<'a> {

@@ -2,12 +2,12 @@
 //! additions, on a body of generic proportions.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::scene::{HumanoidBone as B, Side};
 
 use super::METRES_PER_UNIT;
 use super::model::{Bone, Ik, Inherits, Link, Model};
 use super::names::{LEFT, RIGHT};
 use crate::proportions;
-use mocap_scene::scene::{HumanoidBone as B, Side};
 
 /// How far the arms hang below the horizontal, in degrees: in most models 35 to 40.
 pub(super) const ARMS: f64 = 37.0;

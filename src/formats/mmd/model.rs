@@ -15,12 +15,12 @@
 //! The format is described by its author, Kyokuhoku P, in the file of its specification, PMX 2.1.
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, is_plausible, limit_exceeded};
 
 use super::bytes::{Cursor, invalid};
 use super::{MODEL_HEAD, is_old_model};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, is_plausible, limit_exceeded};
 
 /// Flags of a bone.
 const TAIL_IS_BONE: u16 = 0x0001;

@@ -18,6 +18,8 @@
 use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::is_plausible;
 
 use super::MOTION_HEAD;
 use super::bezier::Curve;
@@ -25,8 +27,6 @@ use super::bytes::{Cursor, invalid};
 use super::names::{self, LONG_NAME_BYTES, NAME_BYTES};
 use crate::Failure;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::is_plausible;
 
 const OLD: &[u8] = b"Vocaloid Motion Data file";
 const HEADER_BYTES: usize = 30;

@@ -7,11 +7,11 @@
 mod ik;
 
 use glam::{DQuat, DVec3};
+use mocap_scene::math::quaternion::rotation_vector;
 
 use self::ik::Solver;
 use super::model::Model;
 use crate::Failure;
-use mocap_scene::math::quaternion::rotation_vector;
 
 /// The rotation and the translation of a bone against its parent; the translation is from its place at rest.
 #[derive(Clone, Copy, Debug)]

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
+
 use super::generic;
 use super::model::{self as models, Model};
 use super::motion::{self as motions, Motion};
 use super::scene::{self, Skeleton};
 use crate::warnings::Warnings;
 use crate::{ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::Scene;
 
 /// A model without a motion.
 pub(super) fn model(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

@@ -3,6 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::limit_exceeded;
+use mocap_scene::scene::{
+    Animation, Assumption, Channel, Confidence, Face, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, MmdInherits,
+    MmdModel, Node, NodeId, NodeKind, Scene, Topic, UNNAMED_MOTION, UpAxis,
+};
 
 use super::bezier::ease;
 use super::model::Model;
@@ -12,12 +18,6 @@ use super::{FRAME_RATE, METRES_PER_UNIT, names};
 use crate::depth_first::{depth_first, sorted};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::limit_exceeded;
-use mocap_scene::scene::{
-    Animation, Assumption, Channel, Confidence, Face, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, MmdInherits,
-    MmdModel, Node, NodeId, NodeKind, Scene, Topic, UNNAMED_MOTION, UpAxis,
-};
 
 /// A model, and why it is the one.
 pub(super) struct Skeleton {

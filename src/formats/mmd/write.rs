@@ -9,16 +9,16 @@ mod bones;
 mod bytes;
 
 use glam::{DQuat, DVec3, Vec3};
-
-use self::bones::Bones;
-use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
-use crate::written::unit_warning;
-use crate::{WriteOptions, Written, WrittenFile, numbers};
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{Limits, limit_exceeded};
 use mocap_scene::pose::{Binding, FaceTrack, Pose};
 use mocap_scene::scene::{Animation, Channel, Face, Format, NodeKind, Scene};
+
+use self::bones::Bones;
+use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
+use crate::written::unit_warning;
+use crate::{WriteOptions, Written, WrittenFile, numbers};
 
 /// Differences below this, of quaternions and in units, are roundings.
 const ROUNDED: f64 = 1e-6;

@@ -1,8 +1,9 @@
 //! The lines of a text in columns: its header, and then a row of numbers for each frame.
 
+use mocap_scene::error::{Code, Diagnostic};
+
 use super::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// Goes through the lines of a text.
 pub(crate) struct Table<'a> {

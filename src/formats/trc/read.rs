@@ -1,6 +1,9 @@
 //! Reads TRC.
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{FARTHEST, limit_exceeded};
+use mocap_scene::scene::{Format, Scene};
 
 use super::FIRST_WORD;
 use crate::points::{self, Track};
@@ -8,9 +11,6 @@ use crate::text::table::{Table, cells, words};
 use crate::text::{Word, decode, decode_name, is_binary, number};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{FARTHEST, limit_exceeded};
-use mocap_scene::scene::{Format, Scene};
 
 /// The columns before those of the first marker: the number of the frame, and the time.
 const BEFORE: usize = 2;

@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use glam::Vec3;
+use mocap_scene::error::Result;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Format, Keys, NodeKind, Scene};
 
 use super::FIRST_WORD;
 use crate::numbers;
 use crate::written::unit_warning;
 use crate::{WriteOptions, Written, WrittenFile};
-use mocap_scene::error::Result;
-use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Format, Keys, NodeKind, Scene};
 
 /// Millimetres in a metre: scenes come in metres.
 const MILLIMETRES: f32 = 1000.0;

@@ -3,6 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, EulerRot};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::robot::{
+    Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};
+use mocap_scene::scene::{Format, Scene};
 
 use crate::inertial;
 use crate::mesh_bounds::mesh_shape;
@@ -11,12 +17,6 @@ use crate::text::{LineIndex, quote};
 use crate::warnings::Warnings;
 use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result, nearest};
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::robot::{
-    Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
-};
-use mocap_scene::scene::{Format, Scene};
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     crate::read_robot_scene(source, options, read_robot)

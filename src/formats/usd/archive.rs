@@ -1,9 +1,10 @@
 //! `.usdz`: a ZIP archive of stored files, each of which begins at a multiple of 64 bytes, so that it can be mapped.
 //! The first is the stage. (Pixar, Usdz File Format Specification.)
 
-use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::ZIP_HEAD;
+
+use crate::Failure;
 
 /// Where the bytes of a file may begin.
 const ALIGNMENT: usize = 64;

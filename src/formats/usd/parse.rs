@@ -14,11 +14,12 @@ mod tokens;
 
 use std::collections::HashMap;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+
 use self::tokens::{Tokens, is_word, text_of};
 use crate::Failure;
 use crate::text::Word;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
 
 /// Values by their names.
 pub(super) type Metadata = HashMap<String, Value>;

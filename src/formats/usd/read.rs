@@ -14,15 +14,16 @@
 mod animation;
 mod skeleton;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::{PROVENANCE, USD_HEAD};
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
+
 use super::parse::{self, Layer};
 use super::{BINARY, archive, is_archive};
 use crate::provenance::Provenance;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::{PROVENANCE, USD_HEAD};
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();

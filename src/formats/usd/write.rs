@@ -25,6 +25,11 @@ mod names;
 mod skeleton;
 mod text;
 
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::PROVENANCE;
+use mocap_scene::limits;
+use mocap_scene::scene::{Scene, UpAxis};
+
 use self::names::Names;
 use self::skeleton::Skeleton;
 use self::text::Text;
@@ -32,10 +37,6 @@ use super::archive;
 use crate::provenance::Provenance;
 use crate::written::unit_warning;
 use crate::{WriteOptions, Written, WrittenFile, texture};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::files::PROVENANCE;
-use mocap_scene::limits;
-use mocap_scene::scene::{Scene, UpAxis};
 
 /// The name of the default prim, and of the skeleton in it.
 const ROOT: &str = "Character";

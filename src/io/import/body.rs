@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::Vec3;
-
-use super::{Importer, is_array};
 use mocap_figure::convert::Conversion;
 use mocap_figure::robot_bones::robot_scene;
 use mocap_figure::vrm_humanoid;
@@ -13,6 +11,8 @@ use mocap_formats::{Body, ReadOptions, Source, body_model};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, HumanoidBone, Scene};
+
+use super::{Importer, is_array};
 
 impl Importer {
     /// The options of the reader, with the body where one was named.

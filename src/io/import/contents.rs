@@ -7,11 +7,12 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::large::LargeFile;
 use mocap_formats::FormatInfo;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::check_confined;
 use mocap_scene::limits::Limits;
+
+use super::large::LargeFile;
 
 /// Bytes from which on a file is worth a second thread.
 pub(super) const LARGE: usize = 4 << 20;

@@ -6,10 +6,10 @@ use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, OnceLock};
 
 use memmap2::MmapMut;
-
-use super::sha256::Sha256Sum;
 use mocap_formats::{Blocks, Failure};
 use mocap_scene::error::{Code, Diagnostic};
+
+use super::sha256::Sha256Sum;
 
 /// Bytes of the beginning, which is always in memory.
 const BEGINNING: u64 = 1 << 20;

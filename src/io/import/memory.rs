@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Importer;
-use super::contents::{check_size, refused_from_memory};
 use mocap_formats::Source;
-#[cfg(feature = "gltf")]
-use mocap_formats::gltf::Character;
 use mocap_scene::error::{Error, Result};
 use mocap_scene::scene::Scene;
+
+use super::Importer;
+use super::contents::{check_size, refused_from_memory};
+#[cfg(feature = "gltf")]
+use mocap_formats::gltf::Character;
 
 /// A file in memory.
 ///

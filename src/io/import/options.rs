@@ -3,12 +3,13 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use super::{Clips, Importer};
-#[cfg(doc)]
-use mocap_scene::error::{Code, Error};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{Format, RootOffset};
+
+use super::{Clips, Importer};
+#[cfg(doc)]
+use mocap_scene::error::{Code, Error};
 #[cfg(doc)]
 use mocap_scene::scene::{Origin, Scene};
 #[cfg(feature = "solve")]

@@ -6,17 +6,18 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::thread;
 
-use super::Importer;
-use super::clips::select;
-use super::contents::{LARGE, check_size, format_of_extension};
-use super::large::LargeFile;
-use super::sha256::Sha256Sum;
 use mocap_formats::{FormatInfo, Sidecar, Source, bvh, numbers};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::pose::Binding;
 use mocap_scene::process::KeyTolerance;
 use mocap_scene::scene::{AppliedStep, Format, Origin, Scene};
+
+use super::Importer;
+use super::clips::select;
+use super::contents::{LARGE, check_size, format_of_extension};
+use super::large::LargeFile;
+use super::sha256::Sha256Sum;
 
 impl Importer {
     /// Reads a file, of which `source` has the beginning.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::{Importer, is_array};
 use mocap_formats::Source;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::{NodeKind, Scene};
 use mocap_solve::JointSet;
 use mocap_solve::markers::{Known, solve_markers};
+
+use super::{Importer, is_array};
 
 /// Labels of markers are looked up in the known sets; with a colon and a name, those of that subject alone.
 const AUTO: &str = "auto";

@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
-
-use super::npz;
 use mocap_figure::convert::Conversion;
 use mocap_figure::vrm_humanoid;
 use mocap_formats::SMPL_ROOT;
@@ -16,6 +14,8 @@ use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::joint_tables::{Joint, smpl};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene, UpAxis};
+
+use super::npz;
 
 /// A layout of arrays for the motion of a humanoid. [`BodyArrays`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

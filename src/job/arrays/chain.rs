@@ -5,10 +5,10 @@
 //! in [many frames at once](super::lanes).
 
 use glam::{Mat4, Quat, Vec3};
-
-use crate::arrays::lanes::{LANES, Rotations, Transforms};
 use mocap_scene::pose::{Binding, Trs, forward_kinematics};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+use crate::arrays::lanes::{LANES, Rotations, Transforms};
 
 /// What to chain.
 pub(super) struct Wanted<'a> {

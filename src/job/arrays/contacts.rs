@@ -1,15 +1,15 @@
 //! Foot contacts: which feet are on the ground.
 
 use glam::Vec3;
-
-use crate::arrays::frame::Frame;
-use crate::arrays::joints::{Selection, pattern};
-use crate::arrays::{ArrayOptions, Contacts, unknown_option};
 use mocap_figure::contacts::{ContactRule, points_of_feet};
 use mocap_figure::ground::level;
 use mocap_scene::error::Result;
 use mocap_scene::math::velocity::velocities;
 use mocap_scene::scene::Scene;
+
+use crate::arrays::frame::Frame;
+use crate::arrays::joints::{Selection, pattern};
+use crate::arrays::{ArrayOptions, Contacts, unknown_option};
 
 /// The names of feet in a skeleton that is no humanoid.
 const NAMED_FEET: &str = "(?i)foot|toe|ankle";

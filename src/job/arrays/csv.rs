@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::arrays::Arrays;
 use mocap_scene::files::csv_field;
+
+use crate::arrays::Arrays;
 
 impl Arrays {
     /// Comma-separated values: one row for each frame and joint.

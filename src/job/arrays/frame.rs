@@ -1,14 +1,14 @@
 //! The unit and the axes of the output.
 
 use glam::{Mat4, Vec3};
-
-use crate::arrays::ArrayOptions;
 use mocap_figure::Figure;
 use mocap_figure::convert::{Needs, Space};
 use mocap_formats::gltf::Provenance;
 use mocap_scene::error::Result;
 use mocap_scene::math::up_axis;
 use mocap_scene::scene::{AppliedStep, Scene, Topic, UpAxis};
+
+use crate::arrays::ArrayOptions;
 
 /// How the coordinates of a scene become those of the output.
 pub(super) struct Frame {

@@ -1,13 +1,13 @@
 //! Selects the nodes of the arrays, and finds the parent and the offset of each.
 
 use glam::{Mat4, Vec3};
+use mocap_scene::error::Result;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, NodeKind, RotationOrder, Scene};
 use regex_lite::Regex;
 use serde::Serialize;
 
 use crate::arrays::{ArrayOptions, unknown_option};
-use mocap_scene::error::Result;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 /// A joint or an end site of the output.
 ///

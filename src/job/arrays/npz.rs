@@ -5,16 +5,16 @@
 
 use std::io::{Cursor, Write};
 
-use zip::write::{SimpleFileOptions, ZipWriter};
-use zip::{CompressionMethod, result::ZipResult};
-
-use crate::arrays::trainers::{Named, Values};
-use crate::arrays::{Arrays, Rotation};
 use mocap_edit::DetectedContacts;
 use mocap_edit::graph::DistanceMatrix;
 use mocap_retarget::robot::RobotMotion;
 use mocap_scene::files::ARRAY_MARK;
 use mocap_scene::scene::RotationOrder;
+use zip::write::{SimpleFileOptions, ZipWriter};
+use zip::{CompressionMethod, result::ZipResult};
+
+use crate::arrays::trainers::{Named, Values};
+use crate::arrays::{Arrays, Rotation};
 
 impl Arrays {
     /// NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array. All numbers are

@@ -1,13 +1,13 @@
 //! The options of arrays.
 
-use serde::{Deserialize, Serialize};
-
-use crate::arrays::{Rotation, RotationSpace};
 use mocap_figure::HumanoidMap;
 use mocap_figure::contacts::ContactRule;
 use mocap_figure::convert::Moment;
 use mocap_scene::options::setters;
 use mocap_scene::scene::UpAxis;
+use serde::{Deserialize, Serialize};
+
+use crate::arrays::{Rotation, RotationSpace};
 
 /// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
 /// parent as quaternions, and the file's own unit, axes and frames.

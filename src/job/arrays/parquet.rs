@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::Schema;
-
-use crate::arrays::Arrays;
 use mocap_io::export::parquet::{field, to_parquet};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_solve::biomechanics::TimeSeries;
+
+use crate::arrays::Arrays;
 
 impl Arrays {
     /// A Parquet file of [`to_table_with_header`](Self::to_table_with_header).

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::pickle::Pickle;
 use mocap_retarget::robot::{Robot, RobotMotion};
+
+use super::pickle::Pickle;
 
 /// Decimals of a row.
 const DECIMALS: usize = 6;

@@ -4,6 +4,8 @@ use std::num::NonZeroUsize;
 use std::thread;
 
 use glam::{Quat, Vec3};
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Animation, Scene};
 
 use crate::arrays::chain::{Chain, Wanted};
 use crate::arrays::frame::Frame;
@@ -11,8 +13,6 @@ use crate::arrays::joints::Selection;
 use crate::arrays::lanes::LANES;
 use crate::arrays::timeline::Timeline;
 use crate::arrays::{ArrayOptions, RotationSpace, Space};
-use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Animation, Scene};
 
 /// The least number of values for which a second thread saves time.
 const LARGE: usize = 1 << 19;

@@ -53,12 +53,12 @@ use arrow_array::{
     Array, ArrayRef, BooleanArray, Float32Array, Float64Array, Int32Array, RecordBatch, RecordBatchOptions, StringArray,
 };
 use arrow_schema::{Field, Schema};
-use sha2::{Digest, Sha256};
-
-use crate::arrays::{ArrayOptions, Arrays, Joint};
 use mocap_figure::{Figure, Survey};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Scene};
+use sha2::{Digest, Sha256};
+
+use crate::arrays::{ArrayOptions, Arrays, Joint};
 
 pub use self::robot_reports::{RobotClip, robot_reports};
 #[cfg(feature = "parquet")]

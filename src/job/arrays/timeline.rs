@@ -1,11 +1,12 @@
 //! The ticks of the output's frames.
 
-use crate::arrays::ArrayOptions;
 use mocap_figure::convert::part_ticks;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits;
 use mocap_scene::process;
 use mocap_scene::scene::{AppliedStep, Scene};
+
+use crate::arrays::ArrayOptions;
 
 /// The largest distance, in ticks, at which a new frame equals an old one.
 const SAME_TICK: f64 = 1e-6;

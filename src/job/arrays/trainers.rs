@@ -2,12 +2,12 @@
 //! each, and where they are from.
 
 use glam::DVec3;
-
-use crate::arrays::pickle::Pickle;
-use crate::arrays::robot::pickle_base;
 use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::Placement;
+
+use crate::arrays::pickle::Pickle;
+use crate::arrays::robot::pickle_base;
 
 /// An array with a name.
 pub(crate) struct Named {

@@ -3,17 +3,18 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::skeletons::up_of_others;
-use super::{Made, Maker, no_input};
-use crate::form::Form;
-use crate::names;
-use crate::said::{Hear, Said};
 use mocap_figure::convert::Conversion;
 use mocap_figure::{Axis, Confidence, Figure, Guess, Humanoid};
 use mocap_formats::Written;
 use mocap_retarget::retargeting::{Retargeting, SourceMotion};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::Scene;
+
+use super::skeletons::up_of_others;
+use super::{Made, Maker, no_input};
+use crate::form::Form;
+use crate::names;
+use crate::said::{Hear, Said};
 
 impl Maker<'_> {
     /// Motions on another body.

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use super::Maker;
 use mocap_figure::{Axis, Confidence, Figure};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Channel, Keys, Node, Scene, UpAxis};
+
+use super::Maker;
 
 /// Motions of one skeleton of which frames are kept, at most.
 const MOTIONS: usize = 16;

@@ -7,13 +7,13 @@ use super::change::Change;
 use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
-use serde::Deserialize;
-
-use crate::arrays::{Rotation, RotationSpace, Space};
 use mocap_figure::Figure;
 use mocap_formats::gltf::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::{NodeKind, Scene};
+use serde::Deserialize;
+
+use crate::arrays::{Rotation, RotationSpace, Space};
 
 /// The arrays of a file.
 pub(super) struct ArrayFile {

@@ -1,10 +1,6 @@
 //! What lies on purpose between a source and a file: where its points are.
 
 use glam::{DMat4, DQuat, DVec3};
-
-use super::chain::Skeleton;
-use super::pairs::Pairs;
-use super::{Finding, FindingKind};
 use mocap_edit::{EditStep, StepInput};
 use mocap_figure::Humanoid;
 use mocap_retarget::retargeting::second_motion;
@@ -12,6 +8,10 @@ use mocap_scene::error::Result;
 use mocap_scene::limits::Limits;
 use mocap_scene::process;
 use mocap_scene::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
+
+use super::chain::Skeleton;
+use super::pairs::Pairs;
+use super::{Finding, FindingKind};
 
 /// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and that of the
 /// CMU database, an inch divided by 0.45.

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use super::change::Change;
-use super::timeline::Timeline;
-use super::{Finding, FindingKind};
 use mocap_formats::gltf::Provenance;
 use mocap_io::import::{Clips, Importer};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{AppliedStep, Origin, Scene};
+
+use super::change::Change;
+use super::timeline::Timeline;
+use super::{Finding, FindingKind};
 
 /// Imports the source as it was read for the conversion.
 pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, source: &Path) -> Result<Scene> {

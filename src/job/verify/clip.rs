@@ -3,14 +3,14 @@
 use std::collections::{HashMap, VecDeque};
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
+use mocap_scene::error::Result;
+use mocap_scene::scene::{NodeKind, Scene, UNNAMED_MOTION};
 
 use super::chain::Skeleton;
 use super::change::Change;
 use super::pairs::{Pairs, kept_of};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
-use mocap_scene::error::Result;
-use mocap_scene::scene::{NodeKind, Scene, UNNAMED_MOTION};
 
 /// How far from a joint the points are that show its rotation, in metres: about as far as the skin around it.
 pub(super) const SKIN: f64 = 0.03;

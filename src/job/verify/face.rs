@@ -1,10 +1,11 @@
 //! The face of a VRM animation: the weights of its expressions, and its gaze.
 
+use mocap_scene::scene::Face;
+
 use super::chain::{Joint, Skeleton};
 use super::clip::{Errors, SKIN};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Worst};
-use mocap_scene::scene::Face;
 
 /// Adds how far the face of a clip is off: a weight as what it is in a file, a position in metres, and the gaze as the
 /// rotation of a joint. Returns what is not in the file, of the clip that findings call `name`.

@@ -3,11 +3,11 @@
 
 use std::io::{Cursor, Read};
 
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use zip::ZipArchive;
 
 use super::arrays::{ArrayFile, HELP, Header, invalid};
 use crate::arrays::Rotation;
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
 
 /// One array: its dtype, its shape, and its bytes.
 struct Array {

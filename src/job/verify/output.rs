@@ -2,10 +2,6 @@
 
 use std::path::Path;
 
-use super::chain::Skeleton;
-use super::change::Change;
-use super::claims::is_same_file;
-use super::{Finding, FindingKind, skin};
 use mocap_figure::Figure;
 use mocap_formats::Sidecar;
 use mocap_formats::fbx;
@@ -16,6 +12,11 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::{self, SkeletonMesh};
 use mocap_scene::scene::{AppliedStep, Format, Scene};
+
+use super::chain::Skeleton;
+use super::change::Change;
+use super::claims::is_same_file;
+use super::{Finding, FindingKind, skin};
 
 /// A file that was written.
 pub(super) enum Output<'a> {

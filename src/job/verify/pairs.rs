@@ -2,10 +2,11 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::chain::{Joint, Skeleton};
-use super::{Finding, FindingKind};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{HumanoidBone, NodeKind, Scene};
+
+use super::chain::{Joint, Skeleton};
+use super::{Finding, FindingKind};
 
 /// Names that are told at most, of many findings of one kind.
 const MOST_NAMES: usize = 8;

@@ -6,14 +6,14 @@
 use std::path::Path;
 
 use glam::DMat4;
+use mocap_formats::{FormatInfo, ReadOptions, Source};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::scene::{Bone, Format, Mesh, Scene};
 
 use super::chain::Skeleton;
 use super::change::Change;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
-use mocap_formats::{FormatInfo, ReadOptions, Source};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::scene::{Bone, Format, Mesh, Scene};
 
 /// How far a joint may be from where it was bound, as a fraction of the largest distance of two joints of the mesh, and
 /// its axes as a fraction of their length: what products of 32-bit matrices round.

@@ -1,12 +1,13 @@
 //! When the frames of a file are, in ticks of its source.
 
-use super::chain::Skeleton;
-use super::change::Change;
-use super::{Finding, FindingKind};
 use mocap_scene::error::Result;
 use mocap_scene::limits::Limits;
 use mocap_scene::process;
 use mocap_scene::scene::{AppliedStep, Scene};
+
+use super::chain::Skeleton;
+use super::change::Change;
+use super::{Finding, FindingKind};
 
 /// How near, in ticks, two moments are that are one.
 const SAME_TICK: f64 = 1e-6;

@@ -3,6 +3,10 @@
 use std::borrow::Cow;
 
 use glam::Vec3;
+use mocap_figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
+use mocap_scene::error::visible;
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 use serde::Serialize;
 
 use super::super::euler;
@@ -12,10 +16,6 @@ use super::marks::{Contact, Limbs};
 use super::morphs::MorphMotion;
 use super::pack::{Part, Storage, Tracks};
 use super::skin::Skin;
-use mocap_figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
-use mocap_scene::error::visible;
-use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]

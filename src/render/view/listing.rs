@@ -1,10 +1,11 @@
 //! A page that lists the clips of a folder.
 
+use mocap_scene::error::visible;
+
 use super::super::figure::Clip;
 use super::super::sheet::thumbnail;
 use super::super::svg::escape;
 use super::filled;
-use mocap_scene::error::visible;
 
 const PAGE: &str = include_str!("listing.html");
 

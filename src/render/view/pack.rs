@@ -17,10 +17,10 @@ mod clip_block;
 use std::ops::Range;
 
 use glam::{Quat, Vec3, Vec4};
-
-use self::clip_block::ClipBlocks;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, Scene};
+
+use self::clip_block::ClipBlocks;
 
 /// A clip whose keys fit into this many bytes as 32-bit floats is stored as those, without any error.
 const EXACT_BYTES: usize = 4 << 20;

@@ -7,12 +7,12 @@
 
 use std::collections::HashMap;
 
+use mocap_scene::error::visible;
+use mocap_scene::scene::{AlphaMode, Keys, Mesh, Primitive, Scene, Surface};
 use serde::Serialize;
 
 use super::morphs::{Morph, Morphs};
 use crate::image_size::image_size;
-use mocap_scene::error::visible;
-use mocap_scene::scene::{AlphaMode, Keys, Mesh, Primitive, Scene, Surface};
 
 /// The largest size in bytes of a skin without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;

@@ -2,6 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use mocap_figure::vrm_humanoid;
+use mocap_scene::error::{Error, Result};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::robot::Robot;
+use mocap_scene::scene::{Format, HumanoidBone as Bone, Scene};
 use rosc::OscMessage;
 use serde_json::{Map, Value, json};
 
@@ -10,11 +15,6 @@ use super::record::{VmcCounts, VmcRecorder};
 use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
 use crate::robot::{RobotOptions, RobotStream};
 use crate::{RetargetOptions, Retargeter};
-use mocap_figure::vrm_humanoid;
-use mocap_scene::error::{Error, Result};
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::robot::Robot;
-use mocap_scene::scene::{Format, HumanoidBone as Bone, Scene};
 
 /// Messages of a packet that go on at most: all of a figure are some hundreds.
 const MOST: usize = 4096;

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use rosc::OscMessage;
-
-use super::play::{bundles, pose_message};
-use super::vmc::{BonePose, Said, flat, said};
 use mocap_edit::LiveClean;
 use mocap_scene::error::Result;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::HumanoidBone as Bone;
+use rosc::OscMessage;
+
+use super::play::{bundles, pose_message};
+use super::vmc::{BonePose, Said, flat, said};
 
 /// Frames from which the rate of a sender is measured; until then none is given back.
 const MEASURED: usize = 24;

@@ -1,12 +1,12 @@
 //! A scene into packets.
 
 use glam::{Quat, Vec3};
-use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
-
-use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 use mocap_figure::vrm_humanoid;
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Channel, HumanoidBone as Bone, Scene};
+use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
+
+use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
 const LONGEST: usize = 1452;

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::record::VmcRecorder;
-use super::vmc::{BonePose, Said, messages};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene};
+
+use super::record::VmcRecorder;
+use super::vmc::{BonePose, Said, messages};
 
 /// Frames from which the skeleton and the rate of a sender are known.
 const MEASURED: usize = 24;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::vmc::{BonePose, Said, messages};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{
     Animation, Channel, Face, Format, HumanoidBone as Bone, Keys, Node, NodeId, NodeKind, Scene, UpAxis,
 };
+
+use super::vmc::{BonePose, Said, messages};
 
 /// Rotations and positions that a recording holds: 90 minutes of 55 bones, 60 times a second, in less than a gigabyte.
 const MOST_KEYS: usize = 18_000_000;

@@ -1,12 +1,12 @@
 //! A motion on a target, and how well it sits there.
 
+use mocap_formats::gltf::Provenance;
+use mocap_scene::pose::FaceTrack;
+use mocap_scene::scene::{Animation, Face, HumanoidBone};
 use serde::Serialize;
 
 use crate::robot::{RobotMotion, RobotReport};
 use crate::{LimbAngles, RetargetReport, Verdict};
-use mocap_formats::gltf::Provenance;
-use mocap_scene::pose::FaceTrack;
-use mocap_scene::scene::{Animation, Face, HumanoidBone};
 
 /// A motion on a target.
 ///

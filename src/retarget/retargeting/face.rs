@@ -1,8 +1,9 @@
 //! The scene of the target with the clips, and with the faces of their sources.
 
-use super::{Retargeting, Target};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+
+use super::{Retargeting, Target};
 
 impl Retargeting {
     /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part

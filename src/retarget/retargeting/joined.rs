@@ -1,11 +1,12 @@
 //! Steps that take a second motion: it may have any skeleton.
 
-use super::{Retargeting, RetargetingOptions};
 use mocap_edit::{EditReport, EditStep, Fitted};
 use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Diagnostic, Error, Result};
 use mocap_scene::pose::have_the_same_joints;
 use mocap_scene::scene::Scene;
+
+use super::{Retargeting, RetargetingOptions};
 
 /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
 /// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that

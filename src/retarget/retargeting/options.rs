@@ -1,9 +1,10 @@
 //! The options of a retargeting.
 
-use crate::Scale;
-use crate::robot::Floor;
 use mocap_figure::HumanoidMap;
 use mocap_figure::convert::{Conversion, RootMotion};
+
+use crate::Scale;
+use crate::robot::Floor;
 
 /// How a [`Retargeting`](super::Retargeting) moves motions.
 ///

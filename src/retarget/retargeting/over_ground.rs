@@ -6,12 +6,12 @@
 use std::sync::Arc;
 
 use glam::{Mat4, Quat, Vec3};
-
-use super::Target;
 use mocap_figure::convert::RootMotion;
 use mocap_scene::error::Result;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, NodeId, NodeKind, Scene};
+
+use super::Target;
 
 /// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f32 = 1e-9;

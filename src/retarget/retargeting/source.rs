@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use crate::robot::RobotRetargeter;
-use crate::{CreatureRetargeter, Retargeter};
 use mocap_figure::convert::Conversion;
 use mocap_figure::{Figure, Humanoid, is_at_rest_alike};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Assumption, Scene};
+
+use crate::robot::RobotRetargeter;
+use crate::{CreatureRetargeter, Retargeter};
 
 /// A scene in metres with +Y up whose motions go onto a target.
 ///

@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::robot::{Robot, robot_scene};
 use mocap_formats::gltf::Character;
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::scene::Scene;
+
+use crate::robot::{Robot, robot_scene};
 
 /// The body that motions are put on. A clone shares it.
 ///

@@ -8,14 +8,14 @@
 //! (R. Bellman, 1957).
 
 use glam::DVec3;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::solver::{Bounds, Solver};
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
 const SUSPECT: f64 = 0.12;

@@ -1,9 +1,9 @@
 //! Capsules within the shapes of links.
 
 use glam::DVec3;
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
 use super::kinematics::{Kinematics, RobotPose};
-use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
 /// A shape that is thinner than twice this is a mark where the foot touches the floor, not the link, in metres.
 const THIN: f64 = 0.011;

@@ -1,12 +1,12 @@
 //! Links of a robot that touch each other, by capsules within their shapes.
 
 use glam::DVec3;
+use mocap_scene::scene::robot::{Placement, Robot};
 use serde::{Deserialize, Serialize};
 
 use super::capsule::{Hull, add_bones, capsules_of, distance, nearest};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
-use mocap_scene::scene::robot::{Placement, Robot};
 
 /// How deep two links penetrate each other where that counts, in metres.
 const DEEP: f64 = 0.01;

@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec3, Mat4, Vec3};
+use mocap_scene::scene::robot::{Placement, ShapeKind};
+use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Primitive, Scene, VertexWeight};
 
 use super::Robot;
 use super::capsule::{Capsule, THICKNESS, capsules_of};
-use mocap_scene::scene::robot::{Placement, ShapeKind};
-use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Primitive, Scene, VertexWeight};
 
 /// Corners around a capsule.
 const AROUND: usize = 16;

@@ -5,11 +5,11 @@
 //! in the axes of the world: velocities and accelerations from the base outwards, forces back to it.
 
 use glam::{DMat3, DVec3};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::{JointKind, Robot};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::robot::{JointKind, Robot};
 
 /// The acceleration of gravity, in metres a second squared: MuJoCo's.
 pub(super) const GRAVITY: f64 = 9.81;

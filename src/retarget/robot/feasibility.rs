@@ -2,6 +2,8 @@
 //! give.
 
 use glam::{DVec2, DVec3};
+use mocap_scene::math::hull::convex_hull;
+use mocap_scene::scene::robot::{JointKind, Robot};
 use serde::{Deserialize, Serialize};
 
 use super::cones::Cones;
@@ -9,8 +11,6 @@ use super::dynamics::{Dynamics, GRAVITY, Rates, rates};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::sole::SoleBall;
-use mocap_scene::math::hull::convex_hull;
-use mocap_scene::scene::robot::{JointKind, Robot};
 
 /// A point of a sole touches the floor where it is lower than this, in metres.
 const TOUCHING: f64 = 0.02;

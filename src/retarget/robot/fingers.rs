@@ -4,14 +4,14 @@
 //! side, as its limits say, goes as far through its range as the finger of the source does through that of people.
 
 use glam::Vec3;
-
-use super::kinematics::Kinematics;
-use super::motion::RobotMotion;
-use super::twin::Twin;
 use mocap_figure::Humanoid;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::robot::{JointKind, Robot};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, Scene, Side};
+
+use super::kinematics::Kinematics;
+use super::motion::RobotMotion;
+use super::twin::Twin;
 
 /// The ranges of the joints of fingers and thumbs in degrees: knuckle, middle and end (American Academy of Orthopaedic
 /// Surgeons, Joint Motion, 1965).

@@ -1,15 +1,15 @@
 //! What the links of the robot follow: the bones of the twin, with feet that stay on the floor and where they stand.
 
 use glam::{DQuat, DVec2, DVec3, Quat};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
 use super::terms::{Goals, Reach, RotationGoal};
 use super::twin::{Twin, TwinBone};
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::robot::{Placement, Robot, RobotShape};
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// Squares of weights: of directions of limbs, of rotations about limbs, of what no joint of an ankle does, and of
 /// positions, of a metre against a radian.

@@ -1,11 +1,12 @@
 //! What a stream gave in the last seconds, which its report is of.
 
-use super::motion::RobotMotion;
-use super::source_rotations::SourceRotations;
-use super::terms::Goals;
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+use super::motion::RobotMotion;
+use super::source_rotations::SourceRotations;
+use super::terms::Goals;
 
 /// How long frames are kept for the report, in seconds, and how many at most: 30 s at 120 frames a second.
 const SECONDS: f64 = 30.0;

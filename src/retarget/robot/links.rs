@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use glam::DVec3;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::{Placement, Robot};
 
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::robot::{Placement, Robot};
 
 /// In which order links and joints stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

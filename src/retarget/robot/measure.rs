@@ -1,6 +1,8 @@
 //! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use mocap_scene::scene::robot::Placement;
+use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
 use super::following::Following;
 use super::kinematics::{Kinematics, RobotPose};
@@ -8,8 +10,6 @@ use super::motion::RobotMotion;
 use super::terms::Goals;
 use super::twin::{Twin, TwinBone};
 use crate::{LimbAngles, Retargeter};
-use mocap_scene::scene::robot::Placement;
-use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 pub(super) const LIFT: f64 = 0.15;

@@ -1,11 +1,11 @@
 //! The motion of a robot.
 
-use serde::Serialize;
-
-use super::kinematics::{Kinematics, RobotPose};
 use mocap_figure::robot_clip;
 use mocap_scene::scene::Animation;
 use mocap_scene::scene::robot::{Placement, Robot};
+use serde::Serialize;
+
+use super::kinematics::{Kinematics, RobotPose};
 
 /// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
 const WHOLE_RATE: f64 = 1e-4;

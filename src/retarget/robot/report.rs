@@ -1,5 +1,6 @@
 //! How well a motion sits on a robot.
 
+use mocap_scene::scene::robot::Robot;
 use serde::{Deserialize, Serialize};
 
 use super::collision::{LinkCollision, SelfCollision};
@@ -7,7 +8,6 @@ use super::feasibility::Feasibility;
 use super::motion::RobotMotion;
 use super::verdict::{Criterion, Measures};
 use crate::{LimbError, RetargetReport, Verdict};
-use mocap_scene::scene::robot::Robot;
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f64 = 0.01;

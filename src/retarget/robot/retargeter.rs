@@ -4,6 +4,13 @@ mod balance;
 mod stream;
 
 use glam::{DQuat, DVec3};
+use mocap_figure::robot_bones::{RobotMap, robot_bones};
+use mocap_figure::{Figure, Humanoid};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::options::setters;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Animation, Scene, Side};
 
 use self::balance::Balance;
 pub use self::stream::RobotStream;
@@ -24,13 +31,6 @@ use super::terms::{Goals, Terms};
 use super::twin::Twin;
 use super::window::{Bound, Windows};
 use crate::{LimbAngles, Retargeter, Scale};
-use mocap_figure::robot_bones::{RobotMap, robot_bones};
-use mocap_figure::{Figure, Humanoid};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::options::setters;
-use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::robot::{Placement, Robot};
-use mocap_scene::scene::{Animation, Scene, Side};
 
 /// How a [`RobotRetargeter`] moves a motion.
 ///

@@ -2,6 +2,11 @@
 
 use std::collections::VecDeque;
 
+use mocap_edit::LiveContacts;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::Scene;
+
 use super::branches::Free;
 use super::floor::{Floor, standing_height};
 use super::given::Given;
@@ -13,10 +18,6 @@ use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::Goals;
 use super::window::Bound;
-use mocap_edit::LiveContacts;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::Scene;
 
 /// The window of frames that the second pass solves again with each new one, in seconds.
 const WINDOW: f64 = 0.5;

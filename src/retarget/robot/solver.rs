@@ -7,11 +7,11 @@
 //! before.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::math::cholesky;
+use mocap_scene::scene::robot::Placement;
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::{Goals, ROOT, Terms};
-use mocap_scene::math::cholesky;
-use mocap_scene::scene::robot::Placement;
 
 /// How much a joint is held where it was in the frame before, against a rotation of a link by the same angle.
 const HOLD: f64 = 4e-4;

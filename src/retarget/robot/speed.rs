@@ -1,12 +1,13 @@
 //! How far joints may move from frame to frame: as the robot's file allows, and no farther than the source explains.
 
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::JointKind;
+
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::source_rotations::{LIMBS, SourceRotations, limb};
 use super::terms::Goals;
 use super::twin::Twin;
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::robot::JointKind;
 
 /// A joint that moves farther than this in [`WINDOW`] seconds jumps, unless the limb of the source turns by at least
 /// [`EXPLAINED`] times as much.

@@ -1,10 +1,10 @@
 //! The terms of the pose that is looked for, linearised: normal equations of one frame.
 
 use glam::{DMat3, DQuat, DVec3};
-
-use super::kinematics::{Kinematics, RobotPose};
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::JointKind;
+
+use super::kinematics::{Kinematics, RobotPose};
 
 /// The unknowns of the base: three of its position and three of its rotation.
 pub(super) const ROOT: usize = 6;

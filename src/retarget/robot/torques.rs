@@ -1,9 +1,10 @@
 //! The inverse dynamics of a motion, as MuJoCo has them.
 
+use mocap_scene::scene::robot::{Placement, Robot};
+
 use super::dynamics::{Dynamics, Rates, rates};
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use mocap_scene::scene::robot::{Placement, Robot};
 
 /// The velocities, the accelerations and the forces of each frame: six numbers of the base and one of each joint.
 #[derive(Clone, Debug, Default)]

@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DQuat, DVec3, Mat4};
-
-use super::sole::{SoleBall, sole};
 use mocap_figure::robot_bones::RobotBone;
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotShape};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
+
+use super::sole::{SoleBall, sole};
 
 /// A bone of the twin, and the link that follows it.
 #[derive(Clone, Debug)]

@@ -11,6 +11,8 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::Placement;
 
 use super::band::Band;
 use super::collision::Collisions;
@@ -21,8 +23,6 @@ use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms};
 use super::touches::Touches;
-use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::robot::Placement;
 
 /// Frames of a window, and how many of them the next window solves again.
 const FRAMES: usize = 192;

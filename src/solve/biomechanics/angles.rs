@@ -1,12 +1,12 @@
 //! Joint angles.
 
 use glam::DQuat;
-
-use super::segments::Segments;
 use mocap_figure::Figure;
 use mocap_figure::joint_angles::{Joint, Part, Rotations, Segment, ending};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Scene, Side};
+
+use super::segments::Segments;
 
 /// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
 /// name it, where they have it.

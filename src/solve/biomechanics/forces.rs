@@ -2,12 +2,12 @@
 //! describe types 5 to 7: their channels and matrices are as Visual3D's documentation has them (`FP_TYPE`).
 
 use glam::{DMat3, DVec3, Vec3};
-
-use super::TimeSeries;
-use super::series::recorded;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::FORCES_MARK;
 use mocap_scene::scene::{AnalogChannel, ForcePlate, Recorded, Scene};
+
+use super::TimeSeries;
+use super::series::recorded;
 
 /// Below this vertical force, in newtons, a plate has no centre of pressure: noise of some newtons would put it
 /// anywhere.

@@ -10,14 +10,14 @@
 //! width.
 
 use glam::{DVec2, DVec3};
-use serde::Serialize;
-
-use super::events::FileEvents;
-use super::segments::Segments;
 use mocap_figure::Figure;
 use mocap_figure::joint_angles::Segment;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Scene, Side};
+use serde::Serialize;
+
+use super::events::FileEvents;
+use super::segments::Segments;
 
 /// The time over which the direction of the pelvis is averaged, in seconds: about a stride, in which it turns to both
 /// sides.

@@ -2,11 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::JointAngles;
-use super::angles::POSITION;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{ANALOG_MARK, ANGLES_MARK};
 use mocap_scene::scene::{Recorded, Scene};
+
+use super::JointAngles;
+use super::angles::POSITION;
 
 /// Columns with their units, sample by sample. [`JointAngles`] become one as well.
 ///

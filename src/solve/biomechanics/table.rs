@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{JointAngles, TimeSeries};
 use mocap_scene::files::ANGLES_MARK;
+
+use super::{JointAngles, TimeSeries};
 
 impl JointAngles {
     /// A motion file of OpenSim, `.mot`: a header, the names of the columns, and a row for each frame, separated by

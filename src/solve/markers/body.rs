@@ -1,6 +1,8 @@
 //! The body of a take: its joints as a set, and a model from the centres of joints in some frames.
 
 use glam::{DQuat, DVec3, Vec3};
+use mocap_scene::math::median::median_vector;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::calibrate::Frame;
 use super::centres::Centres;
@@ -10,8 +12,6 @@ use super::take::Take;
 use crate::points::Points;
 use crate::rest::{Rest, bend_axis, limb_direction};
 use crate::set::{JointSet, Lengths, Mark, SetJoint};
-use mocap_scene::math::median::median_vector;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Standard deviations of the offset of a marker on a bone and on a muscle, in metres.
 const ON_BONE: f64 = 0.012;

@@ -7,10 +7,10 @@
 //! its regression.
 
 use glam::DVec3;
+use mocap_scene::math::cholesky;
 
 use super::fit::{self, Fit, add_term};
 use super::model::{Freedom, Model, Pose, World};
-use mocap_scene::math::cholesky;
 
 /// Steps over all frames.
 const STEPS: usize = 15;

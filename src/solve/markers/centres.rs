@@ -2,9 +2,9 @@
 //! not move.
 
 use glam::DVec3;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::take::Take;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Harrington et al., J. Biomech. 40 (2007), table 3: the centre of the hip from the middle of the front spines, in
 /// metres and in parts of the depth of the pelvis and of the distance of the front spines: forward, up, sideways.

@@ -4,9 +4,9 @@
 //! reflection, pulls little.
 
 use glam::DVec3;
+use mocap_scene::math::cholesky;
 
 use super::model::{Model, Pose, World};
-use mocap_scene::math::cholesky;
 
 /// Where markers are in a frame, in metres; none where they were not seen.
 pub(super) type Seen = [Option<DVec3>];

@@ -1,7 +1,8 @@
 //! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
 
-use super::take::Track;
 use mocap_scene::math::median::wide_median;
+
+use super::take::Track;
 
 /// Frames a second below which the motion itself differs as much as noise from frame to frame.
 const LEAST_RATE: f64 = 60.0;

@@ -1,14 +1,15 @@
 //! What is said of a solved take: how well the body explains its markers, and which of them to look at.
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::median::wide_median;
+use mocap_scene::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
+
 use super::calibrate::Certainty;
 use super::model::Model;
 use super::subjects;
 use super::take::Take;
 use super::track::Tracked;
 use crate::set::JointSet;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::math::median::wide_median;
-use mocap_scene::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
 
 /// A marker farther from its body than this on the average, in metres, is worth a word.
 const LOOSE: f64 = 0.03;

@@ -2,9 +2,9 @@
 //! to those markers tell that keep theirs.
 
 use glam::DVec3;
+use mocap_scene::math::median::wide_median;
 
 use super::take::Take;
-use mocap_scene::math::median::wide_median;
 
 /// Frames from which distances are known.
 const FRAMES: usize = 100;

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::landmarks::{self, KNOWN, Labels, Landmark};
 use mocap_scene::error::{Code, Diagnostic, Result};
+
+use super::landmarks::{self, KNOWN, Labels, Landmark};
 
 /// The name of the subject of a label.
 pub(super) fn subject(label: &str) -> Option<&str> {

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DQuat, DVec3};
-
-use super::landmarks::{self, KNOWN, Labels, Landmark};
-use super::subjects;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::median::wide_median;
 use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
+
+use super::landmarks::{self, KNOWN, Labels, Landmark};
+use super::subjects;
 
 /// Where landmarks are, frame by frame.
 #[derive(Clone, Debug, Default)]

@@ -1,12 +1,12 @@
 //! Hands and forearms within the trunk or the head, which are capsules.
 
 use glam::Vec3;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::{Findings, confidence};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::SelfCollision;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// Radii of the trunk and of the head, in legs: 12 cm and 9 cm of a leg of 85 cm. Half the depth of a trunk is 11 cm to
 /// 13 cm.

@@ -1,10 +1,11 @@
 //! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift, as `clean` finds them.
 
+use mocap_edit::MotionErrors;
+
 use super::{Findings, confidence};
 use crate::survey::motion::Motion;
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, Noise, Tilted};
-use mocap_edit::MotionErrors;
 
 /// The speed of a joint from which a missing frame is seen, in metres per second, and half the time over which it is
 /// taken, in seconds.

@@ -1,14 +1,14 @@
 //! Feet that slide where they stand, feet below the floor, and legs that walk without going anywhere.
 
 use glam::Vec3;
+use mocap_edit::ContactPoint;
+use mocap_scene::math::median::median;
+use mocap_scene::scene::HumanoidBone as Bone;
 
 use super::{Findings, confidence};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Skate, Treadmill, UnderFloor};
-use mocap_edit::ContactPoint;
-use mocap_scene::math::median::median;
-use mocap_scene::scene::HumanoidBone as Bone;
 
 /// The height up to which a foot that slides fast counts as on the floor, in metres, and the least speed of that, in
 /// metres per second. A foot that swings past is as low for less than the time below.

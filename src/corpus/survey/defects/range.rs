@@ -3,12 +3,12 @@
 //! It is judged by where the joints are, which does not depend on how a skeleton names its axes.
 
 use glam::Vec3;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::{Findings, confidence};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::BeyondRange;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// How far a joint bends at most, in degrees: knees and elbows from straight (Norkin and White, "Measurement of joint
 /// motion", 2016, have 140 and 150 on the average), the head from the trunk.

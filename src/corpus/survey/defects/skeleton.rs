@@ -1,10 +1,11 @@
 //! Bones that change their lengths.
 
+use mocap_scene::math::median::median;
+
 use super::{Findings, confidence};
 use crate::survey::motion::Motion;
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::Breathing;
-use mocap_scene::math::median::median;
 
 /// Bones that are shorter than this fraction of the skeleton's size are not looked at: their lengths are rounding.
 const SHORT: f32 = 0.004;

@@ -1,13 +1,13 @@
 //! Frames in which nothing moves, joints that hold one pose, and T-poses within the motion.
 
 use glam::{Quat, Vec3};
+use mocap_scene::math::median::median;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::Findings;
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Frozen, Gap, TPose};
-use mocap_scene::math::median::median;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
 const STILL: f32 = 2e-5;

@@ -1,10 +1,11 @@
 //! Bodies that hover, bodies that nothing in the file carries, and clips that begin or end in the air.
 
+use mocap_scene::math::median::median;
+
 use super::{Findings, confidence};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
-use mocap_scene::math::median::median;
 
 /// The height of the lowest joint at which a body begins to hover, in metres, and that from which something must carry
 /// it, in legs. The hips of a body that lies are lower.

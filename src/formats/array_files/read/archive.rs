@@ -2,13 +2,13 @@
 
 use std::io::Cursor;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
 use zip::{CompressionMethod, ZipArchive};
 use zlib_rs::{Inflate, InflateFlush, Status, crc32::crc32};
 
 use super::ndarray::Bytes;
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
 
 /// More entries than a file has whose motion is read.
 const MOST_ENTRIES: usize = 4096;

@@ -9,15 +9,15 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
-
-use super::ndarray::{Entries, NdArray};
-use super::proportions;
-use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{Limits, limit_exceeded};
 use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::joint_tables::{Joint, smpl};
 use mocap_scene::scene::robot::Robot;
+
+use super::ndarray::{Entries, NdArray};
+use super::proportions;
+use crate::Failure;
 
 /// Coefficients of shape that are used, at most: the models have 10 to 300, and those of faces follow.
 const MOST_COEFFICIENTS: usize = 300;

@@ -10,14 +10,14 @@
 
 use std::borrow::Cow;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::files::{PointColumns, Records, is_own_csv};
 use serde::Deserialize;
 
 use super::ndarray::{Bytes, Entries, Kind, NdArray};
 use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::files::{PointColumns, Records, is_own_csv};
 
 /// The header of this program's arrays, as far as rows need it.
 #[derive(Deserialize)]

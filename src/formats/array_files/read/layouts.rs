@@ -7,13 +7,14 @@ mod points;
 mod robot;
 mod smpl;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::{Confidence, Format, Scene, Topic};
+
 use super::motion::Motion;
 use super::ndarray::{Entries, NdArray};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
-use mocap_scene::scene::{Confidence, Format, Scene, Topic};
 
 /// What helps where arrays are no motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \

@@ -9,13 +9,14 @@
 //!
 //! The format is described by OpenSim, *Motion (.mot) Files* and *Storage (.sto) Files*.
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+
 use crate::array_files::END_OF_HEADER;
 use crate::text::table::{Table, cells, words};
 use crate::text::{Word, decode, decode_name, is_binary, quote};
 use crate::warnings::Warnings;
 use crate::{Failure, STATE_THE_RATE};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
 
 /// Lines of a header, at most: files of OpenSim have ten, and some repeat the settings of the tool that wrote them.
 const LONGEST_HEADER: usize = 1000;

@@ -1,14 +1,14 @@
 //! A motion of arrays, and the scene of it.
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
-
-use crate::frames::add_animation;
-use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::math::up_axis::{to_y_up, turn_to_y_up};
 use mocap_scene::scene::joint_tables::Joint;
 use mocap_scene::scene::{Assumption, Channel, Confidence, Format, Keys, Node, NodeId, Scene, Topic, UpAxis};
+
+use crate::frames::add_animation;
+use crate::warnings::Warnings;
 
 /// A motion on a skeleton that has no rotation in its T-pose.
 #[derive(Debug, Default)]

@@ -3,8 +3,9 @@
 use std::ops::Deref;
 use std::rc::Rc;
 
-use crate::Failure;
 use mocap_scene::error::{Code, Diagnostic};
+
+use crate::Failure;
 
 /// The type of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

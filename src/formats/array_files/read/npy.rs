@@ -1,10 +1,11 @@
 //! NumPy's `.npy`: `numpy.lib.format`, versions 1 to 3. A magic text, the length of the header, a Python literal, then
 //! the elements.
 
+use mocap_scene::error::{Code, Diagnostic};
+
 use super::ndarray::{Bytes, Kind, NdArray};
 use crate::Failure;
 use crate::array_files::NPY_HEAD;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// The largest number of axes, as in NumPy.
 const MOST_AXES: usize = 64;

@@ -8,6 +8,9 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float32Type, Int32Type};
 use arrow_array::{Array, RecordBatch};
 use bytes::Bytes;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::{Format, Scene};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
@@ -17,9 +20,6 @@ use super::parquet_pages;
 use super::point_rows::TABLES;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
-use mocap_scene::scene::{Format, Scene};
 
 /// Rows that are decoded at once.
 const BATCH: usize = 8192;

@@ -3,11 +3,11 @@
 //!
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 
+use mocap_scene::error::{Code, Diagnostic};
 use parquet::basic::Compression;
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// How many bytes Snappy can make of one: a copy of three bytes stands for 64.
 const MOST_INFLATED: u64 = 22;

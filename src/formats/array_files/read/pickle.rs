@@ -11,10 +11,11 @@ mod build;
 mod machine;
 mod named;
 
+use mocap_scene::error::{Code, Diagnostic};
+
 pub(super) use self::named::entries;
 use super::ndarray::{Bytes, Kind, NdArray};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// The index of an object.
 type Id = usize;

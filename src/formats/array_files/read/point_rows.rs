@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::ndarray::{Bytes, Entries, Kind, NdArray};
-use crate::Failure;
-use crate::warnings::Warnings;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::{PointColumns, point_of};
 use mocap_scene::limits::limit_exceeded;
 use mocap_scene::math::median::median;
+
+use super::ndarray::{Bytes, Entries, Kind, NdArray};
+use crate::Failure;
+use crate::warnings::Warnings;
 
 /// What helps where a table has no motion.
 pub(super) const TABLES: &str = "tables of motion are those of mocap fk, and of positions: the columns frame, joint, x, \

@@ -1,11 +1,11 @@
 //! The body of `proportions.rs` for arrays: where joints are that are no bones.
 
 use glam::Vec3;
+use mocap_scene::scene::joint_tables::Joint;
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 pub(super) use crate::proportions::HEIGHT;
 use crate::proportions::position;
-use mocap_scene::scene::joint_tables::Joint;
-use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// How far the root of SMPL's family is below the origin of its template: the template's origin is near its middle,
 /// and the pelvis a little above half of the height.

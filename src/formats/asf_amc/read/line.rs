@@ -1,11 +1,11 @@
 //! Lines of words, and the numbers in them.
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::FARTHEST;
 
 use crate::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::FARTHEST;
 
 /// The lines of a text that have a word, without comments.
 pub(super) struct Lines<'a> {

@@ -2,6 +2,9 @@
 
 use std::collections::HashMap;
 
+use mocap_scene::error::{Code, Diagnostic, nearest};
+use mocap_scene::limits::limit_exceeded;
+
 use super::line::Lines;
 use super::skeleton::{ChannelKind, Skeleton};
 use crate::Failure;
@@ -9,8 +12,6 @@ use crate::ReadOptions;
 use crate::asf_amc::HEADER;
 use crate::text::{Word, decode_name, number, quote};
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic, nearest};
-use mocap_scene::limits::limit_exceeded;
 
 /// The whole file.
 #[derive(Debug)]

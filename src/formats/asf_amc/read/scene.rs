@@ -1,13 +1,13 @@
 //! Makes nodes and channels of bones and values.
 
 use glam::{DVec3, Mat4, Quat, Vec3};
+use mocap_scene::scene::{
+    Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, NodeKind, Scene, Topic,
+};
 
 use super::motion::{Motion, Track};
 use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::ReadOptions;
-use mocap_scene::scene::{
-    Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, NodeKind, Scene, Topic,
-};
 
 /// The frame rate of CMU's captures, from which nearly all Acclaim files come. The files do not state it.
 const CMU_FRAME_RATE: f64 = 120.0;

@@ -5,12 +5,12 @@ mod hierarchy;
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{FARTHEST, Limits, limit_exceeded};
 
 use super::line::Lines;
 use crate::Failure;
 use crate::text::{Word, decode_name, quote};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{FARTHEST, Limits, limit_exceeded};
 
 /// The channel that one value of a motion drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

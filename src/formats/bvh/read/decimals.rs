@@ -1,12 +1,12 @@
 //! Decimal points or decimal commas.
 
 use memchr::memchr;
+use mocap_scene::error::{Code, Diagnostic};
 
 use super::Failure;
 use crate::text::number::Number;
 use crate::text::{Cursor, Word, quote};
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
 
 /// How the numbers of the hierarchy write decimals.
 #[derive(Debug, Default)]

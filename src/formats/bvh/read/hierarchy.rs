@@ -3,15 +3,15 @@
 mod items;
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::scene::SourceLines;
 
 use super::Failure;
 use super::channel::ChannelKind;
 use super::decimals::Decimals;
 use crate::text::{Cursor, LineIndex, Word, decode_name, is_binary, quote};
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{Limits, limit_exceeded};
-use mocap_scene::scene::SourceLines;
 
 /// A ROOT, a JOINT or an End Site.
 #[derive(Debug)]

@@ -1,13 +1,14 @@
 //! Reads the head of the MOTION section: the number of frames and the frame time.
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{self, limit_exceeded};
+
 use super::Failure;
 use super::decimals::accept_comma;
 use super::hierarchy::Hierarchy;
 use crate::text::{Cursor, Word, number, quote};
 use crate::warnings::Warnings;
 use crate::{ReadOptions, STATE_THE_RATE};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{self, limit_exceeded};
 
 /// The lines between MOTION and the first row.
 #[derive(Debug)]

@@ -4,10 +4,10 @@
 //! The format does not say. It is decided when all frames are read, from a sample of them.
 
 use glam::Vec3;
-
-use super::hierarchy::Hierarchy;
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{Assumption, Confidence, RootOffset, RootOffsetUsed, Topic};
+
+use super::hierarchy::Hierarchy;
 
 /// Frames examined of a long take, spread evenly over it.
 const SAMPLES: usize = 512;

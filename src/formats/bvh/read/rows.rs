@@ -14,6 +14,8 @@ mod short;
 
 use std::ops::Range;
 
+use mocap_scene::error::{Code, Diagnostic};
+
 pub(super) use self::block::Block;
 use self::layout::Layout;
 use self::pieces::Pieces;
@@ -25,7 +27,6 @@ use super::motion::Header;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::warnings::Warnings;
 use crate::{Blocks, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
 
 /// Takes the rows of a file, block by block.
 pub(super) trait Sink {

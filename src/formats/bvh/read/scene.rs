@@ -5,6 +5,12 @@ use std::thread;
 
 use bytemuck::Zeroable;
 use glam::{Mat4, Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::rotation::{Axis, lanes};
+use mocap_scene::scene::{
+    Animation, Assumption, Channel, Confidence, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset,
+    RootOffsetUsed, RotationOrder, Scene, Topic,
+};
 
 use super::channel::ChannelKind;
 use super::hierarchy::{Hierarchy, Joint};
@@ -13,12 +19,6 @@ use super::positions::{self, Positions};
 use super::rows::{self, Block, Sink};
 use crate::ReadOptions;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::math::rotation::{Axis, lanes};
-use mocap_scene::scene::{
-    Animation, Assumption, Channel, Confidence, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset,
-    RootOffsetUsed, RotationOrder, Scene, Topic,
-};
 
 /// The keys read so far, one track for each joint. End sites have none.
 pub(super) struct Tracks<'h> {

@@ -1,10 +1,10 @@
 //! Euler angles that are read back as the same rotation keys.
 
 use glam::{DQuat, Quat};
-
-use super::number::shortest;
 use mocap_scene::math::rotation::{Axis, lanes, to_euler};
 use mocap_scene::scene::RotationOrder;
+
+use super::number::shortest;
 
 /// How far a component may be off: the double precision of angles after some turns, and what half turns leave of zero.
 /// It is below the single precision of every component above 1e-7.

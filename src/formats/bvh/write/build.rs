@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use glam::{DVec3, Mat4, Quat, Vec3};
-
-use super::angles::Angles;
-use super::number::{push, push_single, shortest};
-use super::{BvhOptions, Channels};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::{self, FARTHEST, is_plausible};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
+
+use super::angles::Angles;
+use super::number::{push, push_single, shortest};
+use super::{BvhOptions, Channels};
 
 /// The order for joints that have none; most programs write it.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;

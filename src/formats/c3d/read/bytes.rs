@@ -1,7 +1,8 @@
 //! Reads numbers in the formats of three processors.
 
-use super::{CUT_OFF, Failure};
 use mocap_scene::error::{Code, Diagnostic};
+
+use super::{CUT_OFF, Failure};
 
 /// The number format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

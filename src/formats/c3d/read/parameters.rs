@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use mocap_scene::error::Diagnostic;
+
 use super::Failure;
 use super::bytes::{Bytes, Processor};
 use crate::text::decode_name;
-use mocap_scene::error::Diagnostic;
 
 /// The values of one parameter.
 #[derive(Clone, Debug, PartialEq)]

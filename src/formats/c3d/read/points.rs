@@ -1,12 +1,12 @@
 //! Reads the data: one record per frame.
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{FARTHEST, is_plausible};
 
 use super::bytes::Processor;
 use super::{Failure, Header};
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{FARTHEST, is_plausible};
 
 /// The positions of the points.
 #[derive(Debug)]

@@ -1,15 +1,15 @@
 //! Reads events, analog samples and force plates: the groups `EVENT`, `ANALOG` and `FORCE_PLATFORM`.
 
 use glam::{DVec3, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::up_axis::to_y_up;
+use mocap_scene::scene::{AnalogChannel, Event, ForcePlate, Recorded};
 
 use super::bytes::Processor;
 use super::parameters::Parameters;
 use super::{Header, scene};
 use crate::points;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{AnalogChannel, Event, ForcePlate, Recorded};
 
 /// Where the header has its events, in bytes: the mark of labels with four letters, the count, times, labels.
 const HEADER_MARK: usize = 298;

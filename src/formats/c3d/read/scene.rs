@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use mocap_scene::math::up_axis::to_y_up;
+use mocap_scene::scene::{Assumption, Format, Recorded, Scene, Topic, UpAxis};
+
 use super::Header;
 use super::parameters::Parameters;
 use super::points::Points;
 use crate::points;
 use crate::warnings::Warnings;
-use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{Assumption, Format, Recorded, Scene, Topic, UpAxis};
 
 /// One group with one node for each point.
 pub(super) fn build(

@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 
 use glam::{DMat4, DVec3, Vec3};
-
-use crate::{ReadOptions, Source};
 use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::MorphTarget;
+
+use crate::{ReadOptions, Source};
 
 /// What may be read of shapes yet.
 pub(super) struct BlendShapes {

@@ -8,12 +8,12 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Component, Path, PathBuf};
 
 use glam::{DAffine3, DVec3, Vec2, Vec4};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 use crate::Source;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 /// The alpha from which on a surface with holes is there.
 const CUTOFF: f32 = 0.5;

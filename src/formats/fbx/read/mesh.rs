@@ -7,15 +7,15 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{is_plausible, limit_exceeded};
+use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
 use super::Kept;
 use super::blend_shapes::BlendShapes;
 use super::material::{self, Materials, Read};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{is_plausible, limit_exceeded};
-use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
 /// Adds the skinned meshes of `file` to the first node of `scene`, each once for each of its materials. Returns what
 /// was left out, each as the choice and its reason.

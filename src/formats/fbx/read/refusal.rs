@@ -1,11 +1,11 @@
 //! Makes a diagnostic of an error of ufbx, and finds where a file is cut off.
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::files::FBX_HEAD;
 use ufbx::ErrorType;
 
 use crate::fbx::sniff;
 use crate::text::{Cursor, Word, is_line_end, quote};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::files::FBX_HEAD;
 
 /// The diagnostic for `bytes`, which ufbx refused with `error`.
 pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {

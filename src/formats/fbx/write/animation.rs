@@ -7,6 +7,10 @@
 use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use mocap_scene::error::{Code, Result};
+use mocap_scene::limits::{self, FARTHEST, is_plausible};
+use mocap_scene::pose::Binding;
+use mocap_scene::scene::{Animation, Channel, Keys, Scene, UNNAMED_MOTION};
 
 use super::curves::{Curve, Part, Reduced};
 use super::document::{Document, Id};
@@ -17,10 +21,6 @@ use super::skeleton::Placed;
 use super::space::Space;
 use super::time::{Rate, key_times, time};
 use super::{FbxOptions, FbxReport, unrepresentable};
-use mocap_scene::error::{Code, Result};
-use mocap_scene::limits::{self, FARTHEST, is_plausible};
-use mocap_scene::pose::Binding;
-use mocap_scene::scene::{Animation, Channel, Keys, Scene, UNNAMED_MOTION};
 
 /// Interpolation along a line.
 const LINEAR: i32 = 4;

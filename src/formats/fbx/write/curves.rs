@@ -3,16 +3,16 @@
 use std::rc::Rc;
 
 use glam::DVec3;
-
-use super::skeleton::Placed;
-use super::space::Space;
-use crate::Achieved;
 use mocap_compress::{
     self, CompressedClip, Encoding, ErrorBound, EulerAngles, KeyFrameChoice, RotationFormat, Track, TranslationFormat,
     compress,
 };
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Scene};
+
+use super::skeleton::Placed;
+use super::space::Space;
+use crate::Achieved;
 
 /// What a track moves.
 #[derive(Clone, Copy)]

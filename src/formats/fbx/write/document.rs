@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use mocap_scene::files::PROVENANCE;
+use mocap_scene::scene::UpAxis;
+
 use super::encode::{Element, Value};
 use super::properties::Properties;
 use super::time::Rate;
 use super::{CREATOR, FbxVersion};
-use mocap_scene::files::PROVENANCE;
-use mocap_scene::scene::UpAxis;
 
 /// The identity of an object.
 pub(super) type Id = i64;

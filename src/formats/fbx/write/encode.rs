@@ -6,12 +6,12 @@
 use std::borrow::Cow;
 use std::rc::Rc;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::FBX_HEAD;
 use zlib_rs::{DeflateConfig, ReturnCode, compress_bound, compress_slice};
 
 use super::FbxVersion;
 use crate::fbx::FOOTER_END;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::FBX_HEAD;
 
 /// An array of fewer bytes is not compressed.
 const COMPRESSED_FROM: usize = 128;

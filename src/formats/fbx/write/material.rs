@@ -5,6 +5,8 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Wrap};
 
 use super::document::{Document, Id};
 use super::encode::Element;
@@ -12,8 +14,6 @@ use super::names::Names;
 use super::properties::Properties;
 use super::{FbxReport, FbxTextures};
 use crate::texture::file_stem;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Wrap};
 
 /// Writes each material and each texture that is used once.
 pub(super) struct Materials<'a> {

@@ -6,6 +6,10 @@
 use std::collections::{BTreeSet, HashMap};
 
 use glam::{DMat4, DVec3};
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::math::rotation::to_euler_xyz;
+use mocap_scene::scene::{Mesh, Primitive, RotationOrder, Scene};
 
 use super::document::{Document, Id, SCENE_ROOT};
 use super::encode::{Array, Element};
@@ -15,10 +19,6 @@ use super::properties::Properties;
 use super::skeleton::{Placed, model};
 use super::space::Space;
 use super::{FbxReport, FbxTextures, unrepresentable};
-use mocap_scene::error::Result;
-use mocap_scene::limits::is_plausible;
-use mocap_scene::math::rotation::to_euler_xyz;
-use mocap_scene::scene::{Mesh, Primitive, RotationOrder, Scene};
 
 /// The nodes that meshes are bound to, each with its matrix to the world in the bind pose of the first such mesh.
 pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> HashMap<usize, DMat4> {

@@ -6,6 +6,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use mocap_scene::error::Result;
+use mocap_scene::limits::{FARTHEST, is_plausible};
+use mocap_scene::math::rotation::to_euler_xyz;
+use mocap_scene::scene::{GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 
 use super::document::{Document, Id, SCENE_ROOT};
 use super::encode::{Array, Element};
@@ -13,10 +17,6 @@ use super::names::Names;
 use super::properties::Properties;
 use super::space::Space;
 use super::{FbxOptions, FbxReport, FbxRest, FbxRoot, unrepresentable};
-use mocap_scene::error::Result;
-use mocap_scene::limits::{FARTHEST, is_plausible};
-use mocap_scene::math::rotation::to_euler_xyz;
-use mocap_scene::scene::{GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 
 /// The order of nodes that have none: FBX's XYZ, the only one that every program reads right.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zyx;

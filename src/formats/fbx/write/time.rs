@@ -1,9 +1,10 @@
 //! Frame rates, and FBX's units of time.
 
-use super::FbxOptions;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits;
 use mocap_scene::scene::Scene;
+
+use super::FbxOptions;
 
 /// FBX's units of time in a second.
 const SECOND: f64 = 46_186_158_000.0;

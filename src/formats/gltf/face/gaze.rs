@@ -1,12 +1,12 @@
 //! How far the eyes of a character turn with the gaze.
 
 use glam::{EulerRot, Quat};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{Animation, Channel, HumanoidBone, Keys, Scene};
 use serde_json::Value;
 
 use super::binds::number;
 use super::eye;
-use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{Animation, Channel, HumanoidBone, Keys, Scene};
 
 /// From an angle of the gaze, in degrees, to that of an eye or to a weight: a straight line up to the largest input.
 #[derive(Clone, Copy, Debug)]

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::{Mat3, Vec2, Vec4};
+use mocap_scene::scene::{AlphaMode, Material, Surface, Texture, Wrap};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -11,7 +12,6 @@ use super::super::invalid::{invalid, missing};
 use super::Buffers;
 use crate::Failure;
 use crate::texture::media_type;
-use mocap_scene::scene::{AlphaMode, Material, Surface, Texture, Wrap};
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
+use mocap_scene::scene::{Keys, MorphTarget};
 
 use super::super::file::is_plausible;
 use super::super::invalid::invalid;
 use super::Buffers;
 use crate::Failure;
-use mocap_scene::scene::{Keys, MorphTarget};
 
 /// The targets of a mesh in words: names, and the weights at rest.
 pub(super) struct Stated<'a> {

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Bone, Mesh, VertexWeight};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -11,8 +13,6 @@ use super::super::invalid::invalid;
 use super::{Binding, Buffers, materials, morph_targets};
 use crate::Failure;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::{Bone, Mesh, VertexWeight};
 
 #[derive(Deserialize)]
 pub(super) struct Primitive {

@@ -6,6 +6,11 @@ use glam::{Quat, Vec3};
 use gltf_json::Index;
 use gltf_json::accessor::{Accessor, ComponentType};
 use gltf_json::animation::Property;
+use mocap_compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::positive;
+use mocap_scene::pose::Binding;
+use mocap_scene::scene::{self, Keys, Scene};
 
 use super::super::compression::Compression;
 use super::super::meshopt::{self, Filter};
@@ -15,11 +20,6 @@ use super::text::{Animation, Channel, Sampler, Target};
 use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, with_middles, without_noise};
 use super::{GltfOptions, GltfReport};
 use crate::Achieved;
-use mocap_compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::positive;
-use mocap_scene::pose::Binding;
-use mocap_scene::scene::{self, Keys, Scene};
 
 /// What becomes of the nodes of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

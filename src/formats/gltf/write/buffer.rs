@@ -4,11 +4,11 @@ use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Target, View};
 use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Index, Root};
+use mocap_scene::error::{Code, Diagnostic, Result};
 use serde_json::{Value, json};
 
 use super::super::compression::{Compression, KHR};
 use super::super::meshopt::{self, Filter};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// The use of values. In glTF a view has one use, and only views of vertex data state it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

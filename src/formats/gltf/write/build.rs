@@ -10,6 +10,10 @@ use gltf_json::mesh::Primitive;
 use gltf_json::texture::{Info, Sampler, WrappingMode};
 use gltf_json::validation::Checked;
 use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -21,10 +25,6 @@ use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::quaternion::unit;
-use mocap_scene::pose::Pose;
-use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
 
 /// The state of the writer.
 struct Builder<'a> {

@@ -5,11 +5,11 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf_json::Root;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
 
 use super::glb::Glb;
 use super::{Document, text};
 use crate::WrittenFile;
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
 
 impl Document {
     /// The bytes of a `.glb` file.

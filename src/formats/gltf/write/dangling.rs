@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use mocap_scene::error::{Code, Diagnostic, Result};
 use serde_json::{Value, json};
 
 use super::super::invalid::invalid;
@@ -15,7 +16,6 @@ use super::glb::Glb;
 use super::indices::Done::{self, Broken, Hidden, Out, StandIn, White};
 use super::indices::{INDICES, MAY_BE_NEGATIVE, NO_IMAGE};
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 /// The file without indices that point at nothing, and a warning for each; the file itself where it has none. What is
 /// no JSON is left to those who read it.

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
+use mocap_scene::error::Result;
+use mocap_scene::pose::Trs;
 use serde::Deserialize;
 use serde_json::json;
 use serde_json::value::RawValue;
 
 use super::super::invalid::invalid;
 use crate::Failure;
-use mocap_scene::error::Result;
-use mocap_scene::pose::Trs;
 
 /// What is looked at of a node.
 #[derive(Default, Deserialize)]

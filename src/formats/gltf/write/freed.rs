@@ -6,12 +6,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use mocap_scene::error::Result;
 use serde::Deserialize;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
 use super::edits::{Edits, parse};
-use mocap_scene::error::Result;
 
 /// What stands for an accessor that is freed: one zero, without bytes.
 pub(super) const NO_ACCESSOR: &str = r#"{"componentType":5126,"count":1,"type":"SCALAR"}"#;

@@ -1,8 +1,9 @@
 //! The one assembler of `.glb` files:
 //! <https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#glb-file-format-specification>
 
-use super::super::json::{CHUNK_HEADER, HEADER, MAGIC};
 use mocap_scene::error::{Code, Diagnostic, Result};
+
+use super::super::json::{CHUNK_HEADER, HEADER, MAGIC};
 
 /// The version of the container.
 const VERSION: u32 = 2;

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::{Original, Scene};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -13,8 +15,6 @@ use super::glb::Glb;
 use super::patch::{self, Clip, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions};
 use crate::{WriteOptions, Written, WrittenFile};
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Original, Scene};
 
 /// The lists of what may stand in files of its own.
 #[derive(Default, Deserialize)]

@@ -7,10 +7,10 @@ use glam::{Vec2, Vec3};
 use gltf_json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Index, Material};
-
-use super::buffer::{Buffer, Usage};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Mesh, Primitive};
+
+use super::buffer::{Buffer, Usage};
 
 /// The largest number of joints with 8-bit joint indices.
 const JOINTS_IN_8_BITS: usize = 256;

@@ -1,8 +1,9 @@
 //! Node names as the file has them, as far as clients take them: each client finds every node.
 
+use mocap_scene::scene::{NodeKind, Scene};
+
 use super::Renamed;
 use crate::unique_names::UniqueNames;
-use mocap_scene::scene::{NodeKind, Scene};
 
 /// What separates the names of a path in Unity, which finds animated nodes by it.
 const SEPARATOR: char = '/';

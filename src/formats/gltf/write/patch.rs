@@ -1,6 +1,9 @@
 //! Adds animations to a glTF file that is there, as edits of its text: everything else keeps its bytes.
 
 use gltf_json::Index;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{self, Animation, Scene};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use serde_json::value::RawValue;
@@ -18,9 +21,6 @@ use super::glb::Glb;
 use super::rest::Rest;
 use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
 use crate::WrittenFile;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{self, Animation, Scene};
 
 /// The sections of a file that may change, as they are written there.
 #[derive(Default, Deserialize)]

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use glam::{Quat, Vec3};
 use gltf_json::{Node, scene::UnitQuaternion};
-
-use super::values::{Value, is_constant};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::{self, Keys, NodeId, Scene};
+
+use super::values::{Value, is_constant};
 
 /// The rest transform of a node.
 #[derive(Clone, Copy)]

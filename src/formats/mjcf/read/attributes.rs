@@ -4,13 +4,13 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use glam::{DMat3, DQuat, DVec3};
+use mocap_scene::error::Code;
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::robot::Placement;
 
 use crate::Failure;
 use crate::text::quote;
 use crate::xml::Element;
-use mocap_scene::error::Code;
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::robot::Placement;
 
 /// The class of everything that names no other.
 const MAIN: &str = "main";

@@ -3,6 +3,11 @@
 use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
+use mocap_scene::error::Code;
+use mocap_scene::limits::Limits;
+use mocap_scene::scene::robot::{
+    Inertial, JointKind, JointLimits, Placement, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};
 
 use super::attributes::{Attributes, InertiaFromGeoms, Settings};
 use super::frame::{Inner, within};
@@ -14,11 +19,6 @@ use crate::text::{LineIndex, quote};
 use crate::warnings::Warnings;
 use crate::xml::Element;
 use crate::{Failure, Source};
-use mocap_scene::error::Code;
-use mocap_scene::limits::Limits;
-use mocap_scene::scene::robot::{
-    Inertial, JointKind, JointLimits, Placement, RobotJoint, RobotLink, RobotShape, ShapeKind,
-};
 
 /// Reads the bodies of a robot into links.
 pub(super) struct Bodies<'a> {

@@ -2,12 +2,13 @@
 
 use std::collections::HashSet;
 
+use mocap_scene::error::Code;
+use mocap_scene::scene::robot::RobotLink;
+
 use crate::Failure;
 use crate::mimic::{self, NamedMimic};
 use crate::warnings::Warnings;
 use crate::xml::Element;
-use mocap_scene::error::Code;
-use mocap_scene::scene::robot::RobotLink;
 
 /// Ties joints by `equality/joint`: the position of joint1 is a polynomial of the position of joint2.
 pub(super) fn tie_joints(

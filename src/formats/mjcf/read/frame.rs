@@ -1,11 +1,12 @@
 //! `<frame>`: a placement of what stands within it, which is no body of its own.
 
-use super::attributes::Settings;
-use crate::Failure;
-use crate::xml::Element;
 use mocap_scene::error::Code;
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::robot::Placement;
+
+use super::attributes::Settings;
+use crate::Failure;
+use crate::xml::Element;
 
 /// An element of a body, which may stand within frames.
 #[derive(Clone, Copy)]

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::Limits;
+
 use crate::text::quote;
 use crate::xml::{self, Element, IncludedFile};
 use crate::{Failure, Source};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::Limits;
 
 /// Files that a model may include.
 const MOST_FILES: usize = 64;

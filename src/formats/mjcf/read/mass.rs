@@ -4,11 +4,11 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DQuat, DVec3};
+use mocap_scene::scene::robot::{Inertial, Placement, RobotShape, ShapeKind};
 
 use super::attributes::{Attributes, Settings};
 use crate::warnings::Warnings;
 use crate::{Failure, inertial};
-use mocap_scene::scene::robot::{Inertial, Placement, RobotShape, ShapeKind};
 
 /// Of water, in kilograms per cubic metre: MuJoCo's default.
 const DENSITY: f64 = 1000.0;

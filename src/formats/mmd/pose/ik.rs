@@ -9,11 +9,11 @@
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3, EulerRot};
+use mocap_scene::error::{Code, Diagnostic};
 
 use super::Posed;
 use crate::Failure;
 use crate::mmd::model::{Ik, Model};
-use mocap_scene::error::{Code, Diagnostic};
 
 /// Where target and goal are so near, in squared units, there is nothing to do.
 const NEAR: f64 = 1e-8;

@@ -7,12 +7,12 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
-
-use super::super::{generic, names, scene};
-use super::BoneTrack;
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone, MmdModel, NodeId, NodeKind, Scene};
+
+use super::super::{generic, names, scene};
+use super::BoneTrack;
 
 /// The bone that carries the body.
 const CENTRE: &str = "センター";

@@ -1,10 +1,10 @@
 //! The bytes of a `.vmd` file; `motion.rs` has the format.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
 
 use super::super::names::{self, LONG_NAME_BYTES, NAME_BYTES};
 use super::{BoneTrack, MorphTrack, is_near};
-use mocap_scene::error::{Code, Diagnostic, Result};
 
 const HEADER: &[u8; 30] = b"Vocaloid Motion Data 0002\0\0\0\0\0";
 

@@ -1,8 +1,9 @@
 //! The words of a layer: names, numbers, texts and single bytes, between which spaces and comments stand.
 
+use mocap_scene::error::{Code, Diagnostic, Location};
+
 use crate::Failure;
 use crate::text::{Cursor, Word};
-use mocap_scene::error::{Code, Diagnostic, Location};
 
 pub(super) struct Tokens<'a> {
     cursor: Cursor<'a>,

@@ -1,6 +1,11 @@
 //! The animations of a skeleton.
 
 use glam::{Quat, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::is_plausible;
+use mocap_scene::math::quaternion::unit;
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 use super::metadata_number;
 use super::skeleton::{Skeleton, texts};
@@ -8,11 +13,6 @@ use crate::usd::parse::{Attribute, Layer, Prim};
 use crate::usd::{DURATION, RATE};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::is_plausible;
-use mocap_scene::math::quaternion::unit;
-use mocap_scene::pose::Trs;
-use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 /// Time codes a second where the layer states none, as USD has it.
 const DEFAULT_RATE: f64 = 24.0;

@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 
 use glam::{DMat4, DQuat, DVec3, DVec4, Mat4};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::{is_plausible, limit_exceeded};
+use mocap_scene::scene::{GROUP_OF_ROOTS, Node, NodeId, NodeKind};
 
 use crate::depth_first::{depth_first, sorted};
 use crate::usd::KINDS;
 use crate::usd::parse::{Attribute, Layer, Prim, Value};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{is_plausible, limit_exceeded};
-use mocap_scene::scene::{GROUP_OF_ROOTS, Node, NodeId, NodeKind};
 
 /// The nodes of a skeleton.
 pub(super) struct Skeleton {

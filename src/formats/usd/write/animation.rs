@@ -1,14 +1,14 @@
 //! Animations: the translations, rotations and scales of the joints that move.
 
 use glam::{Quat, Vec3};
-
-use super::text;
-use super::{Stage, unrepresentable};
-use crate::usd::{DURATION, RATE};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::{self, is_plausible};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys};
+
+use super::text;
+use super::{Stage, unrepresentable};
+use crate::usd::{DURATION, RATE};
 
 /// What a scale may differ from its half without a note: the rounding of a decomposed matrix.
 const ROUNDING: f32 = 1e-5;

@@ -2,11 +2,12 @@
 //!
 //! Colours are fractions of light, as in a scene; the bytes of an image are those of a screen.
 
+use mocap_scene::scene::{AlphaMode, Material, Scene, Surface};
+
 use super::names::Names;
 use super::text;
 use super::{ROOT, Stage};
 use crate::texture::file_stem_or;
-use mocap_scene::scene::{AlphaMode, Material, Scene, Surface};
 
 /// The scope of all materials.
 const SCOPE: &str = "Materials";

@@ -1,14 +1,14 @@
 //! Meshes: their shape, and the joints that move them.
 
 use glam::{DMat4, Vec3};
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::{Mesh, Primitive, Scene};
 
 use super::material::Materials;
 use super::skeleton::Skeleton;
 use super::text;
 use super::{ROOT, SKELETON, Stage, unrepresentable};
-use mocap_scene::error::Result;
-use mocap_scene::limits::is_plausible;
-use mocap_scene::scene::{Mesh, Primitive, Scene};
 
 /// How far a bind pose may be from that of another mesh, in the unit of the scene, without a note.
 const SAME_POSE: f64 = 1e-3;

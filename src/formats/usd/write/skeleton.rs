@@ -1,14 +1,14 @@
 //! The skeleton: all nodes of a scene as joints.
 
 use glam::DMat4;
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use super::names::Names;
 use super::text::{self, Text};
 use super::{ROOT, SKELETON, unrepresentable};
 use crate::usd::KINDS;
-use mocap_scene::error::Result;
-use mocap_scene::limits::is_plausible;
-use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 pub(super) struct Skeleton {
     /// The path of each joint: identifiers from the root joint to it.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder, StructBuilder};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field};
+use mocap_retarget::robot::{Feasibility, RobotReport};
 
 use super::batch;
-use mocap_retarget::robot::{Feasibility, RobotReport};
 
 /// A motion that was to be put on a robot.
 ///

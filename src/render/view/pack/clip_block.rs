@@ -5,11 +5,11 @@
 use std::ops::Range;
 
 use glam::{Quat, Vec3};
-
-use super::{Part, Row, Track};
 use mocap_compress::PackedClip;
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+use super::{Part, Row, Track};
 
 /// A skeleton without names and meshes, in metres, whose motion is that of a run of frames.
 pub(super) struct ClipBlocks {

@@ -7,6 +7,7 @@
 //! is e smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
 
 use glam::DVec2;
+use mocap_scene::scene::{Animation, Scene};
 
 use super::super::dynamics::GRAVITY;
 use super::super::feasibility::pressures;
@@ -15,7 +16,6 @@ use super::super::report::RobotReport;
 use super::super::speed::Steps;
 use super::super::terms::Goals;
 use super::RobotRetargeter;
-use mocap_scene::scene::{Animation, Scene};
 
 /// How often the base is shifted at most.
 const SHIFTS: usize = 2;

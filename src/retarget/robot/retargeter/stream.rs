@@ -1,12 +1,13 @@
 //! A robot that follows a motion as it comes: each pose is solved from the one before, without a look ahead.
 
-use super::super::kinematics::RobotPose;
-use super::super::solver::Bounds;
-use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
 use mocap_scene::error::Result;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::robot::{Placement, Robot};
+
+use super::super::kinematics::RobotPose;
+use super::super::solver::Bounds;
+use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
 
 /// Puts poses of a source on a robot, one after the other. A clip has what a stream lacks: feet that are held where
 /// they stand, and smoothness by what comes next. A stream keeps the limits of joints, and soles above the floor.

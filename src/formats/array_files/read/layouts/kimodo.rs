@@ -2,14 +2,14 @@
 //! joints, 3, 3), which are the identity in the T-pose. The offsets of the joints are what the two together say.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
-
-use super::Reader;
-use crate::Failure;
-use crate::array_files::read::motion::Motion;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::median_vector;
 use mocap_scene::scene::joint_tables::{self, Joint};
 use mocap_scene::scene::{Confidence, Topic, UpAxis};
+
+use super::Reader;
+use crate::Failure;
+use crate::array_files::read::motion::Motion;
 
 const POSITIONS: &str = "posed_joints";
 

@@ -5,16 +5,16 @@
 //! model, which the angles alone do not tell.
 
 use glam::{DQuat, DVec3};
+use mocap_figure::joint_angles::{is_angle, rotations_of};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::joint_tables;
+use mocap_scene::scene::{Confidence, HumanoidBone as Bone, Topic};
 
 use crate::array_files::read::mot::Columns;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::proportions;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
-use mocap_figure::joint_angles::{is_angle, rotations_of};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::joint_tables;
-use mocap_scene::scene::{Confidence, HumanoidBone as Bone, Topic};
 
 /// Joints of the body of SMPL's family, whose T-pose has no rotations.
 const JOINTS: usize = 22;

@@ -1,6 +1,9 @@
 //! The arrays of this program, as `mocap fk` writes them: back to the scene that they were made of.
 
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::math::rotation::euler_rot;
+use mocap_scene::scene::{Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -9,9 +12,6 @@ use crate::Failure;
 use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::frames::add_animation;
 use crate::warnings::Warnings;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::math::rotation::euler_rot;
-use mocap_scene::scene::{Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
 /// Whether the arrays are those of this program.
 pub(super) fn is_own(entries: &Entries<'_>) -> bool {

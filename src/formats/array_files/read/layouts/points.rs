@@ -1,6 +1,9 @@
 //! One array of positions, (frames, joints, 3): points without a skeleton, as the markers of C3D.
 
 use glam::DVec3;
+use mocap_scene::limits::{is_plausible, limit_exceeded};
+use mocap_scene::scene::joint_tables;
+use mocap_scene::scene::{Assumption, Confidence, Format, Scene, Topic};
 
 use super::{KNOWN, Reader, refused};
 use crate::Failure;
@@ -9,9 +12,6 @@ use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::points::{self, Kind, Track};
 use crate::warnings::Warnings;
-use mocap_scene::limits::{is_plausible, limit_exceeded};
-use mocap_scene::scene::joint_tables;
-use mocap_scene::scene::{Assumption, Confidence, Format, Scene, Topic};
 
 /// Frames per second of arrays that do not say, but for those of HumanML3D, which has 22 joints.
 const USUAL_RATE: f64 = 30.0;

@@ -2,17 +2,17 @@
 //! The robot itself is the body that is named.
 
 use glam::{DQuat, DVec3, Vec3};
+use mocap_figure::robot_bones::{robot_bones, robot_scene};
+use mocap_figure::robot_clip;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Format, NodeId, Scene};
 
 use super::{Reader, refused};
 use crate::Failure;
 use crate::array_files::read::body::Body;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::{Entries, NdArray};
-use mocap_figure::robot_bones::{robot_bones, robot_scene};
-use mocap_figure::robot_clip;
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::robot::{Placement, Robot};
-use mocap_scene::scene::{Format, NodeId, Scene};
 
 /// What is assumed where the arrays state no rate: that of motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;

@@ -2,15 +2,15 @@
 //! axis, as long as the angle.
 
 use glam::{DQuat, DVec3, Vec3};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::joint_tables;
+use mocap_scene::scene::{Confidence, Topic, UpAxis};
 
 use super::Reader;
 use crate::Failure;
 use crate::array_files::read::motion::{Motion, named};
 use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::array_files::read::proportions::{self, HEIGHT, SMPL_ROOT};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::joint_tables;
-use mocap_scene::scene::{Confidence, Topic, UpAxis};
 
 /// The frame rates that publishers state where files do not.
 const USUAL_RATE: f64 = 30.0;

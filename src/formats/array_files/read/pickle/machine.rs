@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
+use mocap_scene::error::{Code, Diagnostic};
+
 use super::super::ndarray::Bytes;
 use super::{Id, Object, Pickle, Storages, broken, build};
 use crate::Failure;
-use mocap_scene::error::{Code, Diagnostic};
 
 pub(super) struct Machine<'s, 'a> {
     bytes: &'a [u8],

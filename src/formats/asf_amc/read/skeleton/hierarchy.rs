@@ -1,10 +1,11 @@
 //! Reads the section with the parent of each bone, and sorts the bones depth-first.
 
+use mocap_scene::error::{Code, Diagnostic, nearest};
+use mocap_scene::limits::{Limits, limit_exceeded};
+
 use super::{Bone, Reader};
 use crate::Failure;
 use crate::text::{Word, decode_name, quote};
-use mocap_scene::error::{Code, Diagnostic, nearest};
-use mocap_scene::limits::{Limits, limit_exceeded};
 
 impl Reader<'_, '_> {
     pub(super) fn read_hierarchy(&mut self) -> Result<(), Failure> {

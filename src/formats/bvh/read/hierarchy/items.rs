@@ -1,14 +1,14 @@
 //! The lines of a joint's block: OFFSET and CHANNELS.
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic, nearest};
+use mocap_scene::limits::FARTHEST;
+use mocap_scene::math::rotation::Axis;
 
 use super::super::Failure;
 use super::super::channel::ChannelKind;
 use super::{Reader, is_structure};
 use crate::text::{Word, decode_name, number, quote};
-use mocap_scene::error::{Code, Diagnostic, nearest};
-use mocap_scene::limits::FARTHEST;
-use mocap_scene::math::rotation::Axis;
 
 impl Reader<'_, '_> {
     /// `"OFFSET" x y z`; the last one wins.

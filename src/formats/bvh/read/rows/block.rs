@@ -1,8 +1,9 @@
 //! A block of frames in columns, and the fast reader of lines of numbers.
 
-use crate::text::is_line_end;
 use mocap_scene::limits::is_plausible;
 use mocap_scene::math::wide;
+
+use crate::text::is_line_end;
 
 /// Some frames of every column.
 #[derive(Debug)]

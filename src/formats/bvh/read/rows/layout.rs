@@ -1,8 +1,9 @@
 //! Finds the layout of a file's rows.
 
+use mocap_scene::error::{Code, Diagnostic};
+
 use super::super::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number};
-use mocap_scene::error::{Code, Diagnostic};
 
 /// What ends a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
