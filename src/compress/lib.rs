@@ -51,13 +51,11 @@ mod trellis;
 
 use std::sync::Arc;
 
-#[doc(hidden)]
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Animation, Scene};
 
-pub use self::clip::CompressedClip;
 #[doc(hidden)]
-pub use self::clip::Track;
+pub use self::clip::{CompressedClip, Track};
 #[doc(hidden)]
 pub use self::curves::{Curve, EulerAngles};
 use self::encode::Encoder;

@@ -19,11 +19,11 @@ mod pickle;
 mod point_rows;
 mod proportions;
 
-#[doc(hidden)]
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::{Format, Scene};
 
+#[doc(hidden)]
 pub use self::body::Body;
 pub(crate) use self::body::BodyModel;
 use self::ndarray::{Bytes, Entries, NdArray};
