@@ -53,6 +53,10 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         Arc::new(reports.iter().map(number).collect::<Float64Array>())
     };
     let dynamics = |value: &dyn Fn(&Feasibility) -> Option<f64>| numbers(&|report| value(report.dynamics.as_ref()?));
+    let most_loaded = reports.iter().map(|report| {
+        let dynamics = report.as_ref()?.dynamics.as_ref()?;
+        Some(dynamics.most_loaded_joint.as_str())
+    });
     let limb_texts = ["bone"];
     let limb_numbers = ["mean_degrees", "max_degrees", "tick"];
     let limbs = structs(&reports, &limb_texts, &limb_numbers, &|report, add| {
@@ -127,6 +131,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ),
         ("fraction_over_effort", dynamics(&|found| found.fraction_over_effort)),
         ("max_effort", dynamics(&|found| Some(found.max_effort))),
+        ("most_loaded_joint", Arc::new(most_loaded.collect::<StringArray>())),
         ("guessed", texts(&|report| report.guessed.join("; "))),
         ("left_out", texts(&|report| report.left_out.join("; "))),
         ("criteria", criteria),
