@@ -53,7 +53,7 @@ impl Stage<'_> {
             let of = |driven: &Driven<'_>| driven.channel.rotation_keys.sample(ticks[index]);
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.rotation));
             // The real part comes first.
-            all.map(|value| value.normalize())
+            all.map(Quat::normalize)
                 .map(|value| [value.w, value.x, value.y, value.z])
                 .collect()
         };

@@ -21,17 +21,20 @@ pub(crate) fn our_folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-        succeed(
-            Command::new(env!("CARGO"))
-                .args(["build", "--quiet", "--target-dir"])
-                .arg(target)
-                // What the tests are built with, so that mocap is not compiled a second time.
-                .args(if cfg!(feature = "meshopt") {
-                    &["--features", "meshopt"][..]
-                } else {
-                    &[]
-                }),
-        );
+        // `check` has built it.
+        if std::env::var_os("MOCAP_BUILT").is_none() {
+            succeed(
+                Command::new(env!("CARGO"))
+                    .args(["build", "--quiet", "--target-dir"])
+                    .arg(target)
+                    // What the tests are built with, so that mocap is not compiled a second time.
+                    .args(if cfg!(feature = "meshopt") {
+                        &["--features", "meshopt"][..]
+                    } else {
+                        &[]
+                    }),
+            );
+        }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lib");
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::copy(target.join("debug/libassimp.so"), folder.join("libassimp.so.5")).unwrap();
