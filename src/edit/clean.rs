@@ -6,7 +6,7 @@
 mod contacts;
 mod depth;
 mod exchange;
-mod gaps;
+pub(crate) mod gaps;
 mod hands;
 mod lengths;
 mod live;

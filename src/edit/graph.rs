@@ -19,7 +19,7 @@
 //! ```
 
 mod bend;
-mod bound;
+pub(crate) mod bound;
 mod builder;
 pub(crate) mod clouds;
 mod component;
@@ -27,7 +27,7 @@ pub(crate) mod distance;
 mod file;
 mod haste;
 mod minima;
-mod near;
+pub(crate) mod near;
 mod network;
 mod path;
 mod random;

@@ -26,6 +26,8 @@ mod frames_report;
 pub mod graph;
 mod held;
 mod inertia;
+#[doc(hidden)]
+pub mod internals;
 mod layer_part;
 mod limb;
 mod list;

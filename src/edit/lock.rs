@@ -14,7 +14,7 @@ mod knee;
 mod leg;
 mod legs;
 mod pace;
-mod shift;
+pub(crate) mod shift;
 mod sole;
 
 use mocap_figure::{Figure, Humanoid};

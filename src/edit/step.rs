@@ -244,7 +244,8 @@ impl StepKey {
     }
 
     /// The option with a value, as text.
-    pub(super) fn example(&self) -> String {
+    #[doc(hidden)]
+    pub fn example(&self) -> String {
         match self.takes {
             Takes::Moments => self.takes.example().to_owned(),
             takes => format!("{}={}", self.name(), takes.example()),

@@ -1,6 +1,6 @@
 //! Bends the path of a figure over the ground.
 
-mod spline;
+pub(crate) mod spline;
 
 use std::fmt;
 

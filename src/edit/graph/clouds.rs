@@ -12,7 +12,7 @@ const MOST_FRAMES: f64 = 3e6;
 
 /// Which joints of a skeleton are points, how much each counts, and the axes in which they are measured.
 #[derive(Clone, Debug)]
-pub(crate) struct CloudSpace {
+pub struct CloudSpace {
     /// Up, and two axes along the ground, of which `up x first = second`.
     pub(crate) up: Vec3,
     pub(crate) ground: [Vec3; 2],
@@ -27,7 +27,7 @@ impl CloudSpace {
     /// The points of a skeleton: the topmost joint whose position moves in an animation of the scene, or else the
     /// topmost, and all joints and end sites below it. Each counts as the bones that meet there are long, so that the
     /// cloud is even along the body, and fingers are no more than a hand.
-    pub(crate) fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
+    pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };
         let is_point = |node: &NodeId| scene.nodes[node.index()].kind != NodeKind::Group;
@@ -87,7 +87,7 @@ fn moving(scene: &Scene) -> Vec<bool> {
 
 /// The points of a clip in every frame, in metres.
 #[derive(Clone, Debug)]
-pub(crate) struct Clouds {
+pub struct Clouds {
     pub(crate) frames: usize,
     /// Along the two axes of the ground and up: point after point, each in all frames.
     pub(super) values: [Vec<f32>; 3],
@@ -97,7 +97,7 @@ pub(crate) struct Clouds {
 
 impl Clouds {
     /// The points of an animation at `rate` frames per second.
-    pub(crate) fn new(space: &CloudSpace, scene: &Scene, animation: &Animation, rate: f64) -> Result<Self> {
+    pub fn new(space: &CloudSpace, scene: &Scene, animation: &Animation, rate: f64) -> Result<Self> {
         let step = animation.ticks_per_second / rate;
         let last = animation.duration.max(0.0) / step;
         if !last.is_finite() || last > MOST_FRAMES {

@@ -51,7 +51,7 @@ impl Alignment {
 
 /// A window of frames: how much each counts. They add up to 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Window {
+pub struct Window {
     taper: Vec<f64>,
 }
 
@@ -64,7 +64,7 @@ struct Moments {
 
 impl Window {
     /// A window of so many frames, which count less towards its edges in a straight line.
-    pub(crate) fn new(frames: usize) -> Self {
+    pub fn new(frames: usize) -> Self {
         let rise = |frame: usize| (frame + 1).min(frames - frame) as f64;
         let whole: f64 = (0..frames).map(rise).sum();
         Self {
@@ -82,7 +82,7 @@ impl Window {
     }
 
     /// The windows of a clip: one begins in each frame that has enough frames after it.
-    pub(crate) fn count(&self, clouds: &Clouds) -> usize {
+    pub fn count(&self, clouds: &Clouds) -> usize {
         (clouds.frames + 1).saturating_sub(self.frames())
     }
 
@@ -126,7 +126,7 @@ impl Window {
     }
 
     /// The distances of the windows of `a` that begin in `rows` to those of `b` that begin in `columns`, row by row.
-    pub(crate) fn distances(
+    pub fn distances(
         &self,
         space: &CloudSpace,
         (a, rows): (&Clouds, Range<usize>),

@@ -7,7 +7,7 @@ use mocap_scene::math::wide;
 use super::bound::{NUMBERS, Numbers};
 
 /// Windows, or boxes, that are compared at once; of numbers so many before it is looked whether they are near still.
-pub(super) const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// A number of eight windows.
 type Lanes = [f32; LANES];
@@ -20,14 +20,17 @@ type Around = [[f32; 2]; NUMBERS];
 
 /// Windows that follow each other in a clip: eight, or those that are left.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
-    pub(super) clip: usize,
-    pub(super) start: usize,
-    pub(super) count: usize,
+pub struct Block {
+    /// The place of the clip.
+    pub clip: usize,
+    /// The first window.
+    pub start: usize,
+    /// How many windows.
+    pub count: usize,
 }
 
 /// The windows of all clips. Blocks stand in an order in which those are together that are near each other.
-pub(super) struct Near {
+pub struct Near {
     blocks: Vec<Block>,
     windows: Vec<Windows>,
     /// The boxes of the blocks, those around eight of these, and so on, until eight are left.
@@ -36,7 +39,7 @@ pub(super) struct Near {
 
 impl Near {
     /// Those of clips.
-    pub(super) fn new(clips: &[Vec<Numbers>]) -> Self {
+    pub fn new(clips: &[Vec<Numbers>]) -> Self {
         let blocks = clips.iter().enumerate().flat_map(|(clip, numbers)| {
             let starts = (0..numbers.len()).step_by(LANES);
             starts.map(move |start| Block {
@@ -83,13 +86,13 @@ impl Near {
     }
 
     /// The blocks, in the order in which they stand.
-    pub(super) fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
 
     /// The blocks, from this one on, that may have windows within the root of `limit` of windows of this one: of each
     /// its place, and of each window of this one which windows there those are, as bits.
-    pub(super) fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
+    pub fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
         found.clear();
         let own = self.own_box(place);
         let top = self.levels.len() - 1;
@@ -232,54 +235,4 @@ fn are_all_above(numbers: &Lanes, limit: f32) -> bool {
         are &= *number > limit;
     }
     are
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// No pair may be left out, and each is found once.
-    #[test]
-    fn all_pairs_are_found_once() {
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
-        let side = (5.0 / NUMBERS as f32).sqrt();
-        let clips: Vec<Vec<Numbers>> = [3, 700, 41, 0, 8, 160]
-            .map(|count| (0..count).map(|_| std::array::from_fn(|_| side * random())).collect())
-            .to_vec();
-        let limit = 0.8_f32.powi(2);
-        let near = Near::new(&clips);
-        let (mut own, mut found) = (Vec::new(), Vec::new());
-        for (place, block) in near.blocks().iter().enumerate() {
-            near.of(place, limit, &mut found);
-            for (other, bits) in &found {
-                let other = near.blocks()[*other];
-                for (row, column) in (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column))) {
-                    if bits[row] >> column & 1 == 1 {
-                        let mut pair = [(block.clip, block.start + row), (other.clip, other.start + column)];
-                        pair.sort_unstable();
-                        own.push(pair);
-                    }
-                }
-            }
-        }
-        own.sort_unstable();
-        // Of a block with itself both orders are found.
-        own.dedup();
-        let all = || (0..clips.len()).flat_map(|clip| (0..clips[clip].len()).map(move |window| (clip, window)));
-        let mut truth = Vec::new();
-        for first in all() {
-            for second in all().filter(|second| *second >= first) {
-                let pairs = clips[first.0][first.1].iter().zip(&clips[second.0][second.1]);
-                if pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>() <= limit {
-                    truth.push([first, second]);
-                }
-            }
-        }
-        assert!(truth.len() > 2000 && truth.len() < 300_000, "{}", truth.len());
-        assert!(own == truth, "{} of {}", own.len(), truth.len());
-    }
 }

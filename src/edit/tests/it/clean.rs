@@ -1,5 +1,7 @@
 //! `clean`: planted defects on cut fixtures, each part alone, and what is clean stays.
 
+mod gaps;
+
 use std::f32::consts::PI;
 
 use mocap::edit::{Clean, CleanOutcome, CleanPart, CleanReport, LiveClean, Step, StepInput};

@@ -9,6 +9,7 @@ mod joined;
 mod laws;
 mod mirrored;
 mod reached;
+mod smoothed;
 
 use mocap::glam::{DVec3, Vec3};
 use mocap::scene::NodeId;

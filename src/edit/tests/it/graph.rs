@@ -1,6 +1,9 @@
 //! Motion graphs: distances of moments, transitions, the largest component, and walks. `tools/graph/check` judges them
 //! by NumPy and SciPy.
 
+mod bound;
+mod near;
+
 use std::collections::BTreeSet;
 
 use mocap::edit::{Step, StepInput, Trim, Turn};

@@ -3,4 +3,7 @@
 mod clean;
 mod edit;
 mod graph;
+mod lock;
 mod positions;
+mod spline;
+mod text;

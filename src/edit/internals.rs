@@ -1,0 +1,9 @@
+//! What the tests of this package need, and nothing else.
+
+pub use crate::clean::gaps::middle_of_nine;
+pub use crate::graph::bound::{Bound, NUMBERS, Numbers, SLACK};
+pub use crate::graph::clouds::{CloudSpace, Clouds};
+pub use crate::graph::distance::Window;
+pub use crate::graph::near::{Block, LANES, Near};
+pub use crate::lock::shift::{complete, envelope, filled};
+pub use crate::warp_path::spline::Spline;
