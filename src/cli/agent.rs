@@ -6,12 +6,14 @@
 
 mod answer;
 mod call;
-mod line;
+#[doc(hidden)]
+pub(crate) mod line;
 mod protocol;
 mod reports;
 mod root;
-mod schema;
-mod tools;
+#[doc(hidden)]
+pub(crate) mod schema;
+pub(crate) mod tools;
 
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -42,7 +44,7 @@ pub(crate) fn serve(folder: &Path) -> Result<(), Failure> {
     streams::take();
     let mut session = Session {
         root,
-        commands: Commands::new(),
+        commands: Commands::default(),
         reports: Reports::new(),
         is_initialized: false,
     };

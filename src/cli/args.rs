@@ -1,15 +1,15 @@
 //! The commands and options of the command line.
 
 mod arrays;
-mod batch;
+pub(crate) mod batch;
 mod change;
 mod clean;
 mod edit;
 mod given;
 mod graph;
-mod help;
+pub(crate) mod help;
 mod job;
-mod live;
+pub(crate) mod live;
 mod onto;
 mod output;
 mod own;
@@ -60,7 +60,7 @@ Exit codes:
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true, after_help = EXIT_CODES)]
-pub(crate) struct Args {
+pub struct Args {
     /// Say nothing but warnings and errors: neither notes nor progress nor a summary
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,

@@ -7,10 +7,12 @@
 pub(crate) mod folder;
 pub(crate) mod gather;
 pub(crate) mod hash;
+#[doc(hidden)]
 pub(crate) mod inputs;
 pub(crate) mod manifest;
 pub(crate) mod outputs;
 pub(crate) mod progress;
+#[doc(hidden)]
 pub(crate) mod shard;
 
 use std::collections::BTreeMap;
@@ -28,7 +30,7 @@ use self::inputs::Input;
 /// Where `work` panics, the result is that of `panicked`: one file must not stop the others.
 ///
 /// Inputs are started in their order. An error of `sink` ends the work after the files that were already started.
-pub(crate) fn for_each<T: Send, E>(
+pub fn for_each<T: Send, E>(
     inputs: &[Input],
     threads: usize,
     work: impl Fn(&Input) -> T + Sync,
@@ -104,41 +106,4 @@ pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
         .or_else(|| thread::available_parallelism().ok())
         .map_or(1, NonZeroUsize::get)
         .min(MOST_THREADS)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::args::InputArgs;
-
-    #[test]
-    fn a_panic_on_one_file_does_not_stop_the_others() {
-        let paths = ["a.bvh", "b.bvh", "c.bvh", "d.bvh"].map(std::path::PathBuf::from);
-        let inputs = inputs::find(&paths, &InputArgs { allow_empty: false })
-            .map_err(drop)
-            .unwrap();
-        for threads in [1, 2] {
-            let work = |input: &Input| match input.relative.as_str() {
-                "b.bvh" => panic!("a defect"),
-                name => format!("{name} is read"),
-            };
-            let mut results = vec![String::new(); 4];
-            let sink = |index: usize, result: String| -> Result<(), ()> {
-                results[index] = result;
-                Ok(())
-            };
-            for_each(
-                &inputs,
-                threads,
-                work,
-                |input| format!("{} failed", input.relative),
-                sink,
-            )
-            .unwrap();
-            assert_eq!(
-                results,
-                ["a.bvh is read", "b.bvh failed", "c.bvh is read", "d.bvh is read"]
-            );
-        }
-    }
 }

@@ -28,20 +28,7 @@ pub(crate) fn start(command: &Command) {
 }
 
 /// The note of a slow command. Programs and scripts read standard error too; they get the same text from every build.
-fn note(is_unoptimised: bool, ends_by_itself: bool, is_terminal: bool) -> Option<&'static str> {
+pub fn note(is_unoptimised: bool, ends_by_itself: bool, is_terminal: bool) -> Option<&'static str> {
     (is_unoptimised && ends_by_itself && is_terminal)
         .then_some("note: this build is not optimised; `cargo run --release` runs an optimised one")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::note;
-
-    #[test]
-    fn only_an_unoptimised_build_tells_a_person_that_a_command_is_slow() {
-        assert!(note(true, true, true).is_some_and(|text| text.contains("cargo run --release")));
-        assert_eq!(note(false, true, true), None);
-        assert_eq!(note(true, false, true), None);
-        assert_eq!(note(true, true, false), None);
-    }
 }

@@ -23,7 +23,8 @@ pub(crate) mod merge_manifest;
 mod own;
 #[cfg(feature = "parquet")]
 pub(crate) mod pack;
-mod packets;
+#[doc(hidden)]
+pub(crate) mod packets;
 pub(crate) mod play_robot;
 pub(crate) mod plot;
 pub(crate) mod pose;

@@ -1,4 +1,5 @@
-//! The command line of `mocap`, which uses only the library's public interface.
+//! The command line of `mocap`, which uses only the library's public interface. It is a library so that tests reach
+//! its parts; `main.rs` is the program.
 //!
 //! Data goes to standard output, messages to standard error. What the exit codes mean stands in `--help`:
 //! `args::EXIT_CODES`.
@@ -10,6 +11,9 @@ mod args;
 mod batch;
 mod build_note;
 mod commands;
+#[doc(hidden)]
+pub mod internals;
+#[doc(hidden)]
 mod report;
 mod streams;
 
@@ -24,7 +28,7 @@ use mocap::Code;
 use crate::args::{Args, Command};
 
 /// Why a command stopped.
-enum Failure {
+pub enum Failure {
     /// A file could not be read or written.
     File(mocap::Error),
     /// Standard output could not be written.
@@ -75,7 +79,8 @@ fn take_no_signal_for_a_large_file() {
 #[cfg(not(unix))]
 fn take_no_signal_for_a_large_file() {}
 
-fn main() -> ExitCode {
+/// Does what the arguments of this process say.
+pub fn run() -> ExitCode {
     take_no_signal_for_a_large_file();
     let (mut args, given) = Args::parse_with_given();
     match &mut args.command {

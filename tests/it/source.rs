@@ -33,7 +33,7 @@ impl Source {
     fn read(path: &Path) -> Self {
         let below = path.strip_prefix("src").unwrap().with_extension("");
         let names = below.iter().map(|name| name.to_str().unwrap());
-        let module = names.filter(|name| !["lib", "main"].contains(name)).map(str::to_owned);
+        let module = names.filter(|name| *name != "lib").map(str::to_owned);
         let text = fs::read_to_string(path).unwrap();
         let is_test = text.contains("#[test]") && !text.contains("#[cfg(test)]");
         let is_code = |line: &&str| !is_test && line.trim() != "#[cfg(test)]";

@@ -11,21 +11,23 @@ use crate::Failure;
 use crate::args::{Args, Given};
 
 /// The commands of the program.
-pub(super) struct Commands(Command);
+pub struct Commands(Command);
 
-impl Commands {
-    pub(super) fn new() -> Self {
+impl Default for Commands {
+    fn default() -> Self {
         let mut command = Args::command();
         command.build();
         Self(command)
     }
+}
 
+impl Commands {
     /// The schema of an option; `None` if the command of the tool has none of this name.
-    pub(super) fn schema(&self, tool: &'static Tool, option: &str) -> Option<Value> {
+    pub fn schema(&self, tool: &'static Tool, option: &str) -> Option<Value> {
         self.option(tool, option).map(schema)
     }
 
-    fn command(&self, tool: &'static Tool) -> Option<&Command> {
+    pub fn command(&self, tool: &'static Tool) -> Option<&Command> {
         let words = tool.command();
         words
             .iter()
@@ -224,24 +226,4 @@ fn schema(option: &Arg) -> Value {
     let help = option.get_help().map(ToString::to_string).unwrap_or_default();
     schema["description"] = help.split_whitespace().collect::<Vec<_>>().join(" ").into();
     schema
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_option_of_a_tool_is_one_of_its_command() {
-        let commands = Commands::new();
-        for tool in TOOLS {
-            for option in tool.options {
-                assert!(
-                    commands.schema(tool, option).is_some(),
-                    "{} has no --{option}",
-                    tool.name
-                );
-            }
-            assert!(commands.command(tool).is_some(), "{}", tool.name);
-        }
-    }
 }

@@ -5,14 +5,14 @@ use serde_json::{Map, Value};
 use super::protocol::Fault;
 
 /// A tool.
-pub(super) struct Tool {
+pub struct Tool {
     /// Its name: its command, or the command's last word.
-    pub(super) name: &'static str,
+    pub name: &'static str,
     /// What the model of a client reads.
     pub(super) about: &'static str,
     pub(super) files: &'static [FileArgument],
     /// The options of the command that the tool has, by their long names.
-    pub(super) options: &'static [&'static str],
+    pub options: &'static [&'static str],
 }
 
 /// An argument that names files.
@@ -78,7 +78,7 @@ const WITH: FileArgument = FileArgument {
 };
 
 /// All tools.
-pub(super) const TOOLS: &[Tool] = &[
+pub const TOOLS: &[Tool] = &[
     Tool {
         name: "info",
         about: "Inspect a file: format, joints, frames, clips, what is guessed, warnings",

@@ -75,10 +75,10 @@ fn names_source(output: &Path) -> bool {
 /// Which files to read.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
-pub(crate) struct InputArgs {
+pub struct InputArgs {
     /// Accept a folder or a wildcard without motion files; by default that is an error
     #[arg(long)]
-    pub(crate) allow_empty: bool,
+    pub allow_empty: bool,
 }
 
 /// How to distribute the work.

@@ -83,7 +83,7 @@ pub(crate) struct BridgeArgs {
 
 /// The address and the port to listen on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Listen(pub(crate) SocketAddr);
+pub struct Listen(pub(crate) SocketAddr);
 
 impl FromStr for Listen {
     type Err = String;

@@ -13,15 +13,15 @@ use crate::{Failure, report};
 
 /// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Input {
-    pub(crate) path: PathBuf,
+pub struct Input {
+    pub path: PathBuf,
     /// The path below the folder or the wildcards in which it was found, with `/` as separator; for a file named by the
     /// user, its name.
-    pub(crate) relative: String,
+    pub relative: String,
     /// Its size when it was found.
-    pub(crate) bytes: u64,
+    pub bytes: u64,
     /// Why it cannot be read, if that is known: a link without a target, a folder without permission.
-    pub(crate) problem: Option<String>,
+    pub problem: Option<String>,
 }
 
 impl Input {
@@ -68,7 +68,7 @@ impl Input {
 /// only files with the extension of a known format, and entries that cannot be read.
 ///
 /// A path that does not exist is an input too, and fails as one of many.
-pub(crate) fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
+pub fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
     find_except(paths, args, |_| false)
 }
 

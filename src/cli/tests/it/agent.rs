@@ -1,5 +1,8 @@
 //! `mocap mcp`, by messages on standard input. `tools/mcp` holds it against a client of the protocol's authors.
 
+mod line;
+mod schema;
+
 use std::io::Write;
 use std::process::{Command, Stdio};
 

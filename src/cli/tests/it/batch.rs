@@ -1,5 +1,8 @@
 //! Many files through the program: no output is missing or partial, and all ways to run it give the same files.
 
+mod each;
+mod shard;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

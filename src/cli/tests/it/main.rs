@@ -3,6 +3,7 @@
 mod agent;
 mod angles;
 mod batch;
+mod build_note;
 mod c3d_recorded;
 mod conversion;
 mod convert_and_verify;
@@ -20,6 +21,7 @@ mod exporter;
 mod fbx_out;
 mod frame_rates;
 mod graph;
+mod help;
 #[cfg(unix)]
 mod interrupted;
 mod jobs;
@@ -33,8 +35,10 @@ mod one_skeleton;
 mod options;
 mod outputs;
 mod packed_clip;
+mod packets;
 mod program;
 mod refusals;
+mod report;
 mod retarget_command;
 mod retarget_many;
 mod retargeting;

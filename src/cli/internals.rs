@@ -1,0 +1,23 @@
+//! What the tests of the program need, and nothing else.
+
+pub use crate::Failure;
+pub use crate::agent::schema::Commands;
+pub use crate::agent::tools::{TOOLS, Tool};
+pub use crate::args::Args;
+pub use crate::args::batch::InputArgs;
+pub use crate::args::help::{GROUPS, grouped};
+pub use crate::args::live::Listen;
+pub use crate::batch::for_each;
+pub use crate::batch::inputs::{Input, find};
+pub use crate::batch::shard::Shard;
+pub use crate::build_note::note;
+
+pub mod line {
+    pub use crate::agent::line::{LONGEST, Line, read};
+}
+pub mod packets {
+    pub use crate::commands::packets::{LONGEST, MOST_WAITING, OF_PACKET, Packet, Packets, Shared};
+}
+pub mod report {
+    pub use crate::report::{Lines, Severity, render, visible_lines};
+}
