@@ -30,7 +30,7 @@ mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod pickle;
-mod robot;
+pub(crate) mod robot;
 mod rotation;
 mod rows;
 #[cfg(feature = "arrow")]

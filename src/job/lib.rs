@@ -27,6 +27,8 @@ mod files;
 mod form;
 mod graph;
 mod graph_job;
+#[doc(hidden)]
+pub mod internals;
 mod maker;
 mod meshes;
 mod names;
@@ -388,6 +390,3 @@ fn refuse<T>(message: &str, help: &str) -> Result<T> {
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
-
-#[cfg(test)]
-mod found;

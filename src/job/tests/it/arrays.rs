@@ -1,5 +1,7 @@
 //! Arrays against the independent kinematics, closed forms, and what the files say.
 
+mod robot;
+
 use std::fs;
 
 use crate::kinematics::{Capture, Column, Root, distance, multiply, turn};

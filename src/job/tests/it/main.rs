@@ -7,6 +7,7 @@ mod conversion;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/cut.rs"]
 mod cut;
+mod found;
 mod graph;
 mod jobs;
 #[allow(dead_code, reason = "other packages use the rest of it")]
@@ -22,6 +23,7 @@ mod robot_files;
 mod sample;
 #[cfg(feature = "schema")]
 mod schema;
+mod text;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../figure/tests/it/truth.rs"]
 mod truth;

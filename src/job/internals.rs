@@ -1,0 +1,3 @@
+//! What the tests of this package need, and nothing else.
+
+pub use crate::arrays::robot::rounded_within;
