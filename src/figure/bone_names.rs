@@ -118,23 +118,3 @@ impl BoneNames {
         named.filter(|(_, name)| name.is_some()).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_bone_has_a_row_and_no_name_is_given_twice() {
-        for &bone in Bone::ALL {
-            assert!(NAMES.iter().any(|(named, _)| *named == bone.on(Side::Left)), "{bone:?}");
-        }
-        for names in BoneNames::ALL {
-            assert_eq!(BoneNames::named(names.as_str()), Some(names));
-            let all = names.names();
-            let mut given: Vec<_> = all.values().flatten().collect();
-            given.sort();
-            given.dedup();
-            assert_eq!(given.len(), all.len(), "{names:?}");
-        }
-    }
-}

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 /// A part of the body that a joint begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub enum Part {
     Hips,
     Spine,
     Neck,
@@ -29,7 +29,7 @@ pub(crate) enum Part {
 }
 
 /// The parts that a word can mean, each with a weight of 0 to 1.
-pub(crate) type Meaning = &'static [(Part, f32)];
+pub type Meaning = &'static [(Part, f32)];
 
 use Part::{
     Eye, Finger, Foot, Hand, Head, Hips, Jaw, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperLeg,
@@ -478,7 +478,7 @@ impl AnimalPart {
 
 /// A finger, from the thumb on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum FingerKind {
+pub enum FingerKind {
     Thumb,
     Index,
     Middle,

@@ -1,9 +1,12 @@
 //! The integration tests of figures: one program, because linking is slow, with one module per subject.
 
+mod bone_names;
 mod changed_skeletons;
+mod contacts;
 mod conversion;
 mod generated_skeletons;
 mod humanoid;
+mod names;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
