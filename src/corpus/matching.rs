@@ -16,21 +16,23 @@
 //! ```
 
 mod clip;
-mod controller;
+pub(crate) mod controller;
 mod database;
-mod features;
+#[doc(hidden)]
+pub(crate) mod features;
 mod file;
 mod follow;
 mod gamepad;
 mod holden;
-mod like;
+pub(crate) mod like;
 mod lock;
-mod movement;
+#[doc(hidden)]
+pub(crate) mod movement;
 mod moves;
 mod play;
 mod query;
 mod record;
-mod steering;
+pub(crate) mod steering;
 mod trajectory;
 mod tree;
 

@@ -19,7 +19,7 @@ mod corpus;
 mod defects;
 mod descriptor;
 mod filter;
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod formats;
 mod motion;
 mod row;

@@ -24,7 +24,7 @@ pub(super) const FEATURE_RATE: f64 = 60.0;
 /// From hip through knee to ankle of the body on which all features are, in metres: that of a man of 1.78 m.
 pub(super) const LEG: f32 = 0.87;
 /// How far ahead the trajectory is looked at, in frames.
-pub(super) const AHEAD: [usize; 3] = [20, 40, 60];
+pub const AHEAD: [usize; 3] = [20, 40, 60];
 /// The velocities of feet and hips among the numbers, and where those of the hips begin.
 const VELOCITIES: std::ops::Range<usize> = 6..15;
 const HIPS_VELOCITY: usize = 12;
@@ -40,9 +40,9 @@ const LEFT: u8 = 0b0101;
 
 /// Where a body stands on the ground, and where it looks: horizontal, of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Root {
-    pub(super) position: Vec3,
-    pub(super) forward: Vec3,
+pub struct Root {
+    pub position: Vec3,
+    pub forward: Vec3,
 }
 
 impl Root {

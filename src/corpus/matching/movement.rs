@@ -9,7 +9,7 @@ use crate::survey::{LIMBS, WIDTH};
 
 /// Numbers of a movement: speeds of limbs, their spreads, then height of the hips, speeds to the side and forward and
 /// of turning, and the spread of the height.
-const NUMBERS: usize = 2 * LIMBS + 5;
+pub const NUMBERS: usize = 2 * LIMBS + 5;
 /// What is summed of a sample: speeds of limbs, directions, their squares, the four numbers after the limbs, and the
 /// square of the height.
 const SUMS: usize = LIMBS + 3 * LIMBS + LIMBS + 5;
@@ -20,15 +20,15 @@ const OTHERS: usize = 5 * LIMBS;
 const PAIRS: usize = 2;
 
 /// The numbers of a part.
-pub(super) type Movement = [f32; NUMBERS];
+pub type Movement = [f32; NUMBERS];
 
 /// Sums over the samples of a clip up to each, so that a part of any length takes a subtraction.
-pub(super) struct Movements {
+pub struct Movements {
     sums: Vec<[f64; SUMS]>,
 }
 
 impl Movements {
-    pub(super) fn new(samples: &[i8]) -> Self {
+    pub fn new(samples: &[i8]) -> Self {
         let mut sums = Vec::with_capacity(samples.len() / WIDTH + 1);
         let mut sum = [0.0; SUMS];
         sums.push(sum);
@@ -58,7 +58,7 @@ impl Movements {
     }
 
     /// The movement from one sample to a later one, both included.
-    pub(super) fn part(&self, first: usize, last: usize) -> Movement {
+    pub fn part(&self, first: usize, last: usize) -> Movement {
         let mean = |column: usize| (self.sums[last + 1][column] - self.sums[first][column]) / (last + 1 - first) as f64;
         let mut movement = [0.0; NUMBERS];
         for limb in 0..LIMBS {
@@ -86,12 +86,12 @@ fn deviation(squares: f64, square: f64) -> f32 {
 }
 
 /// How far apart movements are: each number by its deviation in what is looked at.
-pub(super) struct Scale {
+pub struct Scale {
     deviations: [f64; NUMBERS],
 }
 
 impl Scale {
-    pub(super) fn new<'a>(movements: impl Iterator<Item = &'a Movement> + Clone) -> Self {
+    pub fn new<'a>(movements: impl Iterator<Item = &'a Movement> + Clone) -> Self {
         let count = movements.clone().count().max(1) as f64;
         let mut means = [0.0; NUMBERS];
         for movement in movements.clone() {
@@ -111,7 +111,7 @@ impl Scale {
     }
 
     /// The distance of two movements by the limbs that both bodies have: the root of the mean square, in deviations.
-    pub(super) fn distance(&self, a: &Movement, b: &Movement, limbs: &[bool; LIMBS]) -> f64 {
+    pub fn distance(&self, a: &Movement, b: &Movement, limbs: &[bool; LIMBS]) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for number in 0..NUMBERS {
             // Which of a pair a number is of is not known.
@@ -129,49 +129,5 @@ impl Scale {
             }
         }
         (sum / f64::from(count.max(1))).sqrt()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// An arm that turns by a right angle from sample to sample, and one that rests.
-    fn arm(limb: usize) -> Vec<i8> {
-        let row = |turned: bool| {
-            let mut row = [0; WIDTH];
-            row[3 * limb + usize::from(turned)] = 127;
-            row[3 * LIMBS] = 63;
-            row
-        };
-        [false, true, false, true].into_iter().flat_map(row).collect()
-    }
-
-    #[test]
-    fn speeds_and_spreads_are_those_of_the_part() {
-        let movement = Movements::new(&arm(2)).part(1, 2);
-        // A right angle is a chord of the root of 2, 20 times a second; the arm is the faster one of its pair.
-        assert!((movement[3] - 20.0 * 2.0_f32.sqrt()).abs() < 1e-4, "{movement:?}");
-        assert_eq!(movement[2], 0.0);
-        // Two directions of length 1 with a mean of length half the root of 2.
-        assert!((movement[LIMBS + 3] - 0.5_f32.sqrt()).abs() < 1e-6, "{movement:?}");
-        assert!(
-            (movement[2 * LIMBS] - 63.0 / 127.0).abs() < 1e-6 && movement[NUMBERS - 1] < 1e-3,
-            "{movement:?}"
-        );
-    }
-
-    #[test]
-    fn the_other_arm_moves_the_same() {
-        let [left, right] = [2, 3].map(|limb| Movements::new(&arm(limb)).part(0, 3));
-        assert_eq!(left, right);
-        let still = Movements::new(&arm(2)[..2 * WIDTH]).part(0, 0);
-        let scale = Scale::new([left, still].iter());
-        assert_eq!(scale.distance(&left, &right, &[true; LIMBS]), 0.0);
-        assert!(scale.distance(&left, &still, &[true; LIMBS]) > 1.0);
-        // Without the arm only the height is left, which does not differ.
-        let mut limbs = [true; LIMBS];
-        limbs[3] = false;
-        assert_eq!(scale.distance(&left, &still, &limbs), 0.0);
     }
 }

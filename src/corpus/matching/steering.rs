@@ -11,7 +11,7 @@ use super::trajectory::Trajectory;
 /// After how many seconds half of a difference is gone, that of Holden's demonstration.
 const HALF_LIFE: f32 = 0.27;
 /// Of a critically damped spring of this half-life: half its damping, per second.
-const RATE: f32 = 2.0 * LN_2 / HALF_LIFE;
+pub const RATE: f32 = 2.0 * LN_2 / HALF_LIFE;
 /// What is asked for along an axis at most, in metres per second: so that nothing overflows.
 const FASTEST: f32 = 100.0;
 /// Below this length, in metres per second or of a stick, there is no direction.
@@ -19,7 +19,7 @@ const STILL: f32 = 1e-3;
 
 /// What of a figure goes on by itself: along x and z.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Steering {
+pub struct Steering {
     /// Metres per second, and that per second.
     velocity: Vec2,
     acceleration: Vec2,
@@ -30,7 +30,7 @@ pub(super) struct Steering {
 
 impl Steering {
     /// Of a figure that stands and looks along `forward`.
-    pub(super) fn new(forward: Vec3) -> Self {
+    pub fn new(forward: Vec3) -> Self {
         Self {
             velocity: Vec2::ZERO,
             acceleration: Vec2::ZERO,
@@ -40,18 +40,18 @@ impl Steering {
     }
 
     /// Metres per second over the ground, in the world.
-    pub(super) fn velocity(&self) -> Vec3 {
+    pub fn velocity(&self) -> Vec3 {
         Vec3::new(self.velocity.x, 0.0, self.velocity.y)
     }
 
     /// Where it looks.
-    pub(super) fn forward(&self) -> Vec3 {
+    pub fn forward(&self) -> Vec3 {
         direction(self.angle)
     }
 
     /// Goes on by a frame towards a velocity along x and z; it looks along `look`, or where it goes if that is zero.
     /// Numbers that are not finite count as zero. Returns the trajectory of a figure that is at `root`.
-    pub(super) fn update(&mut self, root: &Root, velocity: Vec2, look: Vec2) -> Trajectory {
+    pub fn update(&mut self, root: &Root, velocity: Vec2, look: Vec2) -> Trajectory {
         let velocity = finite(velocity);
         let look = [finite(look), velocity].into_iter().find(|look| look.length() > STILL);
         let wanted = look.map_or(self.angle, |look| look.x.atan2(look.y));
@@ -95,60 +95,5 @@ fn finite(vector: Vec2) -> Vec2 {
     match vector.is_finite() {
         true => vector.clamp(Vec2::splat(-FASTEST), Vec2::splat(FASTEST)),
         false => Vec2::ZERO,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const AT_ORIGIN: Root = Root {
-        position: Vec3::ZERO,
-        forward: Vec3::Z,
-    };
-
-    /// The spring's differential equation, x'' = -2 r (x' - goal') - r^2 (x - goal), in small steps.
-    #[test]
-    fn springs_are_those_of_their_equation() {
-        let mut steering = Steering::new(Vec3::Z);
-        let trajectory = steering.update(&AT_ORIGIN, Vec2::new(0.0, 1.5), Vec2::X);
-        let (mut moved, mut velocity, mut acceleration) = (0.0_f64, 0.0_f64, 0.0_f64);
-        let (mut angle, mut turning) = (0.0_f64, 0.0_f64);
-        let (rate, step) = (f64::from(RATE), 1e-5);
-        let mut seconds = 0.0;
-        for (index, frames) in AHEAD.into_iter().enumerate() {
-            while seconds < frames as f64 / 60.0 {
-                let jerk = -2.0 * rate * acceleration - rate * rate * (velocity - 1.5);
-                let slowing = -2.0 * rate * turning - rate * rate * (angle - std::f64::consts::FRAC_PI_2);
-                moved += step * velocity;
-                velocity += step * acceleration;
-                acceleration += step * jerk;
-                angle += step * turning;
-                turning += step * slowing;
-                seconds += step;
-            }
-            let found = trajectory.positions[index];
-            assert!(
-                (f64::from(found.z) - moved).abs() < 1e-3 && found.x == 0.0,
-                "{found} {moved}"
-            );
-            let found = trajectory.directions[index];
-            assert!((f64::from(found.x) - angle.sin()).abs() < 1e-3, "{found} {angle}");
-        }
-    }
-
-    #[test]
-    fn a_stick_that_is_let_go_stops_it_and_leaves_where_it_looks() {
-        let mut steering = Steering::new(Vec3::Z);
-        for _ in 0..300 {
-            steering.update(&AT_ORIGIN, Vec2::new(-1.0, -0.1), Vec2::ZERO);
-        }
-        let going = steering;
-        assert!((going.velocity() - Vec3::new(-1.0, 0.0, -0.1)).length() < 1e-3);
-        for _ in 0..300 {
-            steering.update(&AT_ORIGIN, Vec2::ZERO, Vec2::new(f32::NAN, 1.0));
-        }
-        assert!(steering.velocity().length() < 1e-3);
-        assert!(steering.forward().distance(going.forward()) < 0.05);
     }
 }

@@ -14,10 +14,10 @@ use super::motion::{Body, Motion};
 /// Samples per second of a clip that is compared with others.
 pub(crate) const RATE: f64 = 10.0;
 /// Limbs, each a direction.
-pub(crate) const LIMBS: usize = 10;
+pub const LIMBS: usize = 10;
 /// Numbers of a sample: three for each limb, the height of the hips in half legs, their speed sideways and forward in
 /// legs per second / 4, and the speed of turning in turns per second.
-pub(crate) const WIDTH: usize = 3 * LIMBS + 4;
+pub const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest part of a clip that is kept, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
 

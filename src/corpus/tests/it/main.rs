@@ -1,4 +1,5 @@
 //! The integration tests of surveys and search: one program, because linking is slow, with one module per subject.
 
+mod matching;
 mod search;
 mod survey;

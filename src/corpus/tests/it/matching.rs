@@ -1,0 +1,6 @@
+//! What motion matching computes, part by part.
+
+mod controller;
+mod like;
+mod movement;
+mod steering;
