@@ -6,11 +6,11 @@
 //! [`TimeSeries`] has analog channels and ground reaction forces.
 
 mod angles;
-mod events;
+pub(crate) mod events;
 mod forces;
-mod gait;
+pub(crate) mod gait;
 mod segments;
-mod series;
+pub(crate) mod series;
 mod table;
 
 pub use self::angles::JointAngles;

@@ -17,6 +17,8 @@
 
 pub mod biomechanics;
 #[doc(hidden)]
+pub mod internals;
+#[doc(hidden)]
 pub mod markers;
 mod points;
 mod rest;

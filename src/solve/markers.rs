@@ -14,13 +14,13 @@ mod centres;
 mod cloud;
 mod fit;
 mod guess;
-mod landmarks;
+pub(crate) mod landmarks;
 mod model;
-mod noise;
+pub(crate) mod noise;
 mod report;
 mod strays;
 mod subjects;
-mod take;
+pub(crate) mod take;
 mod track;
 
 use std::sync::Arc;

@@ -39,7 +39,7 @@ impl FileEvents {
 
 /// The foot of an event, and whether it strikes the ground or leaves it: `Foot Strike` with the context `Left`, or
 /// `LHS`.
-fn meaning(event: &Event) -> Option<(Side, bool)> {
+pub fn meaning(event: &Event) -> Option<(Side, bool)> {
     const STRIKES: [&str; 6] = ["footstrike", "heelstrike", "initialcontact", "hs", "fs", "ic"];
     const OFFS: [&str; 4] = ["footoff", "toeoff", "fo", "to"];
     let key = |text: &str| -> String {
@@ -62,29 +62,5 @@ fn meaning(event: &Event) -> Option<(Side, bool)> {
     match (STRIKES.contains(&label), OFFS.contains(&label)) {
         (false, false) => None,
         (is_strike, _) => Some((side, is_strike)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn events_are_known_by_their_context_or_by_their_first_letters() {
-        let event = |label: &str, context: &str| {
-            let (label, context) = (label.to_owned(), context.to_owned());
-            meaning(&Event {
-                label,
-                context,
-                ..Event::default()
-            })
-        };
-        assert_eq!(event("Foot Strike", "Left"), Some((Side::Left, true)));
-        assert_eq!(event("FOOT OFF", "Right"), Some((Side::Right, false)));
-        assert_eq!(event("RHS", ""), Some((Side::Right, true)));
-        assert_eq!(event("LTO", "General"), Some((Side::Left, false)));
-        assert_eq!(event("Left Heel Strike", ""), Some((Side::Left, true)));
-        assert_eq!(event("Event", "Left"), None);
-        assert_eq!(event("Foot Strike", ""), None);
     }
 }

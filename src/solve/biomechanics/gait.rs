@@ -328,7 +328,7 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
 
 /// The frames in which the values turn from rising to falling, and from falling to rising, after a change of at least
 /// [`TURN`] of their usual range, on both sides; none where that is less than `least`.
-fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
+pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction) as usize];
@@ -362,20 +362,4 @@ fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
         }
     }
     (highest, lowest)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn turns_of_a_sine_are_its_extremes_and_noise_has_none() {
-        let sine: Vec<f64> = (0..400).map(|frame| (f64::from(frame) * 0.05).sin()).collect();
-        let (highest, lowest) = turns(&sine, 0.5);
-        // Its period is 125.66 frames; before its first maximum it rises by half of its range.
-        assert_eq!(highest, [31, 157, 283]);
-        assert_eq!(lowest, [94, 220, 346]);
-        assert_eq!(turns(&sine, 5.0), (Vec::new(), Vec::new()));
-        assert_eq!(turns(&[], 0.5), (Vec::new(), Vec::new()));
-    }
 }

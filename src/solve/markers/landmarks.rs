@@ -183,8 +183,9 @@ const SETS: &[(&str, &str)] = &[
 
 /// A landmark as a marker is one.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Landmark {
-    pub(super) name: String,
+pub struct Landmark {
+    /// Its name, with the side.
+    pub name: String,
     pub(super) bone: Bone,
     pub(super) on: On,
 }
@@ -226,7 +227,7 @@ pub(super) fn whole_key(label: &str) -> String {
 
 /// The keys of labels, without the name of a subject that stands before them without a colon: what makes the most of
 /// them known.
-pub(super) fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String> {
+pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String> {
     let keys: Vec<String> = labels.iter().map(|label| key(label)).collect();
     let plain = keys.iter().filter(|key| known.contains_key(*key)).count();
     let mut counts: HashMap<&str, usize> = HashMap::new();
@@ -248,7 +249,7 @@ pub(super) fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<
 }
 
 /// All landmarks by the keys of their names.
-pub(super) fn by_key() -> HashMap<String, Landmark> {
+pub fn by_key() -> HashMap<String, Landmark> {
     let mut found = HashMap::new();
     for &(name, bone, on, names) in ROWS {
         for (side, letter, long) in [(Side::Left, "l", "left"), (Side::Right, "r", "right")] {
@@ -279,7 +280,7 @@ pub(super) fn named(name: &str) -> Option<Landmark> {
 }
 
 /// The set whose own names are nearly all there, with the most of them.
-pub(super) fn set_name(keys: &[String]) -> Option<&'static str> {
+pub fn set_name(keys: &[String]) -> Option<&'static str> {
     const NEARLY_ALL: f64 = 0.75;
     let count = |names: &str| {
         names
@@ -291,101 +292,4 @@ pub(super) fn set_name(keys: &[String]) -> Option<&'static str> {
     let mut fitting: Vec<_> = SETS.iter().filter(|(_, names)| fits(names)).collect();
     fitting.sort_by_key(|(_, names)| count(names));
     fitting.last().map(|(name, _)| *name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The labels of each set as its guide lists them, where `*` stands for both sides, and how many of them are no
-    /// landmark here.
-    const GUIDES: &[(&str, &str, usize)] = &[
-        (
-            "CMU's set",
-            "*FHD *BHD C7 T10 CLAV STRN *SHO *UPA *ELB *FRM *WRA *WRB *FIN *FWT *BWT *THI *KNE *SHN *ANK *HEE *MT5 *TOE RBAC",
-            0,
-        ),
-        (
-            "Plug-in Gait",
-            "*FHD *BHD C7 T10 CLAV STRN RBAK *SHO *UPA *ELB *FRM *WRA *WRB *FIN *ASI *PSI *THI *KNE *TIB *ANK *HEE *TOE",
-            0,
-        ),
-        ("Helen Hayes' set", "*ASI SACR *THI *KNE *TIB *ANK *HEE *TOE", 0),
-        (
-            "Vicon's set of 53",
-            "ARIEL C7 CLAV STRN T10 MFWT MBWT *FHD *BHD *FSH *BSH *UPA *ELB *IEL *FRM *IWR *OWR *IHAND *OHAND *FWT *BWT \
-             *THI *KNE *KNI *SHN *ANK *HEL *MT1 *MT5 *TOE",
-            0,
-        ),
-        (
-            "OptiTrack's set",
-            "HeadTop HeadFront HeadSide BackTop BackLeft BackRight Chest Waist*Front Waist*Back *ShoulderTop \
-             *ShoulderBack *UArmHigh *ElbowOut *WristOut *WristIn *HandOut *ThighFront *KneeOut *Shin *AnkleOut *ToeOut \
-             *ToeIn",
-            0,
-        ),
-        (
-            "OptiTrack's set",
-            "HeadTop HeadFront HeadRight HeadLeft ChestTop ChestLow BackTop BackLeft BackRight WaistCBack Waist*Front \
-             Waist*Back *ShoulderTop *ShoulderBack *UArmHigh *ElbowOut *FArm *WristOut *WristIn *HandIn *HandOut *ThighFront \
-             *ThighSide *KneeOut *Shin *AnkleOut *Heel *ToeOut *ToeIn *ToeTip",
-            0,
-        ),
-        // The glenohumeral joint has a front and a back there, which no guide tells apart.
-        (
-            "OptiTrack's biomechanical set",
-            "*AH *PH SJN SXS CV7 TV2 TV7 *HGT *IAS *IPS *CAJ *HLE *HME *UA *HM2 *USP *RSP *FTC *FLE *FME *TH *SK *TTC *FAX \
-             *FAL *TAM *FM5 *FM1 *FM2 *FCC",
-            2,
-        ),
-        (
-            "the set of the Istituto Rizzoli",
-            "*ASIS *PSIS *GT *LE *ME *HF *TT *LM *MM *CA *FM *SM *VM",
-            0,
-        ),
-        (
-            "the Human Body Model's set",
-            "*ASIS *PSIS *GTRO *LEK *LM *TOE *SHO *LEE *MEE *LW *MW XYPH C7 THEAD *HEAD SACR T10 NAVE STRN *DELT *FIN BBAC \
-             F*THI *ATI *HEE *MT5 *FRM FHEAD",
-            0,
-        ),
-        // Hips are computed there.
-        (
-            "OpenCap's set",
-            "r.ASIS_study L.ASIS_study r.PSIS_study L.PSIS_study *_knee_study *_mknee_study *_ankle_study *_mankle_study \
-             *_toe_study *_5meta_study *_calc_study *_shoulder_study C7_study *_lelbow_study *_melbow_study *_lwrist_study \
-             *_mwrist_study *_thigh1_study *_thigh2_study *_thigh3_study *_sh1_study *_sh2_study *_sh3_study *HJC_study",
-            2,
-        ),
-    ];
-
-    fn labels(guide: &str) -> Vec<String> {
-        let of = |name: &str| match name.contains('*') {
-            true => vec![name.replace('*', "L"), name.replace('*', "R")],
-            false => vec![name.to_owned()],
-        };
-        guide.split_whitespace().flat_map(of).collect()
-    }
-
-    #[test]
-    fn every_set_is_known_by_its_guide_and_each_marker_is_a_landmark_of_its_own() {
-        let known = by_key();
-        for (set, guide, strange) in GUIDES {
-            let labels = labels(guide);
-            for subject in ["", "Anna:", "Subject 7_", "Skeleton2"] {
-                let named: Vec<String> = labels.iter().map(|label| format!("{subject}{label}")).collect();
-                let keys = keys(&named, &known);
-                assert_eq!(set_name(&keys), Some(*set), "{subject}");
-                let mut found: Vec<&str> = keys
-                    .iter()
-                    .filter_map(|key| Some(known.get(key)?.name.as_str()))
-                    .collect();
-                assert_eq!(found.len() + strange, labels.len(), "{set} {subject}: {found:?}");
-                found.sort_unstable();
-                let count = found.len();
-                found.dedup();
-                assert_eq!(found.len(), count, "{set}: {found:?}");
-            }
-        }
-    }
 }

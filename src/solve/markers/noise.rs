@@ -18,7 +18,7 @@ const SQUARES: f64 = 20.0;
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
 /// The standard deviation of the noise of a coordinate, in metres; 0 where the rate does not tell it.
-pub(super) fn of(tracks: &[Track], rate: f64) -> f64 {
+pub fn of(tracks: &[Track], rate: f64) -> f64 {
     let count = tracks.len() * tracks.first().map_or(0, Vec::len);
     if rate < LEAST_RATE || count == 0 {
         return 0.0;
@@ -37,37 +37,5 @@ pub(super) fn of(tracks: &[Track], rate: f64) -> f64 {
     match sizes.is_empty() {
         true => 0.0,
         false => wide_median(&mut sizes) / (MEDIAN_OF_NORMAL * SQUARES.sqrt()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DVec3;
-
-    use super::*;
-
-    /// Nearly normal numbers with a standard deviation of 1: sums of 12 even ones, less their mean.
-    fn normal(state: &mut u32) -> f64 {
-        let mut even = || {
-            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(*state) / f64::from(u32::MAX)
-        };
-        (0..12).map(|_| even()).sum::<f64>() - 6.0
-    }
-
-    #[test]
-    fn noise_on_a_swinging_marker_is_that_which_was_put_there() {
-        const NOISE: f64 = 0.001;
-        let mut state = 1;
-        let mut position = |frame: usize| {
-            // A foot that swings by 30 cm once a second, at 120 frames a second.
-            let swing = 0.3 * (std::f64::consts::TAU * frame as f64 / 120.0).sin();
-            let noise = DVec3::new(normal(&mut state), normal(&mut state), normal(&mut state)) * NOISE;
-            DVec3::new(swing, 0.1, 0.0) + noise
-        };
-        let tracks: [Track; 1] = [(0..2000).map(|frame| Some(position(frame))).collect()];
-        let found = of(&tracks, 120.0);
-        assert!((found / NOISE - 1.0).abs() < 0.1, "{found}");
-        assert_eq!(of(&tracks, 30.0), 0.0);
     }
 }

@@ -37,7 +37,7 @@ pub(super) struct Take {
 }
 
 /// Where a marker is, frame by frame; none where it was not seen.
-pub(super) type Track = Vec<Option<DVec3>>;
+pub type Track = Vec<Option<DVec3>>;
 
 /// How wide the front of a pelvis is, in metres, of the smallest child to the widest figure.
 const PELVIS: std::ops::Range<f64> = 0.05..1.0;

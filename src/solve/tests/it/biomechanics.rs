@@ -1,5 +1,9 @@
 //! Joint angles of poses that are bent by known angles, and the steps of walks.
 
+mod events;
+mod gait;
+mod series;
+
 use mocap::biomechanics::{Gait, JointAngles};
 use mocap::edit::ContactOptions;
 use mocap::figure::{Humanoid, HumanoidBone as Bone, Side};

@@ -1,6 +1,9 @@
 //! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
 //! `tools/markers` judges more, with kinematics of its own.
 
+mod landmarks;
+mod noise;
+
 use std::sync::OnceLock;
 
 use mocap::figure::Humanoid;
