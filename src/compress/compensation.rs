@@ -17,16 +17,16 @@ use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
 
 /// A joint below its lossy parent.
-pub(super) struct Compensation<'a> {
-    pub(super) arms: &'a LeverArms,
-    pub(super) raw: &'a ObjectSpaceTrack,
+pub struct Compensation<'a> {
+    pub arms: &'a LeverArms,
+    pub raw: &'a ObjectSpaceTrack,
     /// Where a reader has the joint in object space: follows from its parent and its translation.
-    pub(super) lossy_positions: &'a [Vec3],
-    pub(super) lossy_parent: Option<&'a ObjectSpaceTrack>,
+    pub lossy_positions: &'a [Vec3],
+    pub lossy_parent: Option<&'a ObjectSpaceTrack>,
 }
 
 /// The target of a joint's rotation at one frame.
-pub(super) struct Target {
+pub struct Target {
     /// The best rotation to the lossy parent.
     pub(super) rotation: Quat,
     /// From the axes of the lossy parent to those of the raw joint: from a rotation to the lossy parent to the rotation
@@ -120,7 +120,7 @@ impl Compensation<'_> {
         })
     }
 
-    pub(super) fn all_targets(&self) -> Vec<Target> {
+    pub fn all_targets(&self) -> Vec<Target> {
         self.each_target(&key_frames::every_frame(self.lossy_positions.len()))
             .collect()
     }

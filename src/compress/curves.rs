@@ -153,7 +153,7 @@ impl JointCurves {
 /// Reduces the keys of one axis after another, that with the least range first. Each may be off by as much as those
 /// before it leave of the tolerance, which was found by trials to take as few keys as fixed fractions. Returns the
 /// curves, and the values of all frames.
-fn reduce(
+pub fn reduce(
     values: &[DVec3],
     rest: DVec3,
     ticks: &[f64],
@@ -225,33 +225,10 @@ fn with_keys_between(
 }
 
 /// The frames at which any of the curves has a key.
-fn union(curves: &[Curve; 3]) -> KeyFrames {
+pub fn union(curves: &[Curve; 3]) -> KeyFrames {
     let frames = curves.iter().flat_map(|curve| curve.key_frames.iter().copied());
     let mut frames: KeyFrames = frames.collect();
     frames.sort_unstable();
     frames.dedup();
     frames
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A knee, which bends about one axis alone, has keys on that axis alone.
-    #[test]
-    fn an_axis_that_stays_has_one_key() {
-        let values: Vec<DVec3> = (0..50)
-            .map(|frame| DVec3::new(2.0, f64::from(frame * frame), -1.0))
-            .collect();
-        let ticks: Vec<f64> = (0..50).map(f64::from).collect();
-        let error = |frame: usize, value: DVec3| values[frame].distance(value) as f32;
-        let (curves, lossy) = reduce(&values, DVec3::new(2.0, 0.0, 0.0), &ticks, 10.0, error);
-        assert_eq!(curves[0].values, [2.0]);
-        // Half a unit of the parabola's curvature times the square of half the distance of two keys is at most 10.
-        assert_eq!(curves[1].key_frames[..4], [0, 6, 12, 18]);
-        assert_eq!(union(&curves), *curves[1].key_frames);
-        for (frame, value) in lossy.iter().enumerate() {
-            assert!(value.distance(values[frame]) <= 10.0, "{frame}: {value}");
-        }
-    }
 }

@@ -389,7 +389,7 @@ const SMALL_ANGLE: f64 = 0.02;
 /// D. Eberly, "A Fast and Accurate Algorithm for Computing SLERP", Journal of Graphics, GPU, and Game Tools 15 (2011),
 /// <https://www.geometrictools.com/Documentation/FastAndAccurateSlerp.pdf>
 #[inline(always)]
-fn slerp_weight(alpha: Lanes, cosine: Lanes) -> Lanes {
+pub fn slerp_weight(alpha: Lanes, cosine: Lanes) -> Lanes {
     let x = cosine - Lanes::ONE;
     let square = alpha * alpha;
     let mut sum = Lanes::ONE;
@@ -399,22 +399,4 @@ fn slerp_weight(alpha: Lanes, cosine: Lanes) -> Lanes {
         sum = Lanes::ONE + sum * ((square - Lanes::all(term * term)) * factor * x);
     }
     alpha * sum
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slerp_weights_of_small_angles_equal_ratios_of_sines() {
-        let alphas = Lanes::of(|lane| [0.0, 0.25, 0.8, 1.0][lane]);
-        for step in 1..=200 {
-            let angle = f64::from(step) * 1e-3;
-            let found = slerp_weight(alphas, Lanes::all(angle.cos()));
-            for lane in 0..LANES {
-                let expected = (alphas.0[lane] * angle).sin() / angle.sin();
-                assert!((found.0[lane] - expected).abs() < 1e-15, "{angle}: {}", found.0[lane]);
-            }
-        }
-    }
 }

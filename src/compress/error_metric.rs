@@ -11,19 +11,19 @@ use mocap_scene::math::soa::single::{Lanes, Vectors};
 use super::raw_clip::RawClip;
 
 /// The distance of the shell from the joint, in metres.
-pub(super) const SHELL_DISTANCE: f32 = 0.03;
+pub const SHELL_DISTANCE: f32 = 0.03;
 
 /// What a joint's rotation moves.
-pub(super) struct LeverArms {
+pub struct LeverArms {
     /// From the joint to the joints that move with it as one rigid body, in its own axes, in metres.
-    pub(super) arms: Vec<Vec3>,
+    pub arms: Vec<Vec3>,
     /// The length of the longest arm, or the shell distance.
-    pub(super) longest: f32,
+    pub longest: f32,
     /// The length of the longest chain below the joint, in metres.
-    pub(super) chain_length: f32,
+    pub chain_length: f32,
     /// A matrix, by rows: from the error of the joint's own position to the rotation (axis times angle) that moves the
     /// ends of the arms back as far as possible. See [`counter_rotation`].
-    pub(super) counter_rotation: [[f32; 3]; 3],
+    pub counter_rotation: [[f32; 3]; 3],
 }
 
 impl LeverArms {
@@ -41,7 +41,7 @@ impl LeverArms {
         lengths.map(of_joint).collect()
     }
 
-    pub(super) fn new(arms: Vec<Vec3>) -> Self {
+    pub fn new(arms: Vec<Vec3>) -> Self {
         let longest = arms.iter().map(|arm| arm.length()).fold(SHELL_DISTANCE, f32::max);
         Self {
             counter_rotation: counter_rotation(&arms),
@@ -53,7 +53,7 @@ impl LeverArms {
 
     /// The error of a joint whose position is off by `position_error`, and whose rotation is off by `rotation_error`,
     /// both in its own axes: the largest distance that an end of an arm or a point of the shell is off.
-    pub(super) fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
+    pub fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
         let rotation = small_rotation_vector(rotation_error);
         let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
         let at_ends = self.arms.iter();
@@ -150,32 +150,5 @@ fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat,
         if !joint.rotates() {
             collect_rigid_arms(clip, child, arm, rotation * joint.orientation(), arms);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_error_is_that_of_the_farthest_point() {
-        let arms = LeverArms::new(vec![Vec3::X * 0.5, Vec3::X * 0.2]);
-        assert_eq!(arms.longest, 0.5);
-        let angle = 0.01;
-        let across = arms.error(Vec3::ZERO, Quat::from_rotation_z(angle));
-        assert!((across - 0.5 * angle).abs() < 1e-6, "{across}");
-        // A twist about the arm moves the shell alone.
-        let twist = arms.error(Vec3::ZERO, Quat::from_rotation_x(angle));
-        assert!((twist - SHELL_DISTANCE * angle).abs() < 1e-6, "{twist}");
-    }
-
-    #[test]
-    fn a_counter_rotation_moves_the_end_of_an_arm_back() {
-        let arms = LeverArms::new(vec![Vec3::X * 0.5]);
-        let error = Vec3::Y * 0.001;
-        let rotation = Vec3::from_array(arms.counter_rotation.map(|row| Vec3::from_array(row).dot(error)));
-        // By the angle whose arc at the end of the arm is the error, but for what the shell asks for.
-        assert!(rotation.abs_diff_eq(Vec3::Z * -0.002, 1e-5), "{rotation}");
-        assert!(arms.error(error, Quat::from_scaled_axis(rotation)) < 0.07 * error.y);
     }
 }

@@ -38,13 +38,13 @@ const GOAL: f32 = 0.99;
 const INT16_ROUNDING: f32 = 3e-5;
 /// How far apart two readers may be between two keys of a rotation, one that uses nlerp and one that uses slerp, at the
 /// end of the chain below the joint: a fraction of the tolerance. Joints further down compensate for nlerp alone.
-const NLERP_SHARE: f32 = 0.03;
+pub const NLERP_SHARE: f32 = 0.03;
 /// The largest angle between nlerp and slerp, as a fraction of the cube of the angle from one key to the next, if that
 /// is small: the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
-const NLERP_FROM_SLERP: f32 = 0.004;
+pub const NLERP_FROM_SLERP: f32 = 0.004;
 
 /// A track to which keys are fitted.
-pub(super) trait Fit {
+pub trait Fit {
     /// What is stored.
     type Key: Copy;
     /// What a reader has at a frame.
@@ -77,7 +77,7 @@ pub(super) trait Fit {
 }
 
 /// The rotations of a joint.
-pub(super) struct RotationFit<'a> {
+pub struct RotationFit<'a> {
     targets: &'a [Target],
     arms: &'a LeverArms,
     format: RotationFormat,
@@ -88,7 +88,7 @@ pub(super) struct RotationFit<'a> {
 }
 
 impl<'a> RotationFit<'a> {
-    pub(super) fn new(targets: &'a [Target], arms: &'a LeverArms, format: RotationFormat, tolerance: f32) -> Self {
+    pub fn new(targets: &'a [Target], arms: &'a LeverArms, format: RotationFormat, tolerance: f32) -> Self {
         let rounding = match format {
             RotationFormat::Int16 => arms.longest * INT16_ROUNDING,
             _ => 0.0,
@@ -161,10 +161,10 @@ impl Fit for RotationFit<'_> {
 }
 
 /// The translations of a joint.
-pub(super) struct TranslationFit<'a> {
-    pub(super) targets: &'a [Vec3],
-    pub(super) format: TranslationFormat,
-    pub(super) tolerance: f32,
+pub struct TranslationFit<'a> {
+    pub targets: &'a [Vec3],
+    pub format: TranslationFormat,
+    pub tolerance: f32,
 }
 
 impl Fit for TranslationFit<'_> {
@@ -216,7 +216,7 @@ impl Fit for TranslationFit<'_> {
 
 /// The key frames of a track, and the keys there. Between two keys the track is within the tolerance; so it is at a
 /// key, but where one frame follows another and neither allows a line.
-pub(super) fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
+pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     let mut keys = vec![fit.quantize(fit.target(0), None)];
     let mut key_frames = vec![0];
     let last = fit.frames().saturating_sub(1);
@@ -384,118 +384,6 @@ impl<F: Fit> Search<'_, F> {
             if let Some(moved) = [1.0, 0.5].into_iter().map(moved).find(fits) {
                 keys[index] = moved;
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::compensation::Compensation;
-    use super::super::key_frames;
-    use super::super::object_space::ObjectSpaceTrack;
-    use super::*;
-
-    const FRAMES: usize = 1001;
-
-    /// Half a turn may be read as going either way. A bound within which it would be a line is so wide that either way
-    /// is within it: their ends are at most twice the chain's length apart.
-    #[test]
-    fn no_line_is_half_a_turn_where_its_way_matters() {
-        let longest = (2.0 * NLERP_SHARE / NLERP_FROM_SLERP).cbrt();
-        assert!(longest < 0.8 * std::f32::consts::PI, "{longest}");
-    }
-
-    fn ticks() -> Vec<f64> {
-        (0..FRAMES).map(|frame| frame as f64).collect()
-    }
-
-    /// Of the parabola `x^2`, a line of length `h` is off by `h^2 / 4` in its middle if its ends are on the parabola,
-    /// and by `h^2 / 8` there and at its ends if these are as far below as its middle is above. Within 25, `h` is 10
-    /// and 14.1.
-    #[test]
-    fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
-        let (ticks, tolerance) = (ticks(), 25.0);
-        let targets: Vec<Vec3> = (0..FRAMES).map(|x| Vec3::new((x * x) as f32, 1.0, -2.0)).collect();
-        let exact = key_frames::reduce(FRAMES, |from, to| {
-            between(&ticks, from, to)
-                .all(|(frame, alpha)| targets[from].lerp(targets[to], alpha).distance(targets[frame]) <= tolerance)
-        });
-        assert_eq!(exact.len(), 1 + 1000 / 10);
-        let (format, fitted) = (TranslationFormat::Float32, &targets);
-        let (frames, keys) = fit(
-            &TranslationFit {
-                targets: fitted,
-                format,
-                tolerance,
-            },
-            &ticks,
-        );
-        // 71 lines of 14 frames are 994 frames.
-        assert!((73..=75).contains(&frames.len()), "{}", frames.len());
-        assert_eq!((frames[0], frames[frames.len() - 1]), (0, 1000));
-        let line = |key: usize, frame: usize| {
-            let (from, to) = (f64::from(frames[key]), f64::from(frames[key + 1]));
-            let alpha = (frame as f64 - from) / (to - from);
-            f64::from(keys[key].value.x) * (1.0 - alpha) + f64::from(keys[key + 1].value.x) * alpha
-        };
-        for key in 0..keys.len() - 1 {
-            for frame in frames[key] as usize..=frames[key + 1] as usize {
-                let error = line(key, frame) - (frame * frame) as f64;
-                assert!(error.abs() <= 25.001, "{frame}: {error}");
-            }
-        }
-    }
-
-    /// The angle of a joint with an arm of a metre is a parabola, so that its error is the angle times a metre.
-    #[test]
-    fn fitted_rotations_are_within_the_tolerance() {
-        const FRAMES: usize = 201;
-        let (ticks, tolerance) = (&ticks()[..FRAMES], 1e-3);
-        let angle = |x: f64| 2e-5 * x * x;
-        let raw = ObjectSpaceTrack {
-            positions: vec![Vec3::ZERO; FRAMES],
-            rotations: (0..FRAMES)
-                .map(|frame| Quat::from_rotation_z(angle(frame as f64) as f32))
-                .collect(),
-        };
-        let arms = LeverArms::new(vec![Vec3::X]);
-        let joint = Compensation {
-            arms: &arms,
-            raw: &raw,
-            lossy_positions: &raw.positions,
-            lossy_parent: None,
-        };
-        let targets = joint.all_targets();
-        for format in [RotationFormat::Float32, RotationFormat::Int16] {
-            let (frames, keys) = fit(&RotationFit::new(&targets, &arms, format, tolerance), ticks);
-            // Lines with ends on the parabola are up to 14.1 frames long, the root of `4 * 1e-3 / 2e-5`; fitted ones
-            // 20.
-            assert!(frames.len() <= 12, "{}", frames.len());
-            for (pair, key) in std::iter::zip(frames.windows(2), keys.windows(2)) {
-                for frame in pair[0]..=pair[1] {
-                    let alpha = (frame - pair[0]) as f32 / (pair[1] - pair[0]) as f32;
-                    let value = nlerp(key[0].value, key[1].value, alpha);
-                    let found = 2.0 * f64::from(value.z).atan2(f64::from(value.w));
-                    let error = found - angle(f64::from(frame));
-                    assert!(error.abs() <= 1.001e-3, "{format:?}, {frame}: {error}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_clip_of_one_or_two_frames_has_its_own_values() {
-        for frames in [1, 2] {
-            let targets: Vec<Vec3> = (0..frames).map(|x| Vec3::splat(x as f32)).collect();
-            let track = TranslationFit {
-                targets: &targets,
-                format: TranslationFormat::Float32,
-                tolerance: 1e-6,
-            };
-            let (key_frames, keys) = fit(&track, &ticks()[..frames]);
-            assert_eq!(key_frames, key_frames::every_frame(frames));
-            let values: Vec<Vec3> = keys.iter().map(|key| key.value).collect();
-            assert_eq!(values, targets);
         }
     }
 }

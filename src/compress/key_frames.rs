@@ -12,7 +12,7 @@ use std::ops::Range;
 pub type KeyFrames = Vec<u32>;
 
 /// A key at every frame.
-pub(super) fn every_frame(frames: usize) -> KeyFrames {
+pub fn every_frame(frames: usize) -> KeyFrames {
     (0..frames as u32).collect()
 }
 
@@ -21,7 +21,7 @@ pub(super) fn every_frame(frames: usize) -> KeyFrames {
 ///
 /// The distance to the next key is found by exponential search, which starts from the distance before it: a key costs
 /// about as many calls as the logarithm of how much the distance changed.
-pub(super) fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyFrames {
+pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyFrames {
     let mut key_frames = vec![0];
     let last = frames.saturating_sub(1);
     let (mut from, mut guess) = (0, 1);
@@ -53,15 +53,16 @@ pub(super) fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) 
 
 /// A key to insert.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Insertion {
-    pub(super) frame: usize,
+pub struct Insertion {
+    /// The frame of the new key.
+    pub frame: usize,
     /// The index of the key before it, among the keys as they were before any insertion.
-    pub(super) after: usize,
+    pub after: usize,
 }
 
 /// Which frames between two keys get a key where the error of one is too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Refine {
+pub enum Refine {
     /// The frame with the largest error.
     Worst,
     /// Every frame.
@@ -70,7 +71,7 @@ pub(super) enum Refine {
 
 /// Inserts keys between every two where the error of a frame is above `bound`. Returns the insertions, and the range of
 /// frames that each changes: from the key before it up to the key after it, which is not part of the range.
-pub(super) fn refine<T: Copy + PartialOrd>(
+pub fn refine<T: Copy + PartialOrd>(
     key_frames: &mut KeyFrames,
     errors: &[T],
     bound: T,
@@ -99,7 +100,7 @@ pub(super) fn refine<T: Copy + PartialOrd>(
 }
 
 /// Inserts `new` values, one per insertion.
-pub(super) fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new: &[T]) {
+pub fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new: &[T]) {
     let mut end = values.len();
     values.extend_from_slice(new);
     // Backwards, so that no value is overwritten before it is moved.
@@ -118,7 +119,7 @@ pub(super) fn alpha(ticks: &[f64], from: usize, to: usize, frame: usize) -> f32 
 
 /// The frames between two keys with their interpolation factors, from the middle outwards, because the error is most
 /// often largest in the middle.
-pub(super) fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> {
+pub fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> {
     let middle = usize::midpoint(from, to);
     let frames = (middle..to).chain((from + 1..middle).rev());
     frames.map(move |frame| (frame, alpha(ticks, from, to, frame)))
@@ -127,7 +128,7 @@ pub(super) fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<It
 /// Calls `visit(frame, key, alpha)` for every frame of `ranges`: `key` is the index of the last key that is not after
 /// the frame, and `alpha` the interpolation factor from there to the next, 0 at a key. Each range starts at a key and
 /// ends before one.
-pub(super) fn for_each_frame(
+pub fn for_each_frame(
     key_frames: &[u32],
     ticks: &[f64],
     ranges: &[Range<usize>],
@@ -148,80 +149,5 @@ pub(super) fn for_each_frame(
                 }
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::slice;
-
-    use super::*;
-
-    #[test]
-    fn keys_are_as_far_apart_as_the_condition_allows() {
-        for distance in [1, 2, 3, 7, 100] {
-            let key_frames = reduce(50, |from, to| to - from <= distance);
-            let expected: Vec<u32> = (0..49).step_by(distance).chain([49]).collect();
-            assert_eq!(key_frames, expected, "{distance}");
-        }
-        assert_eq!(reduce(0, |_, _| true), [0]);
-        assert_eq!(reduce(1, |_, _| true), [0]);
-        assert_eq!(reduce(2, |_, _| true), [0, 1]);
-    }
-
-    #[test]
-    fn a_frame_with_too_large_an_error_gets_a_key() {
-        let errors = [0.0, 2.0, 3.0, 0.5, 1.5, 0.0];
-        let mut key_frames = vec![0, 3, 5];
-        let insertion = |frame, after| Insertion { frame, after };
-        let found = refine(&mut key_frames, &errors, 1.0, Refine::Worst);
-        assert_eq!(found, (vec![insertion(2, 0), insertion(4, 1)], vec![0..3, 3..5]));
-        assert_eq!(key_frames, [0, 2, 3, 4, 5]);
-        let changed = slice::from_ref(&(0..2)).to_vec();
-        let found = refine(&mut key_frames, &errors, 1.0, Refine::Worst);
-        assert_eq!(found, (vec![insertion(1, 0)], changed));
-        assert_eq!(key_frames, [0, 1, 2, 3, 4, 5]);
-        assert_eq!(refine(&mut key_frames, &errors, 1.0, Refine::Worst), (vec![], vec![]));
-
-        let mut key_frames = vec![0, 3, 5];
-        let found = refine(&mut key_frames, &errors, 1.8, Refine::All);
-        let changed = slice::from_ref(&(0..3)).to_vec();
-        assert_eq!(found, (vec![insertion(1, 0), insertion(2, 0)], changed));
-        assert_eq!(key_frames, [0, 1, 2, 3, 5]);
-    }
-
-    #[test]
-    fn every_frame_is_visited_with_the_key_before_it() {
-        let ticks = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0];
-        let mut found = Vec::new();
-        for_each_frame(&[0, 3, 5], &ticks, slice::from_ref(&(0..6)), |frame, key, alpha| {
-            found.push((frame, key, alpha));
-        });
-        let expected = [
-            (0, 0, 0.0),
-            (1, 0, 0.5),
-            (2, 0, 0.75),
-            (3, 1, 0.0),
-            (4, 1, 0.5),
-            (5, 2, 0.0),
-        ];
-        assert_eq!(found, expected);
-        let mut found = Vec::new();
-        for_each_frame(&[0, 2, 3, 5], &ticks, &[0..2, 3..5], |frame, key, _| {
-            found.push((frame, key));
-        });
-        assert_eq!(found, [(0, 0), (1, 0), (3, 2), (4, 2)]);
-    }
-
-    #[test]
-    fn values_are_inserted_after_others() {
-        let mut values = vec!["a", "c", "d", "e", "g"];
-        let insertion = |after| Insertion { frame: 0, after };
-        insert(
-            &mut values,
-            &[insertion(0), insertion(3), insertion(4)],
-            &["b", "f", "h"],
-        );
-        assert_eq!(values, ["a", "b", "c", "d", "e", "f", "g", "h"]);
     }
 }

@@ -28,6 +28,7 @@ pub mod at_rest;
 mod bit_rate;
 mod candidates;
 mod clip;
+#[doc(hidden)]
 mod compensation;
 mod constant_tracks;
 mod curves;
@@ -35,18 +36,26 @@ mod decode;
 mod encode;
 mod encoding;
 mod error_bound;
+#[doc(hidden)]
 mod error_metric;
+#[doc(hidden)]
 mod fitted_keys;
+#[doc(hidden)]
+pub mod internals;
 mod key_frames;
+#[doc(hidden)]
 mod measure;
+#[doc(hidden)]
 mod object_space;
 mod packed;
 mod quantize;
+#[doc(hidden)]
 mod raw_clip;
 mod read_ahead;
 mod reduce_keys;
 mod refinement;
 mod shared_key_frames;
+#[doc(hidden)]
 mod trellis;
 
 use std::sync::Arc;

@@ -16,18 +16,18 @@ use super::raw_clip::RawClip;
 use super::read_ahead::ReadAhead;
 
 /// The errors at every frame, each times the weight of its joint.
-pub(super) struct FrameErrors {
+pub struct FrameErrors {
     /// The largest error of a joint, in metres.
-    pub(super) largest: Vec<f64>,
+    pub largest: Vec<f64>,
     /// The node with that error.
-    nodes: Vec<usize>,
+    pub nodes: Vec<usize>,
     /// The sum of the squares of the errors of all joints.
-    squares: Vec<f64>,
+    pub squares: Vec<f64>,
 }
 
 impl FrameErrors {
     /// All 0.
-    pub(super) fn new(frames: usize) -> Self {
+    pub fn new(frames: usize) -> Self {
         Self {
             largest: vec![0.0; frames],
             nodes: vec![0; frames],
@@ -35,7 +35,7 @@ impl FrameErrors {
         }
     }
 
-    pub(super) fn summary(&self, clip: &RawClip) -> MeasuredError {
+    pub fn summary(&self, clip: &RawClip) -> MeasuredError {
         let mut summary = MeasuredError::default();
         for (frame, &error) in self.largest.iter().enumerate() {
             if error > summary.max || error.is_nan() {
@@ -53,7 +53,7 @@ impl FrameErrors {
     }
 
     /// For each of `nodes` nodes its largest error, of the frames in which no other node has a larger one.
-    pub(super) fn by_node(&self, nodes: usize) -> Vec<f64> {
+    pub fn by_node(&self, nodes: usize) -> Vec<f64> {
         let mut errors = vec![0.0; nodes];
         for (&node, &error) in std::iter::zip(&self.nodes, &self.largest) {
             errors[node] = f64::max(errors[node], error);
@@ -63,26 +63,26 @@ impl FrameErrors {
 }
 
 /// A raw clip and the compressed tracks to compare with it.
-pub(super) struct Measurement<'a> {
-    pub(super) clip: &'a RawClip<'a>,
-    pub(super) tracks: &'a [CompressedTrack],
+pub struct Measurement<'a> {
+    pub clip: &'a RawClip<'a>,
+    pub tracks: &'a [CompressedTrack],
     /// The times of the frames in the file, as 32-bit floats. Errors are measured at these times.
-    pub(super) times: &'a [f32],
+    pub times: &'a [f32],
     /// The rounding error of the raw clip itself, in metres. It is added to every error.
-    pub(super) raw_rounding: f64,
+    pub raw_rounding: f64,
     /// By how much the error of each joint counts; empty where all count once.
-    pub(super) weights: &'a [f64],
+    pub weights: &'a [f64],
 }
 
 wide::dispatch! {
     /// Measures the errors at all frames of some ranges.
-    pub(super) fn measure(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors: &mut FrameErrors) {
+    pub fn measure(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors: &mut FrameErrors) {
         measure_lanes(measurement, ranges, errors);
     }
 }
 
 #[inline(always)]
-fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors: &mut FrameErrors) {
+pub fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors: &mut FrameErrors) {
     let clip = measurement.clip;
     let mut cursors: Vec<Cursor> = Vec::new();
     let samplers: Vec<JointSampler> = std::iter::zip(&clip.joints, measurement.tracks)
@@ -156,183 +156,4 @@ fn ambiguity(clip: &RawClip, joints: &[JointState], index: usize) -> Lanes {
         ancestor = clip.parent_of(above);
     }
     sum
-}
-
-#[cfg(test)]
-mod tests {
-    use std::slice;
-    use std::sync::Arc;
-
-    use glam::{Mat4, Quat, Vec3};
-
-    use super::super::clip::Track;
-    use super::super::key_frames::{KeyFrames, every_frame};
-    use super::super::quantize::{QuantizedRotation, RotationFormat};
-    use super::*;
-    use mocap_scene::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
-
-    const FRAMES: usize = 14;
-    const LAST: usize = FRAMES - 1;
-
-    /// A joint at the origin that rotates about z, by `degrees` over all frames, and its end site, one metre away on
-    /// the x axis.
-    fn rotating(degrees: f32) -> Scene {
-        let node = |index: usize| Node {
-            name: ["Joint", "End"][index].into(),
-            kind: [NodeKind::Joint, NodeKind::EndSite][index],
-            parent: index.checked_sub(1).map(NodeId::new),
-            transform: Mat4::from_translation(Vec3::X * index as f32),
-            ..Node::default()
-        };
-        Scene {
-            nodes: (0..2).map(node).collect(),
-            animations: vec![Animation {
-                ticks_per_second: 30.0,
-                duration: LAST as f64,
-                channels: vec![Channel {
-                    node_name: "Joint".into(),
-                    node: None,
-                    position_keys: Keys::constant(Vec3::ZERO),
-                    rotation_keys: Keys::every_tick((0..FRAMES).map(|frame| rotation(degrees, frame)).collect()),
-                    scaling_keys: Keys::constant(Vec3::ONE),
-                }],
-                ..Animation::default()
-            }],
-            ..Scene::default()
-        }
-    }
-
-    fn rotation(degrees: f32, frame: usize) -> Quat {
-        Quat::from_rotation_z((degrees * frame as f32 / LAST as f32).to_radians())
-    }
-
-    /// The angle at a frame, and at the last frame.
-    fn angles(degrees: f32, frame: usize) -> (f64, f64) {
-        let all = f64::from(degrees).to_radians();
-        (all * frame as f64 / LAST as f64, all)
-    }
-
-    /// Tracks for [`rotating`] with keys at `key_frames`. `key` gives the value and the ambiguous components of each.
-    fn tracks(key_frames: KeyFrames, key: impl Fn(usize) -> (Quat, u8)) -> Vec<CompressedTrack> {
-        let key = |frame: &u32| {
-            let (value, ambiguous) = key(*frame as usize);
-            QuantizedRotation {
-                stored: [0; 4],
-                value,
-                ambiguous,
-            }
-        };
-        let keys = key_frames.iter().map(key).collect();
-        vec![
-            CompressedTrack {
-                translation: Track::Constant(Vec3::ZERO),
-                rotation: Track::Animated {
-                    format: RotationFormat::Float32,
-                    key_frames: Arc::new(key_frames),
-                    keys,
-                },
-                curves: None,
-            },
-            CompressedTrack {
-                translation: Track::Constant(Vec3::X),
-                rotation: Track::Constant(Quat::IDENTITY),
-                curves: None,
-            },
-        ]
-    }
-
-    /// The largest error at every frame.
-    fn measured(degrees: f32, tracks: &[CompressedTrack]) -> Vec<f64> {
-        let scene = rotating(degrees);
-        let clip = RawClip::new(&scene, &scene.animations[0], 0.0).unwrap();
-        let times: Vec<f32> = clip.ticks.iter().map(|tick| (tick / 30.0) as f32).collect();
-        let measurement = Measurement {
-            clip: &clip,
-            tracks,
-            times: &times,
-            raw_rounding: 0.0,
-            weights: &[],
-        };
-        let mut errors = FrameErrors::new(FRAMES);
-        measure(&measurement, slice::from_ref(&(0..FRAMES)), &mut errors);
-
-        // Equal bits without wide vectors, and nearly equal in ranges whose lengths are no multiples of the
-        // lanes.
-        let mut plain = FrameErrors::new(FRAMES);
-        measure_lanes(&measurement, slice::from_ref(&(0..FRAMES)), &mut plain);
-        assert_eq!(errors.largest, plain.largest);
-        let mut parts = FrameErrors::new(FRAMES);
-        measure(&measurement, &[0..3, 3..4, 4..9, 9..FRAMES], &mut parts);
-        for (all, part) in std::iter::zip(&errors.largest, &parts.largest) {
-            assert!((all - part).abs() < 1e-15, "{all}, not {part}");
-        }
-        errors.largest
-    }
-
-    /// Within the rounding of 32-bit quaternions: some 1e-7, and as many metres at a distance of one metre.
-    fn assert_near(found: &[f64], expected: impl Fn(usize) -> f64) {
-        for (frame, found) in found.iter().enumerate() {
-            let expected = expected(frame);
-            assert!(
-                (found - expected).abs() < 3e-7,
-                "frame {frame}: {found}, not {expected}"
-            );
-        }
-    }
-
-    /// Nlerp moves along the chord and not along the arc: with `A` half the angle between the keys, half the angle at
-    /// `alpha` is `a`, where `tan a = alpha sin A / (1 - alpha + alpha cos A)`.
-    #[test]
-    fn nlerp_is_the_decoder_with_the_largest_error() {
-        // On both sides of the angle where slerp stops using its series.
-        for degrees in [12.0, 21.0, 24.0, 100.0, 170.0] {
-            let found = measured(
-                degrees,
-                &tracks(vec![0, LAST as u32], |frame| (rotation(degrees, frame), 0)),
-            );
-            assert_near(&found, |frame| {
-                let (angle, all) = angles(degrees, frame);
-                let (alpha, half) = (frame as f64 / LAST as f64, all / 2.0);
-                let chord = 2.0 * (alpha * half.sin()).atan2(1.0 - alpha + alpha * half.cos());
-                2.0 * ((chord - angle) / 2.0).sin().abs()
-            });
-        }
-    }
-
-    /// The matrix of a quaternion of length `l` is `I + l^2 (R - I)`, where `R` is the matrix of the rotation.
-    #[test]
-    fn a_length_other_than_1_stretches_for_decoders_that_do_not_normalize() {
-        let length = 1.01;
-        let longer = |frame| (rotation(60.0, frame) * length, 0);
-        let found = measured(60.0, &tracks(every_frame(FRAMES), longer));
-        let square = f64::from(length).powi(2);
-        assert_near(&found, |frame| {
-            let (angle, _) = angles(60.0, frame);
-            (square - 1.0) * 2.0 * (angle / 2.0).sin()
-        });
-    }
-
-    /// The end site is a metre away: its error is the angle by which implementations of a decoder may differ.
-    #[test]
-    fn ambiguity_counts_as_error() {
-        let ambiguous = |frame| (rotation(60.0, frame), if frame == 5 { 3 } else { 0 });
-        let found = measured(60.0, &tracks(every_frame(FRAMES), ambiguous));
-        assert_near(
-            &found,
-            |frame| if frame == 5 { 2.0 * 3f64.sqrt() / 32767.0 } else { 0.0 },
-        );
-    }
-
-    #[test]
-    fn the_worst_frame_is_named() {
-        let scene = rotating(60.0);
-        let clip = RawClip::new(&scene, &scene.animations[0], 0.0).unwrap();
-        let mut errors = FrameErrors::new(FRAMES);
-        (errors.largest[4], errors.nodes[4]) = (0.5, 1);
-        (errors.largest[7], errors.nodes[7]) = (0.25, 0);
-        errors.squares[4] = 0.25 * (2 * FRAMES) as f64;
-        let found = errors.summary(&clip);
-        assert_eq!((found.max, found.node, found.tick, found.rms), (0.5, 1, 4.0, 0.5));
-        assert_eq!(errors.by_node(3), [0.25, 0.5, 0.0]);
-    }
 }

@@ -10,10 +10,10 @@ use super::key_frames;
 
 /// One joint in object space at every frame.
 #[derive(Clone, Default)]
-pub(super) struct ObjectSpaceTrack {
+pub struct ObjectSpaceTrack {
     /// In metres.
-    pub(super) positions: Vec<Vec3>,
-    pub(super) rotations: Vec<Quat>,
+    pub positions: Vec<Vec3>,
+    pub rotations: Vec<Quat>,
 }
 
 impl ObjectSpaceTrack {

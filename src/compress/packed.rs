@@ -4,12 +4,13 @@
 //! has a straight line for each of its components, and a key is its distance from there in as few bits as the block
 //! needs. All tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
 
-mod bits;
+#[doc(hidden)]
+pub(crate) mod bits;
 mod encoding;
 mod layout;
 mod lines;
 mod read;
-mod sample;
+pub(crate) mod sample;
 mod unpack;
 mod write;
 

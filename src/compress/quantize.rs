@@ -1,8 +1,8 @@
 //! Quantization: how rotations and translations are stored, and what a reader decodes from that.
 
-mod rotation;
+pub(crate) mod rotation;
 mod rounding;
-mod translation;
+pub(crate) mod translation;
 
 pub(crate) use self::rotation::QuantizedRotation;
 pub(super) use self::rotation::dropped_component;

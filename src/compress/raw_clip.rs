@@ -27,9 +27,9 @@ const NOT_A_UNIT: f32 = 1e-3;
 /// The maximum of frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
 const MAX_VALUES: usize = 1 << 28;
 
-pub(super) struct RawClip<'a> {
+pub struct RawClip<'a> {
     /// The frames: the whole ticks of the animation, and every tick that has a key.
-    pub(super) ticks: Vec<f64>,
+    pub ticks: Vec<f64>,
     /// One per node of the scene, in its order; then the points of the shell.
     pub(super) joints: Vec<RawJoint<'a>>,
     /// The node of every point of the shell.
@@ -100,7 +100,7 @@ impl<'a> RawClip<'a> {
     /// # Errors
     /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
     /// rotation and translation does not bound the whole.
-    pub(super) fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
+    pub fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
         let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
         check_values(animation.frame_count(), joints)?;
         let ticks = frame_ticks(animation);

@@ -8,7 +8,7 @@ use mocap_scene::math::soa::single::{LANES, Lanes};
 
 /// The corners of a cell. Bit 0, 1 and 2 of a corner: whether it is on the far side along the first, second and third
 /// axis.
-pub(super) const CORNERS: usize = 8;
+pub const CORNERS: usize = 8;
 
 // About the bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Found by trials on the
 // fixtures.
@@ -22,14 +22,14 @@ const HIGH_BYTE: f32 = 7.0;
 
 /// One component of eight rotations, as it is stored.
 #[derive(Clone, Copy)]
-pub(super) struct Component {
+pub struct Component {
     value: Lanes,
     high_byte: Lanes,
 }
 
 impl Component {
     #[inline(always)]
-    pub(super) fn new(value: Lanes) -> Self {
+    pub fn new(value: Lanes) -> Self {
         Self {
             value,
             high_byte: floor(value * Lanes::all(1.0 / 256.0)),
@@ -38,7 +38,7 @@ impl Component {
 
     /// About the bits that this component takes after another.
     #[inline(always)]
-    pub(super) fn rate_after(&self, before: &Self) -> Lanes {
+    pub fn rate_after(&self, before: &Self) -> Lanes {
         Lanes::of(|lane| {
             let difference = (self.value.0[lane] - before.value.0[lane]).abs();
             let mut bits = LOW_BYTE;
@@ -53,12 +53,12 @@ impl Component {
 
 /// The rates along each axis from the cell of the frame before to the cell of each frame, from the near or far side
 /// to the near or far side: `[axis][from][to]`. The first frame has none.
-pub(super) struct Rates([[[Lanes; 2]; 2]; 3]);
+pub struct Rates([[[Lanes; 2]; 2]; 3]);
 
 impl Rates {
     /// Between cells with these origins, which follow one another.
     #[inline(always)]
-    pub(super) fn between(origins: &[Lanes; 3]) -> Self {
+    pub fn between(origins: &[Lanes; 3]) -> Self {
         let mut rates = [[[Lanes::ZERO; 2]; 2]; 3];
         for (rates, origin) in std::iter::zip(&mut rates, origins) {
             let before = Lanes::of(|lane| origin.0[lane.max(1) - 1]);
@@ -76,7 +76,7 @@ impl Rates {
 
 /// Rounds down numbers of a size below 2^16. Adding 1.5 * 2^23 leaves no bits for a fraction.
 #[inline(always)]
-pub(super) fn floor(value: Lanes) -> Lanes {
+pub fn floor(value: Lanes) -> Lanes {
     const ROUND: f32 = 12_582_912.0;
     Lanes::of(|lane| {
         let rounded = value.0[lane] + ROUND - ROUND;
@@ -85,7 +85,7 @@ pub(super) fn floor(value: Lanes) -> Lanes {
 }
 
 /// The costs so far, and where each came from.
-pub(super) struct Trellis {
+pub struct Trellis {
     /// The least cost of a sequence that ends at each corner.
     costs: Lanes,
     /// For each frame, and each corner, the corner of the frame before.
@@ -95,7 +95,7 @@ pub(super) struct Trellis {
 impl Trellis {
     /// With the costs of the corners of the first frame.
     #[inline(always)]
-    pub(super) fn new(costs: Lanes) -> Self {
+    pub fn new(costs: Lanes) -> Self {
         Self {
             costs,
             before: [[0; CORNERS]; LANES],
@@ -104,7 +104,7 @@ impl Trellis {
 
     /// Goes on to the next frame.
     #[inline(always)]
-    pub(super) fn step(&mut self, lane: usize, rates: &Rates, distortions: Lanes) {
+    pub fn step(&mut self, lane: usize, rates: &Rates, distortions: Lanes) {
         let mut costs = self.costs;
         let mut from: [u8; CORNERS] = [0, 1, 2, 3, 4, 5, 6, 7];
         for axis in 0..3 {
@@ -126,7 +126,7 @@ impl Trellis {
 
     /// Goes on to a frame that no difference leads to.
     #[inline(always)]
-    pub(super) fn jump(&mut self, lane: usize, distortions: Lanes) {
+    pub fn jump(&mut self, lane: usize, distortions: Lanes) {
         let (corner, cost) = least(self.costs);
         self.before[lane] = [corner as u8; CORNERS];
         self.costs = Lanes::all(cost) + distortions;
@@ -134,7 +134,7 @@ impl Trellis {
 
     /// The corners of the cheapest sequence.
     #[inline(always)]
-    pub(super) fn cheapest(&self) -> [usize; LANES] {
+    pub fn cheapest(&self) -> [usize; LANES] {
         let mut corners = [0; LANES];
         let (mut corner, _) = least(self.costs);
         for lane in (0..LANES).rev() {
@@ -147,7 +147,7 @@ impl Trellis {
 
 /// The corner that costs least.
 #[inline(always)]
-pub(super) fn least(costs: Lanes) -> (usize, f32) {
+pub fn least(costs: Lanes) -> (usize, f32) {
     // Floats that are not negative are ordered as their bits are. The index replaces the lowest bits, so that
     // one minimum finds both, without branches.
     const INDEX: u32 = CORNERS as u32 - 1;
@@ -157,101 +157,4 @@ pub(super) fn least(costs: Lanes) -> (usize, f32) {
     }
     let index = (least & INDEX) as usize;
     (index, costs.0[index])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn larger_differences_take_more_bits() {
-        let before = Component::new(Lanes::all(250.0));
-        let now = Component::new(Lanes::of(|lane| {
-            [250.0, 251.0, 249.0, 248.0, 243.0, 242.0, 255.0, 256.0][lane]
-        }));
-        let rates = now.rate_after(&before).0.map(|rate| (rate * 10.0).round());
-        assert_eq!(rates, [8.0, 24.0, 24.0, 44.0, 44.0, 90.0, 44.0, 114.0]);
-    }
-
-    #[test]
-    fn the_cheapest_sequence_is_found() {
-        let mut seed = 7u32;
-        let mut random = || {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (seed >> 8) as f32 / 16_777_216.0
-        };
-        for jump in [None, Some(3)] {
-            let origins = [(); 3].map(|()| {
-                let numbers: [f32; LANES] = std::array::from_fn(|_| (random() * 20.0).floor() + 245.0);
-                Lanes::of(|lane| numbers[lane])
-            });
-            // Two corners for each frame, so that there are few enough sequences to try them all.
-            let choices: [[usize; 2]; LANES] =
-                std::array::from_fn(|_| [(random() * 4.0) as usize, 4 + (random() * 4.0) as usize]);
-            let distortions: [Lanes; LANES] = std::array::from_fn(|lane| {
-                let all = [(); CORNERS].map(|()| random() * 12.0);
-                Lanes::of(|corner| {
-                    if choices[lane].contains(&corner) {
-                        all[corner]
-                    } else {
-                        1e4
-                    }
-                })
-            });
-
-            let rates = Rates::between(&origins);
-            let mut trellis = Trellis::new(distortions[0]);
-            for (lane, distortions) in distortions.iter().enumerate().skip(1) {
-                if jump == Some(lane) {
-                    trellis.jump(lane, *distortions);
-                } else {
-                    trellis.step(lane, &rates, *distortions);
-                }
-            }
-            let found = trellis.cheapest();
-
-            let at = |lane: usize, corner: usize, axis: usize| {
-                Component::new(Lanes::all(origins[axis].0[lane] + (corner >> axis & 1) as f32))
-            };
-            let cost = |corners: &[usize; LANES]| -> f32 {
-                let step = |lane: usize| -> f32 {
-                    if lane == 0 || jump == Some(lane) {
-                        return 0.0;
-                    }
-                    let rate = |axis| {
-                        at(lane, corners[lane], axis)
-                            .rate_after(&at(lane - 1, corners[lane - 1], axis))
-                            .0[0]
-                    };
-                    (0..3).map(rate).sum()
-                };
-                (0..LANES)
-                    .map(|lane| distortions[lane].0[corners[lane]] + step(lane))
-                    .sum()
-            };
-            let sequences =
-                (0..1usize << LANES).map(|bits| std::array::from_fn(|lane| choices[lane][bits >> lane & 1]));
-            let least = sequences.map(|corners| cost(&corners)).fold(f32::INFINITY, f32::min);
-            assert!((cost(&found) - least).abs() < 1e-3, "{} and {least}", cost(&found));
-        }
-    }
-
-    #[test]
-    fn the_cheapest_corner_is_found() {
-        for (costs, index) in [
-            ([3.0, 2.0, 5.0, 1.0, 4.0, 9.0, 8.0, 7.0], 3),
-            ([0.0, 0.0, 5.0, 1.0, 4.0, 9.0, 8.0, 7.0], 0),
-            ([f32::INFINITY, 2e3, 5e3, 4e3, 1.5e3, 9e3, 8e3, f32::INFINITY], 4),
-        ] {
-            assert_eq!(least(Lanes::of(|corner| costs[corner])), (index, costs[index]));
-        }
-    }
-
-    #[test]
-    fn numbers_are_rounded_down() {
-        let found = floor(Lanes::of(|lane| {
-            [0.0, 0.25, -0.25, 1.0, -1.0, 32767.5, -32767.5, 5.999][lane]
-        }));
-        assert_eq!(found.0, [0.0, 0.0, -1.0, 1.0, -1.0, 32767.0, -32768.0, 5.0]);
-    }
 }

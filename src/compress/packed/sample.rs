@@ -151,7 +151,7 @@ impl PackedClip<'_> {
 }
 
 /// The last key of a block at or before a frame, its frame, and the frame of the next key in the block.
-fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
+pub fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
     let (word, bit) = (frame / 64, frame % 64);
     let not_after = mask[word] & (u64::MAX >> (63 - bit));
     // Every word starts with a key.
@@ -300,28 +300,6 @@ fn sample_rotation_lanes(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, al
             if let Some(node) = pose.get_mut(track.node as usize) {
                 node.rotation = Quat::from_array(mixed.lane(lane));
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_keys_around_a_frame_are_found() {
-        let mask = [1 | 1 << 5 | 1 << 63, 1 | 1 << 2, 1, 1];
-        for (frame, expected) in [
-            (0, (0, 0, Some(5))),
-            (4, (0, 0, Some(5))),
-            (5, (1, 5, Some(63))),
-            (62, (1, 5, Some(63))),
-            (63, (2, 63, Some(64))),
-            (64, (3, 64, Some(66))),
-            (100, (4, 66, Some(128))),
-            (255, (6, 192, None)),
-        ] {
-            assert_eq!(key_in(&mask, frame), expected, "{frame}");
         }
     }
 }

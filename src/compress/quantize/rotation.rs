@@ -14,7 +14,7 @@ use mocap_scene::math::soa::single::{LANES, Lanes};
 use super::rounding::{floor, round};
 
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
-const INT16_MAX: f32 = 32767.0;
+pub const INT16_MAX: f32 = 32767.0;
 
 /// The fewest steps of a lattice from 0 to the root of a half: those of the QUATERNION filter with 4 bits, of which one
 /// is the sign.
@@ -48,7 +48,7 @@ pub struct QuantizedRotation {
     pub value: Quat,
     /// How many components are so near to the middle between two integers that another decoder may round them to the
     /// other one.
-    pub(crate) ambiguous: u8,
+    pub ambiguous: u8,
 }
 
 impl RotationFormat {
@@ -70,7 +70,7 @@ impl RotationFormat {
     }
 
     /// The nearest stored rotation. Where signs are stored it is in the hemisphere of `previous`.
-    pub(crate) fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
+    pub fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let previous_value = previous.map_or(Quat::IDENTITY, |previous| previous.value);
         match self {
             Self::Float32 => QuantizedRotation {
@@ -158,7 +158,7 @@ impl Lattice {
     }
 
     /// One with at least this many steps from 0 to the root of a half, or the finest, whose readers do not round.
-    pub(crate) fn of_steps(steps: f32) -> Self {
+    pub fn of_steps(steps: f32) -> Self {
         Self {
             max: (steps.clamp(MIN_STEPS, INT16_MAX) as i32) | 3,
             rounds: false,
@@ -189,7 +189,7 @@ impl Lattice {
     }
 
     /// The largest integer that a component can be.
-    pub(crate) fn max(self) -> i32 {
+    pub fn max(self) -> i32 {
         self.max
     }
 
@@ -228,7 +228,7 @@ impl Lattice {
     }
 
     /// The rotation at a lattice point.
-    pub(crate) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
+    pub fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
         let stored = self.stored(point, dropped);
         if self.rounds {
             decode_quaternion_filter(stored)
@@ -289,7 +289,7 @@ impl Lattice {
         rotation
     }
 
-    fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
+    pub fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let components = rotation.to_array();
         let dropped = dropped_component(components, previous.map(QuantizedRotation::dropped));
         let scale = self.scale().copysign(components[dropped]);
@@ -341,12 +341,12 @@ fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
 
 impl QuantizedRotation {
     /// The component that the QUATERNION filter dropped.
-    pub(crate) fn dropped(&self) -> usize {
+    pub fn dropped(&self) -> usize {
         (self.stored[3] & 3) as usize
     }
 
     /// The angle, in radians, by which the rotation may differ in another decoder.
-    pub(crate) fn ambiguity(&self) -> f64 {
+    pub fn ambiguity(&self) -> f64 {
         Self::angle_of(self.ambiguous)
     }
 
@@ -354,50 +354,5 @@ impl QuantizedRotation {
     #[inline(always)]
     pub(crate) fn angle_of(ambiguous: u8) -> f64 {
         2.0 * f64::from(ambiguous).sqrt() / f64::from(INT16_MAX)
-    }
-}
-
-#[cfg(all(test, feature = "meshopt"))]
-mod tests {
-    use super::*;
-
-    /// Up to the stated ambiguity.
-    #[test]
-    fn the_filter_decodes_as_meshoptimizer_does() {
-        let mut seed = 1u32;
-        let mut random = || {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (seed >> 8) as f32 / 8_388_608.0 - 1.0
-        };
-        for bits in 5..=16 {
-            let mut previous: Option<QuantizedRotation> = None;
-            for _ in 0..1000 {
-                let rotation = Quat::from_xyzw(random(), random(), random(), random()).normalize();
-                // Every other one near the one before, so that the dropped component is not always the largest.
-                let near = |previous: QuantizedRotation| (previous.value + rotation * 0.05).normalize();
-                let rotation = previous.filter(|_| random() < 0.5).map_or(rotation, near);
-                let quantized =
-                    RotationFormat::QuaternionFilter(Lattice::of_filter(bits)).quantize(rotation, previous.as_ref());
-                let error = (quantized.value - rotation)
-                    .length()
-                    .min((quantized.value + rotation).length());
-                let step = 1.0 / ((1 << (bits - 1)) - 1) as f32;
-                assert!(
-                    error < 3.0 * step + 1e-4,
-                    "{bits} bits: {rotation} became {}",
-                    quantized.value
-                );
-                let mut reference = [quantized.stored];
-                meshopt::decode_filter_quat(&mut reference);
-                let reference = Quat::from_array(reference[0].map(|c| f32::from(c) / INT16_MAX));
-                let difference = 2.0 * f64::from((quantized.value - reference).length());
-                assert!(
-                    difference <= quantized.ambiguity() + 1e-6,
-                    "{bits} bits: {} became {reference}",
-                    quantized.value
-                );
-                previous = Some(quantized);
-            }
-        }
     }
 }

@@ -1,0 +1,4 @@
+//! The parts of packed clips.
+
+mod bits;
+mod sample;
