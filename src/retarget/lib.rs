@@ -23,6 +23,8 @@
 mod by_names;
 mod clip;
 mod feet;
+#[doc(hidden)]
+pub mod internals;
 mod limb_angles;
 #[cfg(feature = "live")]
 pub mod live;

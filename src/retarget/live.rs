@@ -31,7 +31,8 @@ mod clean;
 mod play;
 mod poses;
 mod record;
-mod vmc;
+#[doc(hidden)]
+pub(crate) mod vmc;
 
 pub use self::bridge::VmcBridge;
 pub use self::clean::VmcCleaner;

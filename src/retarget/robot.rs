@@ -20,35 +20,47 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-mod band;
-mod branches;
-mod capsule;
-mod collision;
-mod cones;
-mod drawn;
-mod dynamics;
-mod feasibility;
-mod fingers;
-mod floor;
-mod following;
-mod given;
-mod kinematics;
+#[doc(hidden)]
+pub(crate) mod band;
+#[doc(hidden)]
+pub(crate) mod branches;
+#[doc(hidden)]
+pub(crate) mod capsule;
+pub(crate) mod collision;
+pub(crate) mod cones;
+pub(crate) mod drawn;
+#[doc(hidden)]
+pub(crate) mod dynamics;
+pub(crate) mod feasibility;
+#[doc(hidden)]
+pub(crate) mod fingers;
+pub(crate) mod floor;
+#[doc(hidden)]
+pub(crate) mod following;
+#[doc(hidden)]
+pub(crate) mod given;
+#[doc(hidden)]
+pub(crate) mod kinematics;
 mod links;
 mod measure;
 mod motion;
 mod report;
-mod retargeter;
+pub(crate) mod retargeter;
 mod smooth_stream;
-mod sole;
-mod solver;
-mod source_rotations;
+#[doc(hidden)]
+pub(crate) mod sole;
+#[doc(hidden)]
+pub(crate) mod solver;
+pub(crate) mod source_rotations;
 mod speed;
-mod terms;
+#[doc(hidden)]
+pub(crate) mod terms;
 mod torques;
 mod touches;
-mod twin;
-mod verdict;
-mod window;
+#[doc(hidden)]
+pub(crate) mod twin;
+pub(crate) mod verdict;
+pub(crate) mod window;
 
 pub use self::collision::LinkCollision;
 pub use self::drawn::add_links;

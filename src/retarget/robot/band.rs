@@ -11,14 +11,14 @@ type Lanes = [f64; LANES];
 /// Four rows are a panel: their entries of one column stand together, so that a product of panels is made of whole
 /// vectors.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Band {
+pub struct Band {
     size: usize,
     width: usize,
     /// Panel by panel, the columns from `before` panels before the diagonal to the diagonal.
     columns: Vec<Lanes>,
     /// The panels that the band reaches before that of the diagonal.
     before: usize,
-    pub(super) right: Vec<f64>,
+    pub right: Vec<f64>,
 }
 
 /// The smallest pivot.
@@ -26,7 +26,7 @@ const SMALLEST: f64 = 1e-18;
 
 impl Band {
     /// Empties it.
-    pub(super) fn reset(&mut self, size: usize, width: usize) {
+    pub fn reset(&mut self, size: usize, width: usize) {
         (self.size, self.width) = (size, width);
         self.before = width.div_ceil(LANES);
         let panels = size.div_ceil(LANES);
@@ -46,7 +46,7 @@ impl Band {
     }
 
     /// Adds to an entry on or below the diagonal.
-    pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
+    pub fn add(&mut self, row: usize, column: usize, value: f64) {
         let index = self.index(row, column);
         self.columns[index][row % LANES] += value;
     }
@@ -65,7 +65,7 @@ impl Band {
     }
 
     /// Makes an unknown 0, whatever the others are.
-    pub(super) fn fix(&mut self, unknown: usize) {
+    pub fn fix(&mut self, unknown: usize) {
         let lane = unknown % LANES;
         let row = self.index(unknown, unknown.saturating_sub(self.width))..self.index(unknown, unknown);
         self.columns[row].iter_mut().for_each(|entry| entry[lane] = 0.0);
@@ -79,7 +79,7 @@ impl Band {
     }
 
     /// Solves the system by Cholesky's decomposition: the right side becomes the solution.
-    pub(super) fn solve(&mut self) {
+    pub fn solve(&mut self) {
         let stride = self.stride();
         for panel in 0..self.right.len() / LANES {
             let first = panel.saturating_sub(self.before);
@@ -188,45 +188,6 @@ fn factor_diagonal(block: &mut [Lanes], known: [Lanes; LANES]) {
                 true => value.max(SMALLEST).sqrt(),
                 false => value / block[column][column],
             };
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A system is made of its solution.
-    #[test]
-    fn a_band_is_solved_and_what_is_fixed_is_0() {
-        for (size, width) in [(23, 6), (24, 8), (5, 9), (61, 13)] {
-            let entry = |row: usize, column: usize| match row - column {
-                0 => 9.0 + row as f64,
-                apart if apart <= width => ((row * 7 + column * 3) % 11) as f64 / 11.0 - 0.5,
-                _ => 0.0,
-            };
-            let full = |a: usize, b: usize| entry(a.max(b), a.min(b));
-            for fixed in [None, Some(4)] {
-                let known = |unknown: usize| match fixed {
-                    Some(fixed) if fixed == unknown => 0.0,
-                    _ => (unknown as f64).sin(),
-                };
-                let mut band = Band::default();
-                band.reset(size, width);
-                for row in 0..size {
-                    for column in row.saturating_sub(width)..=row {
-                        band.add(row, column, entry(row, column));
-                    }
-                    band.right[row] = (0..size).map(|column| full(row, column) * known(column)).sum();
-                }
-                if let Some(fixed) = fixed {
-                    band.fix(fixed);
-                }
-                band.solve();
-                for (unknown, found) in band.right[..size].iter().enumerate() {
-                    assert!((found - known(unknown)).abs() < 1e-12, "{unknown} {found}");
-                }
-            }
         }
     }
 }

@@ -18,7 +18,7 @@ use super::terms::{Goals, Terms};
 use super::twin::Twin;
 
 /// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
-const SUSPECT: f64 = 0.12;
+pub const SUSPECT: f64 = 0.12;
 const WINDOW: f64 = 0.2;
 
 /// Of how many of its worst moments other beginnings are tried, how far apart these are in seconds, and how much better
@@ -41,18 +41,18 @@ const RATE: f64 = 30.0;
 
 /// An arm or a leg: what it follows, and the positions of its joints.
 #[derive(Clone, Debug)]
-struct Limb {
+pub struct Limb {
     rotations: Vec<usize>,
     /// The body of a leg's foot, whose places are followed too.
-    foot: Option<usize>,
-    positions: Vec<usize>,
+    pub foot: Option<usize>,
+    pub positions: Vec<usize>,
     solver: Solver,
 }
 
 /// The arms and legs of a robot.
 #[derive(Clone, Debug)]
-pub(super) struct Branches {
-    limbs: Vec<Limb>,
+pub struct Branches {
+    pub limbs: Vec<Limb>,
 }
 
 /// The bones of an arm and of a leg.
@@ -62,23 +62,23 @@ const LIMBS: [[Bone; 3]; 2] = [
 ];
 
 /// The frames in which limbs may take another branch.
-pub(super) struct Free<'a> {
-    pub(super) goals: &'a [Goals],
-    pub(super) bounds: &'a Bounds,
+pub struct Free<'a> {
+    pub goals: &'a [Goals],
+    pub bounds: &'a Bounds,
     /// The first of them; those before it stay.
-    pub(super) from: usize,
+    pub from: usize,
     /// For how many frames that are to come the last one stands.
-    pub(super) ahead: usize,
+    pub ahead: usize,
 }
 
 /// The positions of a limb in every frame, and its cost there.
-struct Track {
-    positions: Vec<Vec<f64>>,
-    costs: Vec<f64>,
+pub struct Track {
+    pub positions: Vec<Vec<f64>>,
+    pub costs: Vec<f64>,
 }
 
 impl Branches {
-    pub(super) fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
+    pub fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
         let bones = LIMBS
             .iter()
             .flat_map(|bones| Side::ALL.map(|side| bones.map(|bone| bone.on(side))));
@@ -89,7 +89,7 @@ impl Branches {
     }
 
     /// Takes for each limb the best path that is found. Returns the positions of those that took another.
-    pub(super) fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> Vec<usize> {
+    pub fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> Vec<usize> {
         let mut changed = Vec::new();
         for limb in &mut self.limbs {
             if limb.choose(kinematics, free, motion) {
@@ -177,7 +177,7 @@ impl Limb {
     }
 
     /// The limb in the frames of a motion from the first on.
-    fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
+    pub fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
         let mut pose = kinematics.rest();
         let costs = goals.iter().enumerate().map(|(frame, goals)| {
             motion.set(first + frame, kinematics, &mut pose);
@@ -191,7 +191,7 @@ impl Limb {
     }
 
     /// The goals of this limb alone.
-    fn own(&self, goals: &Goals) -> Goals {
+    pub fn own(&self, goals: &Goals) -> Goals {
         let reaches = goals.reaches.iter().filter(|reach| self.foot == Some(reach.body));
         Goals {
             rotations: self
@@ -205,19 +205,19 @@ impl Limb {
 }
 
 /// Follows a limb; the other joints of the robot keep the angles of a motion.
-struct Follow<'a> {
-    limb: &'a mut Limb,
-    kinematics: &'a Kinematics,
-    goals: &'a [Goals],
-    bounds: &'a Bounds,
-    motion: &'a RobotMotion,
+pub struct Follow<'a> {
+    pub limb: &'a mut Limb,
+    pub kinematics: &'a Kinematics,
+    pub goals: &'a [Goals],
+    pub bounds: &'a Bounds,
+    pub motion: &'a RobotMotion,
     /// Which frame of the motion the first of `goals` is.
-    first: usize,
+    pub first: usize,
 }
 
 impl Follow<'_> {
     /// The limb in a frame, from a beginning; returns its cost.
-    fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
+    pub fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
         let mut pose = self.kinematics.rest();
         pose.root = self.motion.root[self.first + frame];
         pose.positions.copy_from_slice(self.motion.dof_of(self.first + frame));
@@ -292,7 +292,7 @@ fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
 }
 
 /// The worst frames of a limb, where it is far off for a while.
-fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
+pub fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
     let half = (0.5 * WINDOW * fps).ceil().min(costs.len() as f64) as usize;
     let mean = |frame: usize| {
         let near = &costs[frame.saturating_sub(half)..(frame + half + 1).min(costs.len())];
@@ -311,7 +311,7 @@ fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
 }
 
 /// Which track is taken in each frame.
-fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
+pub fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
     let frames = tracks.first().map_or(0, |track| track.costs.len());
     let mut sums: Vec<f64> = tracks
         .iter()
@@ -346,160 +346,4 @@ fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
         *first = here;
     }
     chosen
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mocap_figure::robot_bones::robot_bones;
-
-    /// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
-    #[test]
-    fn the_way_changes_where_tracks_agree() {
-        let track = |positions: [f64; 6], costs: [f64; 6]| Track {
-            positions: positions.map(|position| vec![position]).to_vec(),
-            costs: costs.to_vec(),
-        };
-        let first = track([0.0, 0.1, 2.0, 2.0, 2.0, 0.1], [0.0, 0.0, 0.5, 0.5, 0.5, 0.0]);
-        let second = track([1.5, 0.1, 0.1, 0.1, 0.1, 1.5], [0.9, 0.1, 0.0, 0.0, 0.0, 0.9]);
-        assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
-    }
-
-    /// A leg of the G1 that should be in a pose which joints reach, and is stuck in the corner of the limits that its
-    /// solver comes to from the worst of many beginnings.
-    struct Stuck {
-        kinematics: Kinematics,
-        branches: Branches,
-        goals: Vec<Goals>,
-        bounds: Bounds,
-        motion: RobotMotion,
-    }
-
-    const STUCK_FRAMES: usize = 30;
-
-    fn stuck_leg() -> Stuck {
-        let urdf = std::fs::read("../../fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
-        let robot = mocap_io::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
-        let twin = Twin::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
-        let kinematics = Kinematics::new(&robot);
-        let mut branches = Branches::new(&kinematics, &twin);
-        branches.limbs.retain(|limb| limb.foot.is_some());
-        branches.limbs.truncate(1);
-        let bodies = &kinematics.bodies[1..];
-        let bounds = Bounds {
-            lower: bodies.iter().map(|body| body.limits.lower).collect(),
-            upper: bodies.iter().map(|body| body.limits.upper).collect(),
-        };
-        // The thigh raised and turned out, the knee bent: every joint within its limits.
-        let mut wanted = kinematics.rest();
-        for (name, at) in [("hip_pitch", -1.9), ("hip_roll", 1.3), ("hip_yaw", 1.6), ("knee", 1.9)] {
-            let dof = robot
-                .dof_names()
-                .iter()
-                .position(|dof| *dof == format!("left_{name}_joint"));
-            wanted.positions[dof.unwrap()] = at;
-        }
-        kinematics.update(&mut wanted);
-        let mut goals = super::super::following::Following::new(&robot, &kinematics, &twin).goals;
-        goals
-            .rotations
-            .iter_mut()
-            .for_each(|turn| turn.target = wanted.bodies[turn.body].rotation);
-        for reach in &mut goals.reaches {
-            reach.target = wanted.bodies[reach.body].point(reach.point);
-        }
-        let motion = RobotMotion {
-            fps: 30.0,
-            root: vec![wanted.root; STUCK_FRAMES],
-            dof_pos: [0.0].repeat(STUCK_FRAMES * bodies.len()),
-            dof_names: robot.dof_names(),
-            contacts: vec![[false; 2]; STUCK_FRAMES],
-            ..RobotMotion::default()
-        };
-        let mut stuck = Stuck {
-            goals: vec![goals; STUCK_FRAMES],
-            kinematics,
-            branches,
-            bounds,
-            motion,
-        };
-        stuck.be_stuck();
-        stuck
-    }
-
-    impl Stuck {
-        fn be_stuck(&mut self) {
-            let limb = &mut self.branches.limbs[0];
-            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
-            let positions = limb.positions.clone();
-            let mut follow = Follow {
-                limb,
-                kinematics: &self.kinematics,
-                goals: &goals,
-                bounds: &self.bounds,
-                motion: &self.motion,
-                first: 0,
-            };
-            let corners = (0..1 << positions.len()).map(|corner: usize| {
-                let at = |(index, position): (usize, &usize)| match corner >> index & 1 {
-                    0 => self.bounds.lower[*position],
-                    _ => self.bounds.upper[*position],
-                };
-                let mut begun: Vec<f64> = positions.iter().enumerate().map(at).collect();
-                (follow.solve(0, &mut begun, 200), begun)
-            });
-            let (cost, begun) = corners.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-            assert!(cost > 2.0 * SUSPECT, "no corner holds the leg: {cost}");
-            let count = self.motion.dof_names.len();
-            for frame in 0..STUCK_FRAMES {
-                for (at, value) in positions.iter().zip(&begun) {
-                    self.motion.dof_pos[frame * count + at] = *value;
-                }
-            }
-        }
-
-        /// What the leg costs in each frame after another branch was looked for.
-        fn chosen(&mut self, from: usize, ahead: usize) -> Vec<f64> {
-            let free = Free {
-                goals: &self.goals,
-                bounds: &self.bounds,
-                from,
-                ahead,
-            };
-            let changed = self.branches.choose(&self.kinematics, &free, &mut self.motion);
-            assert_eq!(changed, self.branches.limbs[0].positions);
-            let limb = &self.branches.limbs[0];
-            let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();
-            limb.track(&self.kinematics, &goals, &self.motion, 0).costs
-        }
-    }
-
-    #[test]
-    fn a_leg_leaves_a_corner_of_its_limits() {
-        let costs = stuck_leg().chosen(0, 0);
-        assert!(costs.iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
-    }
-
-    #[test]
-    fn frames_that_were_given_stay() {
-        let mut stuck = stuck_leg();
-        let before = stuck.motion.clone();
-        let costs = stuck.chosen(20, 15);
-        let kept = 20 * before.dof_names.len();
-        assert_eq!(stuck.motion.dof_pos[..kept], before.dof_pos[..kept]);
-        assert!(costs[20..].iter().all(|cost| *cost < 0.5 * SUSPECT), "{costs:?}");
-    }
-
-    #[test]
-    fn the_worst_moments_are_apart() {
-        let mut costs = vec![0.0; 120];
-        costs[20..30].fill(1.0);
-        costs[90..100].fill(0.5);
-        let found = suspects(&costs, 30.0);
-        assert_eq!(found.len(), 2, "{found:?}");
-        assert!(
-            (20..40).contains(&found[0]) && (88..102).contains(&found[1]),
-            "{found:?}"
-        );
-    }
 }

@@ -25,7 +25,7 @@ type Wrench = [f64; SIZE];
 
 /// The edges of the cones of contacts, each with its force and its moment.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cones {
+pub struct Cones {
     edges: Vec<(DVec3, Wrench)>,
     /// What is left of the wanted force; that of the frame before is near.
     left: Wrench,
@@ -33,7 +33,7 @@ pub(super) struct Cones {
 
 impl Cones {
     /// Sets the contacts, by where they are from the point about which moments are, in the unit of the moments.
-    pub(super) fn set(&mut self, contacts: impl Iterator<Item = DVec3>) {
+    pub fn set(&mut self, contacts: impl Iterator<Item = DVec3>) {
         self.edges.clear();
         for point in contacts {
             for edge in 0..EDGES {
@@ -49,7 +49,7 @@ impl Cones {
     /// With edges a, this minimizes |wanted - sum x a|^2 + s |x|^2 over x >= 0. The dual has six unknowns: x is
     /// max(0, a r) / s, and r, what is left, minimizes |r|^2 / 2 + sum max(0, a r)^2 / 2 s - wanted r, by Newton's
     /// method with a search along the line.
-    pub(super) fn reach(&mut self, force: DVec3, moment: DVec3) -> (Vec<DVec3>, DVec3, DVec3) {
+    pub fn reach(&mut self, force: DVec3, moment: DVec3) -> (Vec<DVec3>, DVec3, DVec3) {
         let wanted = wrench(force, moment);
         for _ in 0..STEPS {
             let (value, slope, mut curvature) = self.at(&self.left, &wanted);
@@ -106,43 +106,4 @@ fn wrench(force: DVec3, moment: DVec3) -> Wrench {
 
 fn dot(a: &Wrench, b: &Wrench) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Four corners of a sole of 20 by 10 cm, a metre below.
-    fn sole() -> Cones {
-        let mut cones = Cones::default();
-        let corners = [(0.1, 0.05), (0.1, -0.05), (-0.1, 0.05), (-0.1, -0.05)];
-        cones.set(corners.into_iter().map(|(x, y)| DVec3::new(x, y, -1.0)));
-        cones
-    }
-
-    /// By hand: four corners carry a quarter of the weight each.
-    #[test]
-    fn corners_carry_a_weight_evenly() {
-        let (forces, force, moment) = sole().reach(DVec3::Z, DVec3::ZERO);
-        assert!(force.length() + moment.length() < 1e-5, "{force} {moment}");
-        for corner in forces {
-            assert!(corner.abs_diff_eq(0.25 * DVec3::Z, 1e-4), "{corner}");
-        }
-    }
-
-    /// By hand: nothing pulls a robot down, friction ends at the weight, and a weight outside the sole is not carried.
-    #[test]
-    fn what_no_contact_gives_is_left() {
-        let (_, force, _) = sole().reach(-DVec3::Z, DVec3::ZERO);
-        assert!(force.abs_diff_eq(-DVec3::Z, 1e-5), "{force}");
-        // The centre of pressure 0.3 m ahead of the middle; the sole ends at 0.1 m.
-        let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.3, 0.0));
-        assert!(force.length() + moment.length() > 0.1, "{force} {moment}");
-        // Within it, at 0.05 m.
-        let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.05, 0.0));
-        assert!(force.length() + moment.length() < 1e-5, "{force} {moment}");
-        let mut none = Cones::default();
-        let (_, force, _) = none.reach(DVec3::Z, DVec3::ZERO);
-        assert_eq!(force, DVec3::Z);
-    }
 }

@@ -114,7 +114,7 @@ fn lines_to_children(robot: &Robot, link: usize) -> Vec<Capsule> {
 type Surface = (Vec<Vec3>, Vec<Vec3>, Vec<u32>);
 
 /// The triangles of capsules.
-fn surface_of(capsules: &[Capsule]) -> Surface {
+pub fn surface_of(capsules: &[Capsule]) -> Surface {
     let (mut vertices, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for Capsule { ends, radius } in capsules {
         let axis = (ends[1] - ends[0]).normalize_or(DVec3::Z);
@@ -147,23 +147,4 @@ fn surface_of(capsules: &[Capsule]) -> Surface {
         }
     }
     (vertices, normals, indices)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The volume within the triangles is that of the body, which is a little larger.
-    #[test]
-    fn a_capsule_is_closed_and_has_its_volume() {
-        let (radius, ends) = (0.1, [DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.2, 0.5, 0.3)]);
-        let (vertices, _, indices) = surface_of(&[Capsule { ends, radius }]);
-        let corner = |index: u32| vertices[index as usize].as_dvec3();
-        let triangles = indices.as_chunks::<3>().0.iter();
-        let volume: f64 = triangles
-            .map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c))) / 6.0)
-            .sum();
-        let expected = std::f64::consts::PI * radius * radius * (0.5 + 4.0 / 3.0 * radius);
-        assert!((volume.abs() / expected - 0.96).abs() < 0.03, "{volume} {expected}");
-    }
 }

@@ -12,7 +12,7 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 
 /// The acceleration of gravity, in metres a second squared: MuJoCo's.
-pub(super) const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 
 /// The mass of a body with all that is fixed to it.
 #[derive(Clone, Copy, Debug)]
@@ -26,10 +26,10 @@ struct Mass {
 
 /// Velocities, accelerations or forces: along and about the axes of the world at the base, and of the joints.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Rates {
-    pub(super) linear: DVec3,
-    pub(super) angular: DVec3,
-    pub(super) joints: Vec<f64>,
+pub struct Rates {
+    pub linear: DVec3,
+    pub angular: DVec3,
+    pub joints: Vec<f64>,
 }
 
 /// How a body moves, and what acts on it.
@@ -46,7 +46,7 @@ struct Moving {
 
 /// The masses of a robot, by the bodies of its kinematics.
 #[derive(Clone, Debug)]
-pub(super) struct Dynamics {
+pub struct Dynamics {
     masses: Vec<Mass>,
     /// The inertia of what a joint's motor turns besides the links, by bodies.
     armatures: Vec<f64>,
@@ -54,7 +54,7 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    pub(super) fn new(robot: &Robot, kinematics: &Kinematics) -> Self {
+    pub fn new(robot: &Robot, kinematics: &Kinematics) -> Self {
         let mut masses = vec![Mass::NONE; kinematics.bodies.len()];
         let mut armatures = vec![0.0; kinematics.bodies.len()];
         for (index, link) in robot.links.iter().enumerate() {
@@ -87,7 +87,7 @@ impl Dynamics {
     }
 
     /// The centre of mass of the whole in a pose.
-    pub(super) fn centre(&self, pose: &RobotPose) -> DVec3 {
+    pub fn centre(&self, pose: &RobotPose) -> DVec3 {
         let bodies = self.masses.iter().zip(&pose.bodies);
         let sum: DVec3 = bodies
             .map(|(body, transform)| body.mass * transform.point(body.centre))
@@ -96,7 +96,7 @@ impl Dynamics {
     }
 
     /// The forces by which a robot in a pose has these velocities and accelerations.
-    pub(super) fn inverse(
+    pub fn inverse(
         &mut self,
         kinematics: &Kinematics,
         pose: &RobotPose,
@@ -244,72 +244,4 @@ pub(super) fn rates(motion: &RobotMotion, frame: usize) -> Option<(Rates, Rates)
         joints: joints(&|before, here, after| fps * fps * (after - 2.0 * here + before)),
     };
     Some((velocity, acceleration))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mocap_scene::scene::robot::{Inertial, JointLimits, Placement, RobotJoint, RobotLink};
-
-    /// A rod of 2 kg and 1 m on a hinge about Y at its end, which hangs along X: by hand, m g l / 2 holds it, and
-    /// m l^2 / 3 turns it.
-    #[test]
-    fn a_rod_takes_what_is_computed_by_hand() {
-        let rod = Inertial {
-            mass: 2.0,
-            origin: Placement {
-                translation: DVec3::new(0.5, 0.0, 0.0),
-                ..Placement::IDENTITY
-            },
-            inertia: [0.0, 2.0 / 12.0, 2.0 / 12.0, 0.0, 0.0, 0.0],
-        };
-        let hinge = RobotJoint {
-            kind: JointKind::Hinge,
-            axis: DVec3::Y,
-            limits: JointLimits::default(),
-            armature: 0.25,
-            ..RobotJoint::default()
-        };
-        let robot = Robot {
-            links: vec![
-                RobotLink::default(),
-                RobotLink {
-                    parent: Some(0),
-                    joint: hinge,
-                    inertial: Some(rod),
-                    ..RobotLink::default()
-                },
-            ],
-            ..Robot::default()
-        };
-        let kinematics = Kinematics::new(&robot);
-        let mut dynamics = Dynamics::new(&robot, &kinematics);
-        let still = Rates {
-            joints: vec![0.0],
-            ..Rates::default()
-        };
-        let pose = kinematics.rest();
-        assert!(dynamics.centre(&pose).abs_diff_eq(DVec3::new(0.5, 0.0, 0.0), 1e-12));
-        let held = dynamics.inverse(&kinematics, &pose, &still, &still);
-        assert!(held.linear.abs_diff_eq(2.0 * GRAVITY * DVec3::Z, 1e-12));
-        assert!((held.joints[0] + GRAVITY).abs() < 1e-12, "{held:?}");
-        let turning = Rates {
-            joints: vec![3.0],
-            ..Rates::default()
-        };
-        let turned = dynamics.inverse(&kinematics, &pose, &still, &turning);
-        let wanted = -GRAVITY + 3.0 * (2.0 / 3.0 + 0.25);
-        assert!((turned.joints[0] - wanted).abs() < 1e-12, "{turned:?}");
-        // Twice a second about Z, the base and all: the middle of the rod goes in a circle.
-        let spinning = Rates {
-            angular: 2.0 * DVec3::Z,
-            joints: vec![0.0],
-            ..Rates::default()
-        };
-        let spun = dynamics.inverse(&kinematics, &pose, &spinning, &still);
-        assert!(
-            spun.linear.abs_diff_eq(DVec3::new(-4.0, 0.0, 2.0 * GRAVITY), 1e-12),
-            "{spun:?}"
-        );
-    }
 }

@@ -15,7 +15,7 @@ use super::twin::Twin;
 
 /// The ranges of the joints of fingers and thumbs in degrees: knuckle, middle and end (American Academy of Orthopaedic
 /// Surgeons, Joint Motion, 1965).
-const FINGER: [f64; 3] = [90.0, 100.0, 90.0];
+pub const FINGER: [f64; 3] = [90.0, 100.0, 90.0];
 const THUMB: [f64; 3] = [15.0, 50.0, 80.0];
 
 /// The bones of each finger, and the words by which a robot's file names it.
@@ -66,33 +66,33 @@ const FASTEST: f64 = 13.0;
 
 /// A joint of a finger of the robot.
 #[derive(Clone, Debug)]
-struct Joint {
-    position: usize,
+pub struct Joint {
+    pub position: usize,
     /// Where it is in a hand that is open, and in a fist.
-    open: f64,
-    bent: f64,
+    pub open: f64,
+    pub bent: f64,
     /// The fingers of the source that it follows, by side and index.
-    follows: Vec<(Side, usize)>,
+    pub follows: Vec<(Side, usize)>,
     /// Radians a second.
-    fastest: f64,
+    pub fastest: f64,
 }
 
 /// A joint of the source with those before and after it, and its range in radians. How far it is bent is the angle
 /// between both bones, since rest poses of hands are rarely flat.
 #[derive(Clone, Debug)]
-struct Bent {
-    before: NodeId,
-    at: NodeId,
-    after: NodeId,
-    range: f64,
+pub struct Bent {
+    pub before: NodeId,
+    pub at: NodeId,
+    pub after: NodeId,
+    pub range: f64,
 }
 
 /// The fingers of a robot, and those of the source.
 #[derive(Clone, Debug)]
-pub(super) struct Fingers {
-    joints: Vec<Joint>,
+pub struct Fingers {
+    pub joints: Vec<Joint>,
     /// For each side and finger the joints that the source has.
-    source: [Vec<Vec<Bent>>; 2],
+    pub source: [Vec<Vec<Bent>>; 2],
 }
 
 impl Fingers {
@@ -133,7 +133,7 @@ impl Fingers {
     }
 
     /// Where the joints of fingers should be in a pose of the source.
-    pub(super) fn wanted(&self, pose: &Pose) -> Vec<f64> {
+    pub fn wanted(&self, pose: &Pose) -> Vec<f64> {
         let curls = Side::ALL.map(|side| {
             let fingers = self.source[side as usize].iter();
             fingers.map(|joints| curl(joints, pose)).collect::<Vec<f64>>()
@@ -150,7 +150,7 @@ impl Fingers {
     }
 
     /// Brings the fingers of the positions of a frame towards where they should be, no faster than they can.
-    pub(super) fn bend(&self, wanted: &[f64], before: Option<&[f64]>, fps: f64, positions: &mut [f64]) {
+    pub fn bend(&self, wanted: &[f64], before: Option<&[f64]>, fps: f64, positions: &mut [f64]) {
         for (joint, wanted) in self.joints.iter().zip(wanted) {
             let most = joint.fastest / fps;
             positions[joint.position] = match before {
@@ -191,7 +191,7 @@ impl Fingers {
 }
 
 /// How far a finger is bent, from 0 to 1 in a fist.
-fn curl(joints: &[Bent], pose: &Pose) -> f64 {
+pub fn curl(joints: &[Bent], pose: &Pose) -> f64 {
     let bent = joints.iter().map(|joint| {
         let [before, at, after] = [joint.before, joint.at, joint.after].map(|node| pose.position(node));
         let (first, second) = ((at - before).normalize_or_zero(), (after - at).normalize_or_zero());
@@ -264,64 +264,4 @@ fn joints_of(robot: &Robot, kinematics: &Kinematics, twin: &Twin, side: Side, so
         });
     }
     joints
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::Mat4;
-
-    use super::*;
-    use mocap_scene::scene::Node;
-
-    /// By hand: 45 and 95 degrees of 90, 100 and 90 are half of a fist.
-    #[test]
-    fn a_finger_is_bent_as_far_through_its_range() {
-        let node = |index: usize| Node {
-            name: format!("finger{index}"),
-            parent: index.checked_sub(1).map(NodeId::new),
-            transform: Mat4::from_translation(Vec3::Y),
-            ..Node::default()
-        };
-        let scene = Scene {
-            nodes: (0..5).map(node).collect(),
-            ..Scene::default()
-        };
-        let joints: Vec<Bent> = (0..3)
-            .map(|index| Bent {
-                before: NodeId::new(index),
-                at: NodeId::new(index + 1),
-                after: NodeId::new(index + 2),
-                range: FINGER[index].to_radians(),
-            })
-            .collect();
-        let mut pose = Pose::rest(&scene);
-        assert!(curl(&joints, &pose) < 1e-3);
-        for (index, degrees) in [45.0_f32, 95.0, 0.0].into_iter().enumerate() {
-            let turned = Mat4::from_rotation_x(degrees.to_radians());
-            pose.node_to_parent[index + 1] = Mat4::from_translation(Vec3::Y) * turned;
-        }
-        pose.update_world();
-        assert!((curl(&joints, &pose) - 0.5).abs() < 1e-3);
-        let joint = |position, fastest| Joint {
-            position,
-            open: 0.1,
-            bent: -1.5,
-            follows: vec![(Side::Left, 1)],
-            fastest,
-        };
-        let fingers = Fingers {
-            joints: vec![joint(0, 3.0), joint(2, 30.0)],
-            source: [vec![Vec::new(), joints], Vec::new()],
-        };
-        let wanted = fingers.wanted(&pose);
-        assert!(wanted.iter().all(|at| (at + 0.7).abs() < 2e-3), "{wanted:?}");
-        // At 30 frames a second one goes by 0.1 and the other by 1 at most.
-        let mut positions = [0.0, 5.0, 0.0];
-        fingers.bend(&wanted, Some(&[0.1, 5.0, 0.1]), 30.0, &mut positions);
-        assert!(
-            (positions[0] - 0.0).abs() < 1e-9 && positions[1] == 5.0,
-            "{positions:?}"
-        );
-        assert!((positions[2] + 0.7).abs() < 2e-3, "{positions:?}");
-    }
 }

@@ -93,8 +93,8 @@ pub(super) struct Stand {
 
 /// The goals of the solver, and what each of them follows.
 #[derive(Clone, Debug)]
-pub(super) struct Following {
-    pub(super) goals: Goals,
+pub struct Following {
+    pub goals: Goals,
     /// For each rotation of the goals, whose it is; for each reach, its node.
     rotations: Vec<Follower>,
     reaches: Vec<Reached>,
@@ -106,7 +106,7 @@ pub(super) struct Following {
 }
 
 impl Following {
-    pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
+    pub fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
         let mut goals = Goals::default();
         let (mut rotations, mut reaches) = (Vec::new(), Vec::new());
         for bone in &twin.bones {

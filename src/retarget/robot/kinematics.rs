@@ -6,7 +6,7 @@ use mocap_scene::scene::robot::{JointKind, JointLimits, Mimic, Placement, Robot}
 
 /// A moving link, or the base, with what is fixed to it.
 #[derive(Clone, Debug)]
-pub(super) struct Body {
+pub struct Body {
     /// The body that carries it; itself for the base.
     pub(super) parent: usize,
     /// The body to its parent where the joint is at 0.
@@ -14,15 +14,15 @@ pub(super) struct Body {
     pub(super) kind: JointKind,
     pub(super) axis: DVec3,
     anchor: DVec3,
-    pub(super) limits: JointLimits,
+    pub limits: JointLimits,
     /// The bodies whose joints move it, from the base outwards, with itself; without the base.
     pub(super) chain: Vec<usize>,
 }
 
 /// The moving links of a robot: body 0 is the base, and body `d + 1` has the joint of position `d`.
 #[derive(Clone, Debug)]
-pub(super) struct Kinematics {
-    pub(super) bodies: Vec<Body>,
+pub struct Kinematics {
+    pub bodies: Vec<Body>,
     /// The positions that follow others.
     pub(super) followers: Vec<Follower>,
     /// For each link its body, and where the link is in that.
@@ -40,15 +40,15 @@ pub(super) struct Follower {
 
 /// A pose of the robot.
 #[derive(Clone, Debug)]
-pub(super) struct RobotPose {
-    pub(super) root: Placement,
-    pub(super) positions: Vec<f64>,
+pub struct RobotPose {
+    pub root: Placement,
+    pub positions: Vec<f64>,
     /// The bodies in the world.
-    pub(super) bodies: Vec<Placement>,
+    pub bodies: Vec<Placement>,
 }
 
 impl Kinematics {
-    pub(super) fn new(robot: &Robot) -> Self {
+    pub fn new(robot: &Robot) -> Self {
         let mut bodies: Vec<Body> = Vec::new();
         let mut of_link: Vec<(usize, Placement)> = Vec::with_capacity(robot.links.len());
         for link in &robot.links {
@@ -111,7 +111,7 @@ impl Kinematics {
     }
 
     /// The pose with every joint as near to 0 as its limits allow.
-    pub(super) fn rest(&self) -> RobotPose {
+    pub fn rest(&self) -> RobotPose {
         let rest = |body: &Body| 0.0_f64.max(body.limits.lower).min(body.limits.upper);
         let mut pose = RobotPose {
             root: Placement::IDENTITY,
@@ -123,7 +123,7 @@ impl Kinematics {
     }
 
     /// Forward kinematics. Followers go where their leaders bring them.
-    pub(super) fn update(&self, pose: &mut RobotPose) {
+    pub fn update(&self, pose: &mut RobotPose) {
         for follower in &self.followers {
             let at = follower.multiplier * pose.positions[follower.leader] + follower.offset;
             // What is beyond the limits here is so by rounding.

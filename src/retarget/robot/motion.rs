@@ -43,7 +43,8 @@ impl RobotMotion {
     }
 
     /// Forgets the first frames.
-    pub(super) fn forget(&mut self, frames: usize) {
+    #[doc(hidden)]
+    pub fn forget(&mut self, frames: usize) {
         let joints = self.dof_names.len();
         self.root.drain(..frames);
         self.dof_pos.drain(..frames * joints);

@@ -1,6 +1,6 @@
 //! Puts the motion of a humanoid on a robot.
 
-mod balance;
+pub(crate) mod balance;
 mod stream;
 
 use glam::{DQuat, DVec3};

@@ -39,14 +39,14 @@ const BONES: [Bone; 20] = [
 
 /// The rotations of the joints in each frame.
 #[derive(Clone, Debug)]
-pub(super) struct SourceRotations {
+pub struct SourceRotations {
     /// Each bone, its joint, and the rotation of that to its parent in each frame; that of the hips to the world.
     tracks: Vec<(Bone, NodeId, Vec<Quat>)>,
 }
 
 impl SourceRotations {
     /// Those of no frame yet.
-    pub(super) fn empty(bones: &Humanoid) -> Self {
+    pub fn empty(bones: &Humanoid) -> Self {
         let joints = BONES
             .into_iter()
             .filter_map(|bone| Some((bone, bones.joint(bone)?, Vec::new())));

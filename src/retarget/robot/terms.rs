@@ -14,37 +14,37 @@ const DAMPING: f64 = 1e-9;
 
 /// How a link should be turned.
 #[derive(Clone, Debug)]
-pub(super) struct RotationGoal {
-    pub(super) body: usize,
+pub struct RotationGoal {
+    pub body: usize,
     /// The axes of the weights, in the frame of the body.
-    pub(super) weight_axes: DQuat,
+    pub weight_axes: DQuat,
     /// Squares of the weights about these axes.
-    pub(super) weights: DVec3,
+    pub weights: DVec3,
     /// The rotation of the body to the world.
-    pub(super) target: DQuat,
+    pub target: DQuat,
 }
 
 /// Where a point of a link should be.
 #[derive(Clone, Debug)]
-pub(super) struct Reach {
-    pub(super) body: usize,
-    pub(super) point: DVec3,
+pub struct Reach {
+    pub body: usize,
+    pub point: DVec3,
     /// The squares of the weights along the axes of the world, of a metre against a radian.
-    pub(super) weight: DVec3,
-    pub(super) target: DVec3,
+    pub weight: DVec3,
+    pub target: DVec3,
 }
 
 /// What a pose should be.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Goals {
-    pub(super) rotations: Vec<RotationGoal>,
-    pub(super) reaches: Vec<Reach>,
+pub struct Goals {
+    pub rotations: Vec<RotationGoal>,
+    pub reaches: Vec<Reach>,
 }
 
 /// The normal equations of the terms of one frame, by the unknowns: those of the base, where it moves, and the
 /// positions.
 #[derive(Clone, Debug)]
-pub(super) struct Terms {
+pub struct Terms {
     /// How many unknowns the base has: [`ROOT`], or none where it stays.
     pub(super) base: usize,
     /// The unknown of each position, and how much it moves with that; none for joints that stay.
@@ -60,7 +60,7 @@ pub(super) struct Terms {
 
 impl Terms {
     /// Of the joints that turn the bodies of `goals`.
-    pub(super) fn new(kinematics: &Kinematics, goals: &Goals) -> Self {
+    pub fn new(kinematics: &Kinematics, goals: &Goals) -> Self {
         let mut used = vec![false; kinematics.bodies.len() - 1];
         let bodies = goals.rotations.iter().map(|goal| goal.body);
         for body in bodies.chain(goals.reaches.iter().map(|reach| reach.body)) {

@@ -30,7 +30,7 @@ pub(super) struct TwinBone {
 
 /// A humanoid in the T-pose, +Y up and facing +Z.
 #[derive(Clone, Debug)]
-pub(super) struct Twin {
+pub struct Twin {
     pub(super) scene: Scene,
     /// Its figure, in which every bone is known.
     pub(super) figure: Figure,
@@ -65,7 +65,7 @@ struct Builder<'a> {
 }
 
 impl Twin {
-    pub(super) fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
+    pub fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
         let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
         let position = |bone: Bone| found[&bone].at;
         let has_legs = found.contains_key(&Bone::LeftUpperLeg);

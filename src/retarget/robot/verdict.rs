@@ -24,24 +24,25 @@ pub struct Criterion {
 
 /// What of a motion the verdict depends on. What could not be measured is `None`, and does not count.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Measures {
-    pub(super) mean_degrees: Option<f64>,
-    pub(super) worst_limb_degrees: Option<f64>,
-    pub(super) roll_degrees: Option<f64>,
-    pub(super) jumps: f64,
-    pub(super) floating: Option<f64>,
-    pub(super) below_floor: f64,
+#[doc(hidden)]
+pub struct Measures {
+    pub mean_degrees: Option<f64>,
+    pub worst_limb_degrees: Option<f64>,
+    pub roll_degrees: Option<f64>,
+    pub jumps: f64,
+    pub floating: Option<f64>,
+    pub below_floor: f64,
     /// How much faster than in the source feet slide.
-    pub(super) more_slide: Option<f64>,
-    pub(super) lying: f64,
-    pub(super) self_collision: f64,
-    pub(super) too_fast: f64,
+    pub more_slide: Option<f64>,
+    pub lying: f64,
+    pub self_collision: f64,
+    pub too_fast: f64,
     /// The fraction of frames that need more than the floor gives, and of samples above the efforts of motors.
-    pub(super) infeasible: Option<f64>,
-    pub(super) over_effort: Option<f64>,
+    pub infeasible: Option<f64>,
+    pub over_effort: Option<f64>,
     /// How many limbs of the source could not be compared, and how many parts of the robot were guessed.
-    pub(super) unmeasured_limbs: usize,
-    pub(super) guessed_parts: usize,
+    pub unmeasured_limbs: usize,
+    pub guessed_parts: usize,
 }
 
 impl Measures {
@@ -68,7 +69,7 @@ impl Measures {
     }
 
     /// The verdict by each measure, and the worst of them. Where no limb could be compared it is poor.
-    pub(super) fn verdict(&self) -> (Vec<Criterion>, Verdict) {
+    pub fn verdict(&self) -> (Vec<Criterion>, Verdict) {
         let measured = self.table().into_iter().filter_map(|(name, value, good, fair)| {
             let value = value?;
             let verdict = match value {
@@ -93,44 +94,5 @@ impl Measures {
             Some(_) => Verdict::Good,
         };
         (criteria, worst)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_worst_measure_decides() {
-        let good = Measures {
-            mean_degrees: Some(2.0),
-            ..Measures::default()
-        };
-        assert_eq!(good.verdict().1, Verdict::Good);
-        let floats = Measures {
-            floating: Some(0.9),
-            ..good.clone()
-        };
-        let (criteria, verdict) = floats.verdict();
-        assert_eq!(verdict, Verdict::Poor);
-        let poor = criteria.iter().filter(|criterion| criterion.verdict == Verdict::Poor);
-        assert_eq!(
-            poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
-            ["fraction_floating"]
-        );
-        let guessed = Measures {
-            guessed_parts: 1,
-            ..good.clone()
-        };
-        // A robot without masses has no figure here, and is judged by the others.
-        for (infeasible, wanted) in [(Some(0.04), Verdict::Good), (Some(0.9), Verdict::Fair)] {
-            let measured = Measures {
-                infeasible,
-                ..good.clone()
-            };
-            assert_eq!(measured.verdict().1, wanted);
-        }
-        assert_eq!(guessed.verdict().1, Verdict::Fair);
-        assert_eq!(Measures::default().verdict().1, Verdict::Poor);
     }
 }

@@ -1,6 +1,8 @@
 //! VMC: packets that are put together here byte by byte, by the specification of OSC 1.0. `tools/vmc` has another
 //! author's library at both ends.
 
+mod vmc;
+
 use glam::{Quat, Vec3};
 use mocap::live::{VmcBridge, VmcCleaner, VmcRecorder};
 use mocap::scene::HumanoidBone as Bone;

@@ -12,6 +12,7 @@ mod positions;
 mod rest_poses;
 mod retarget;
 mod retargeting;
+mod robot;
 mod robot_dynamics;
 mod robot_elbows;
 mod robot_kinds;

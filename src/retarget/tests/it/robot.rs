@@ -1,0 +1,18 @@
+//! The parts that put a motion on a robot.
+
+mod balance;
+mod band;
+mod branches;
+mod capsule;
+mod collision;
+mod cones;
+mod drawn;
+mod dynamics;
+mod feasibility;
+mod fingers;
+mod floor;
+mod given;
+mod sole;
+mod solver;
+mod verdict;
+mod window;

@@ -1,0 +1,38 @@
+//! The verdict on a motion.
+
+use mocap::retarget::Verdict;
+use mocap_retarget::internals::Measures;
+
+#[test]
+fn the_worst_measure_decides() {
+    let good = Measures {
+        mean_degrees: Some(2.0),
+        ..Measures::default()
+    };
+    assert_eq!(good.verdict().1, Verdict::Good);
+    let floats = Measures {
+        floating: Some(0.9),
+        ..good.clone()
+    };
+    let (criteria, verdict) = floats.verdict();
+    assert_eq!(verdict, Verdict::Poor);
+    let poor = criteria.iter().filter(|criterion| criterion.verdict == Verdict::Poor);
+    assert_eq!(
+        poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
+        ["fraction_floating"]
+    );
+    let guessed = Measures {
+        guessed_parts: 1,
+        ..good.clone()
+    };
+    // A robot without masses has no figure here, and is judged by the others.
+    for (infeasible, wanted) in [(Some(0.04), Verdict::Good), (Some(0.9), Verdict::Fair)] {
+        let measured = Measures {
+            infeasible,
+            ..good.clone()
+        };
+        assert_eq!(measured.verdict().1, wanted);
+    }
+    assert_eq!(guessed.verdict().1, Verdict::Fair);
+    assert_eq!(Measures::default().verdict().1, Verdict::Poor);
+}
