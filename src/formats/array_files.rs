@@ -16,7 +16,7 @@
 //! each layout is.
 
 #[cfg(feature = "arrays")]
-mod read;
+pub(crate) mod read;
 
 use mocap_scene::files::{is_csv_of_points, is_own_csv};
 use mocap_scene::scene::Format;

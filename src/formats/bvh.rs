@@ -14,9 +14,9 @@
 
 mod options;
 #[cfg(feature = "bvh")]
-mod read;
+pub(crate) mod read;
 #[cfg(feature = "bvh")]
-mod write;
+pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 

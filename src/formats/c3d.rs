@@ -18,7 +18,7 @@
 //! damaged files, so this crate has its own reader, which checks every count against the bytes that follow.
 
 #[cfg(feature = "c3d")]
-mod read;
+pub(crate) mod read;
 
 use mocap_scene::scene::Format;
 

@@ -20,7 +20,7 @@
 //! ```
 
 mod json;
-mod number;
+pub(crate) mod number;
 mod print;
 mod summary;
 

@@ -7,7 +7,7 @@ mod options;
 #[cfg(feature = "fbx")]
 mod read;
 #[cfg(feature = "fbx")]
-mod write;
+pub(crate) mod write;
 
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
 use mocap_scene::scene::Format;

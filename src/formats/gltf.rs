@@ -43,7 +43,7 @@ pub mod vrma;
 #[cfg(feature = "gltf")]
 mod weights;
 #[cfg(feature = "gltf")]
-mod write;
+pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 

@@ -31,10 +31,13 @@ mod frames;
 pub mod gltf;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod inertial;
+#[doc(hidden)]
+pub mod internals;
 mod mclip;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod mesh_bounds;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
+#[doc(hidden)]
 mod mesh_surface;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod mimic;
@@ -51,6 +54,7 @@ mod provenance;
 #[doc(hidden)]
 pub mod read_back;
 mod sidecar;
+#[doc(hidden)]
 mod text;
 #[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
 mod texture;
@@ -481,18 +485,4 @@ fn read_robot_by(
         mesh_surface::add(&mut robot, source.open);
     }
     Ok(robot)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A build without a feature has a row with the error that names the feature.
-    #[test]
-    fn every_format_has_a_row() {
-        for format in Format::ALL {
-            let rows = FormatInfo::ALL.iter().filter(|row| row.format == format).count();
-            assert_eq!(rows, 1, "{format}");
-        }
-    }
 }

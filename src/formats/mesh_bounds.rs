@@ -45,7 +45,7 @@ const LEVELS: usize = 6;
 
 /// The paths at which the file may be: as written; of a `package://` address the path within the package, or with it,
 /// in the folder of the robot or in one above it; and the name alone beside the robot, as files are dropped on a page.
-fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
+pub fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
     let alone = Path::new(file).file_name().map(PathBuf::from);
     let Some(address) = file.strip_prefix("package://") else {
         let written = Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file));
@@ -69,7 +69,7 @@ fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
 }
 
 /// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
-fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
+pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     const TRIANGLE: usize = 50;
     let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
     let triangles = &bytes[84..];
@@ -92,7 +92,7 @@ fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
 }
 
 /// OBJ: the lines `v x y z`.
-fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
+pub fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut bounds = None;
     for line in text.lines() {
@@ -106,40 +106,4 @@ fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
         }
     }
     bounds
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn packages_are_looked_for_in_folders_above() {
-        let found = candidates("", "package:///data/robots/r/meshes/a.stl");
-        for wanted in [
-            "robots/r/meshes/a.stl",
-            "../robots/r/meshes/a.stl",
-            "../../../data/robots/r/meshes/a.stl",
-        ] {
-            assert!(found.contains(&PathBuf::from(wanted)), "{wanted}");
-        }
-        assert_eq!(
-            candidates("meshes", "b/a.stl"),
-            ["meshes/b/a.stl", "a.stl"].map(PathBuf::from)
-        );
-    }
-
-    #[test]
-    fn meshes_have_bounds_and_a_false_count_has_none() {
-        let low_high = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 4.0, 5.0)];
-        assert_eq!(obj(b"v -1 4 2\nvn 9 9 9\nv 3 0 5\nf 1 2 1\n"), Some(low_high));
-        let mut bytes = vec![0; 80];
-        bytes.extend(1_u32.to_le_bytes());
-        let corners = [0.0_f32, 0.0, 1.0, -1.0, 4.0, 2.0, 3.0, 0.0, 5.0, 0.0, 1.0, 3.0];
-        bytes.extend(corners.iter().flat_map(|number| number.to_le_bytes()));
-        assert_eq!(stl(&bytes), None);
-        bytes.extend([0, 0]);
-        assert_eq!(stl(&bytes), Some(low_high));
-        bytes[80] = 200;
-        assert_eq!(stl(&bytes), None);
-    }
 }

@@ -18,17 +18,19 @@
 //! with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
 
 #[cfg(feature = "mmd")]
-mod bezier;
+pub(crate) mod bezier;
 #[cfg(feature = "mmd")]
 mod bytes;
 #[cfg(feature = "mmd")]
-mod generic;
+pub(crate) mod generic;
 #[cfg(feature = "mmd")]
-mod model;
+#[doc(hidden)]
+pub(crate) mod model;
 #[cfg(feature = "mmd")]
 mod motion;
 #[cfg(feature = "mmd")]
-mod names;
+#[doc(hidden)]
+pub(crate) mod names;
 #[cfg(feature = "mmd")]
 mod pose;
 #[cfg(feature = "mmd")]

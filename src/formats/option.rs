@@ -174,17 +174,3 @@ pub fn words(items: impl Iterator<Item = String>, last: &str) -> String {
         _ => items.concat(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_option_is_taken_by_some_format_and_only_by_written_ones() {
-        for option in WriteOption::ALL {
-            let taking: Vec<_> = FormatInfo::ALL.iter().filter(|row| row.takes(option)).collect();
-            assert!(!taking.is_empty(), "{option}");
-            assert!(taking.iter().all(|row| row.write.is_some()), "{option}");
-        }
-    }
-}

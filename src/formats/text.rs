@@ -16,7 +16,7 @@ use crate::Failure;
 ///
 /// UTF-16 is recognised by its mark, or by a NUL in every other one of the first bytes. Bytes that are not UTF-8 are
 /// kept: they matter only in names, where [`decode_name`] reads them as Latin-1.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
+pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => Cow::Borrowed(rest),
         [0xFF, 0xFE, rest @ ..] => Cow::Owned(decode_utf16(rest, u16::from_le_bytes)),
@@ -93,9 +93,9 @@ pub(crate) fn quote(bytes: &[u8]) -> String {
 
 /// A run of bytes and where it starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Word<'a> {
-    pub(crate) bytes: &'a [u8],
-    pub(crate) offset: usize,
+pub struct Word<'a> {
+    pub bytes: &'a [u8],
+    pub offset: usize,
 }
 
 impl Word<'_> {
@@ -126,13 +126,13 @@ pub(crate) fn is_line_end(byte: u8) -> bool {
 
 /// A position in a text.
 #[derive(Clone, Debug)]
-pub(crate) struct Cursor<'a> {
+pub struct Cursor<'a> {
     text: &'a [u8],
     offset: usize,
 }
 
 impl<'a> Cursor<'a> {
-    pub(crate) fn new(text: &'a [u8]) -> Self {
+    pub fn new(text: &'a [u8]) -> Self {
         Self { text, offset: 0 }
     }
 
@@ -174,7 +174,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word; a brace is a word by itself.
-    pub(crate) fn next_word(&mut self) -> Option<Word<'a>> {
+    pub fn next_word(&mut self) -> Option<Word<'a>> {
         self.skip_spaces();
         let offset = self.offset;
         if let Some(b'{' | b'}') = self.peek() {
@@ -193,7 +193,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line up to a brace, without the blanks around it: a name, which may hold spaces.
-    pub(crate) fn next_name(&mut self) -> Word<'a> {
+    pub fn next_name(&mut self) -> Word<'a> {
         self.skip_blanks();
         let mut word = self.take_while(|byte| !is_line_end(byte) && !matches!(byte, b'{' | b'}'));
         word.bytes = word.bytes.trim_ascii_end();
@@ -201,7 +201,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The line and column of `word`.
-    pub(crate) fn locate(&self, word: Word<'_>) -> Location {
+    pub fn locate(&self, word: Word<'_>) -> Location {
         let before = &self.text[..word.offset];
         let line_start = before
             .iter()
@@ -249,13 +249,13 @@ impl<'a> Cursor<'a> {
 }
 
 /// The offsets at which lines begin, for a reader that needs the line numbers of many positions.
-pub(crate) struct LineIndex {
+pub struct LineIndex {
     starts: Vec<usize>,
 }
 
 impl LineIndex {
     /// The lines of `text`. CR, LF and CRLF each end one.
-    pub(crate) fn new(text: &[u8]) -> Self {
+    pub fn new(text: &[u8]) -> Self {
         let is_last_of_end = |&end: &usize| !(text[end] == b'\r' && text.get(end + 1) == Some(&b'\n'));
         let ends = memchr::memchr2_iter(b'\r', b'\n', text).filter(is_last_of_end);
         Self {
@@ -264,7 +264,7 @@ impl LineIndex {
     }
 
     /// The line, from 1, of the byte at `offset`.
-    pub(crate) fn line(&self, offset: usize) -> usize {
+    pub fn line(&self, offset: usize) -> usize {
         1 + self.starts.partition_point(|&start| start <= offset)
     }
 }
@@ -272,72 +272,4 @@ impl LineIndex {
 /// The number of characters of UTF-8 text, or of bytes of any other.
 fn char_count(bytes: &[u8]) -> usize {
     std::str::from_utf8(bytes).map_or(bytes.len(), |text| text.chars().count())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_end_with_cr_lf_or_both() {
-        let text = b"a\nb\r\nc\rd\n\r e";
-        let cursor = Cursor::new(text);
-        let at = |offset| {
-            let location = cursor.locate(Word {
-                bytes: &text[offset..=offset],
-                offset,
-            });
-            (location.line, location.column)
-        };
-        assert_eq!([at(0), at(2), at(5), at(7)], [(1, 1), (2, 1), (3, 1), (4, 1)]);
-        assert_eq!(at(11), (6, 2));
-        let lines = LineIndex::new(text);
-        assert_eq!([0, 2, 5, 7, 11].map(|offset| lines.line(offset)), [1, 2, 3, 4, 6]);
-    }
-
-    #[test]
-    fn columns_count_characters() {
-        let text = "Pescoço X".as_bytes();
-        let word = Word {
-            bytes: b"X",
-            offset: text.len() - 1,
-        };
-        assert_eq!(Cursor::new(text).locate(word).column, 9);
-        let latin1 = b"Pesco\xE7o X";
-        let word = Word { bytes: b"X", offset: 8 };
-        assert_eq!(Cursor::new(latin1).locate(word).column, 9);
-    }
-
-    #[test]
-    fn an_excerpt_is_a_short_piece_of_a_long_line() {
-        let text = format!("first\n{}X{}\nlast", "ä ".repeat(1000), " y".repeat(1000));
-        let offset = text.find('X').unwrap();
-        let location = Cursor::new(text.as_bytes()).locate(Word { bytes: b"X", offset });
-        assert_eq!((location.line, location.column), (2, 2001));
-        assert!(location.text.len() < 200);
-        assert_eq!(
-            location.text.chars().nth(location.column - location.text_column),
-            Some('X')
-        );
-    }
-
-    #[test]
-    fn utf16_is_decoded_with_and_without_a_mark() {
-        let units: Vec<u16> = "HIERARCHY é".encode_utf16().collect();
-        let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
-        let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
-        let marked = [&[0xFF, 0xFE][..], &little].concat();
-        for bytes in [little, big, marked] {
-            assert_eq!(decode(&bytes).unwrap().as_ref(), "HIERARCHY é".as_bytes());
-        }
-    }
-
-    #[test]
-    fn names_run_to_the_brace_or_the_line_end() {
-        let mut cursor = Cursor::new(b"  Hand.L 1 \t{\nnext");
-        assert_eq!(cursor.next_name().bytes, b"Hand.L 1");
-        assert_eq!(cursor.next_word().unwrap().bytes, b"{");
-        assert_eq!(cursor.next_name().bytes, b"");
-        assert_eq!(cursor.next_word().unwrap().bytes, b"next");
-    }
 }

@@ -7,13 +7,13 @@
 //! Matrices of USD map row vectors, so a row in a file is a column of a scene.
 
 #[cfg(feature = "usd")]
-mod archive;
+pub(crate) mod archive;
 #[cfg(feature = "usd")]
 mod parse;
 #[cfg(feature = "usd")]
 mod read;
 #[cfg(feature = "usd")]
-mod write;
+pub(crate) mod write;
 
 use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
 use mocap_scene::scene::Format;

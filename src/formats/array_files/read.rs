@@ -9,7 +9,8 @@ pub mod humanml3d;
 mod layouts;
 mod mot;
 mod motion;
-mod ndarray;
+#[doc(hidden)]
+pub(crate) mod ndarray;
 mod npy;
 #[cfg(feature = "parquet")]
 mod parquet;

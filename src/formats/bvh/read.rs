@@ -1,12 +1,13 @@
 //! A BVH file as a scene, in three steps: `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
 //! makes nodes and channels of the two; `positions` decides what position channels mean.
 
-mod channel;
+#[doc(hidden)]
+pub(crate) mod channel;
 mod decimals;
 mod hierarchy;
 mod motion;
 mod positions;
-mod rows;
+pub(crate) mod rows;
 mod scene;
 
 use std::borrow::Cow;

@@ -21,9 +21,9 @@
 //! of an angle after some turns, counts as zero, and a quaternion whose sign depends on such a number may become its
 //! negative. [`BvhOptions::digits`] sets a fixed number of decimals instead.
 
-mod angles;
+pub(crate) mod angles;
 mod build;
-mod number;
+pub(crate) mod number;
 
 use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::scene::Scene;

@@ -1,9 +1,10 @@
 //! Reads the header, the parameters and the data of a file.
 
-mod bytes;
+#[doc(hidden)]
+pub(crate) mod bytes;
 mod parameters;
 mod points;
-mod recorded;
+pub(crate) mod recorded;
 mod scene;
 
 use std::ops::Range;

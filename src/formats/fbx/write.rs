@@ -35,7 +35,7 @@ mod names;
 mod properties;
 mod skeleton;
 mod space;
-mod time;
+pub(crate) mod time;
 
 use glam::DMat4;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};

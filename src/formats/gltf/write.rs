@@ -40,8 +40,9 @@ mod morphs;
 mod names;
 pub(super) mod patch;
 mod rest;
-mod text;
-mod values;
+#[doc(hidden)]
+pub(crate) mod text;
+pub(crate) mod values;
 
 use mocap_compress::ErrorBound;
 use mocap_scene::error::{Diagnostic, Result};

@@ -42,20 +42,20 @@ const MATERIAL_NUMBERS: usize = 16 + 12 + 4 + 12 + 1 + 16 + 4;
 
 /// A model, right-handed, in its own unit.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Model {
+pub struct Model {
     pub(super) name: String,
-    pub(super) bones: Vec<Bone>,
+    pub bones: Vec<Bone>,
     pub(super) morphs: Vec<String>,
     /// Vertices of its mesh, which is not read.
     pub(super) vertices: usize,
 }
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Bone {
-    pub(super) name: String,
+pub struct Bone {
+    pub name: String,
     /// In the model, at rest.
-    pub(super) position: DVec3,
-    pub(super) parent: Option<usize>,
+    pub position: DVec3,
+    pub parent: Option<usize>,
     /// Bones of a lower layer are posed before; those after the physics come last.
     pub(super) layer: i32,
     pub(super) is_after_physics: bool,
@@ -96,7 +96,7 @@ pub(super) struct Link {
 const MOST_LOOPS: i32 = 255;
 
 impl Model {
-    pub(super) fn find(&self, name: &str) -> Option<usize> {
+    pub fn find(&self, name: &str) -> Option<usize> {
         self.bones.iter().position(|bone| bone.name == name)
     }
 }

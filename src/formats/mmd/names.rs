@@ -5,30 +5,30 @@ use encoding_rs::SHIFT_JIS;
 use mocap_scene::scene::{Face, HumanoidBone as Bone, Side};
 
 /// Bytes of the name of a bone or of a morph in a motion.
-pub(super) const NAME_BYTES: usize = 15;
+pub const NAME_BYTES: usize = 15;
 /// Bytes of the names of its model and of an IK.
 pub(super) const LONG_NAME_BYTES: usize = 20;
 
 /// The bytes before the first NUL.
-pub(super) fn until_nul(bytes: &[u8]) -> &[u8] {
+pub fn until_nul(bytes: &[u8]) -> &[u8] {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     &bytes[..end]
 }
 
-pub(super) fn decode(bytes: &[u8]) -> String {
+pub fn decode(bytes: &[u8]) -> String {
     let (name, _) = SHIFT_JIS.decode_without_bom_handling(bytes);
     // Half of a letter, where a name was cut.
     name.trim_end_matches(char::REPLACEMENT_CHARACTER).to_owned()
 }
 
 /// The bytes of a name; `None` where it has letters that Shift-JIS lacks.
-pub(super) fn encode(name: &str) -> Option<Vec<u8>> {
+pub fn encode(name: &str) -> Option<Vec<u8>> {
     let (bytes, _, is_lossy) = SHIFT_JIS.encode(name);
     (!is_lossy).then(|| bytes.into_owned())
 }
 
 /// What a motion calls a bone or a morph: a name that is too long is cut.
-pub(super) fn key(name: &str) -> Option<Vec<u8>> {
+pub fn key(name: &str) -> Option<Vec<u8>> {
     let mut bytes = encode(name)?;
     bytes.truncate(NAME_BYTES);
     Some(bytes)
@@ -54,7 +54,7 @@ pub(super) const LEFT: char = '左';
 pub(super) const RIGHT: char = '右';
 
 /// The bone that a joint of this name is. The hips follow from the others: no name means what is above legs and trunk.
-pub(super) fn bone(name: &str) -> Option<Bone> {
+pub fn bone(name: &str) -> Option<Bone> {
     let name = in_ascii(name);
     let (side, rest) = match name.chars().next()? {
         LEFT => (Some(Side::Left), &name[LEFT.len_utf8()..]),
@@ -70,7 +70,7 @@ pub(super) fn bone(name: &str) -> Option<Bone> {
 }
 
 /// A name with the wide digits and letters of ASCII as those of ASCII: models have both.
-pub(super) fn in_ascii(name: &str) -> String {
+pub fn in_ascii(name: &str) -> String {
     /// From a wide form to the letter.
     const WIDE: u32 = '！' as u32 - '!' as u32;
     let narrow = |letter: char| match letter {
@@ -100,32 +100,5 @@ pub(super) fn face(morph: &str) -> Face {
     match EXPRESSIONS.iter().find(|(name, _)| *name == morph) {
         Some((_, preset)) => Face::Preset((*preset).to_owned()),
         None => Face::Custom(morph.to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_mean_bones_with_wide_letters_too() {
-        assert_eq!(bone("左ひじ"), Some(Bone::LeftLowerArm));
-        assert_eq!(bone("右人指３"), Some(Bone::RightIndexDistal));
-        assert_eq!(bone("上半身２"), bone("上半身2"));
-        assert_eq!(bone("左足ＩＫ"), None);
-        assert_eq!(bone("足"), None);
-        assert_eq!(bone("左頭"), None);
-        assert_eq!(in_ascii("左足ＩＫ"), "左足IK");
-    }
-
-    /// By Python: `"左足ＩＫ".encode("cp932")`.
-    #[test]
-    fn names_are_shift_jis() {
-        let bytes = [0x8D, 0xB6, 0x91, 0xAB, 0x82, 0x68, 0x82, 0x6A];
-        assert_eq!(encode("左足ＩＫ").unwrap(), bytes);
-        assert_eq!(decode(&bytes), "左足ＩＫ");
-        assert_eq!(decode(until_nul(&[0x8D, 0xB6, 0, 0xFD])), "左");
-        assert_eq!(encode("é"), None);
-        assert_eq!(key("左足左足左足左足").unwrap().len(), NAME_BYTES);
     }
 }

@@ -18,10 +18,10 @@
 //! | points | nothing |
 //! | metadata | `customLayerData.mocap`: a [`Provenance`], as JSON |
 
-mod animation;
+pub(crate) mod animation;
 mod material;
 mod mesh;
-mod names;
+pub(crate) mod names;
 mod skeleton;
 mod text;
 

@@ -9,7 +9,7 @@ use crate::Failure;
 
 /// The type of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
     Bool,
     /// Integers, with their sign, of so many bytes.
     Int(usize),
@@ -53,7 +53,7 @@ impl Kind {
 
 /// The bytes of an array: those of the file, or others that several arrays may have together.
 #[derive(Clone, Debug)]
-pub(super) enum Bytes<'a> {
+pub enum Bytes<'a> {
     File(&'a [u8]),
     /// From this byte on.
     Made(Rc<Vec<u8>>, usize),
@@ -89,7 +89,7 @@ const MOST_EXPANDED: usize = 1 << 18;
 
 /// An array: its elements stand at `strides` from each other.
 #[derive(Clone, Debug)]
-pub(super) struct NdArray<'a> {
+pub struct NdArray<'a> {
     pub(super) shape: Vec<usize>,
     pub(super) kind: Kind,
     pub(super) big_endian: bool,
@@ -103,7 +103,7 @@ impl<'a> NdArray<'a> {
     ///
     /// # Errors
     /// [`Code::UnexpectedEnd`] where there are fewer bytes than the shape needs; `entry` says whose they are.
-    pub(super) fn new(
+    pub fn new(
         entry: &str,
         (kind, big_endian): (Kind, bool),
         shape: Vec<usize>,
@@ -181,7 +181,7 @@ impl<'a> NdArray<'a> {
     }
 
     /// The elements as numbers, the last axis first. Texts have none.
-    pub(super) fn numbers(&self) -> Vec<f64> {
+    pub fn numbers(&self) -> Vec<f64> {
         let mut numbers = Vec::with_capacity(self.count());
         if self.is_number() {
             self.each(|bytes| numbers.push(number(self.kind, self.big_endian, bytes)));
@@ -264,7 +264,7 @@ fn number(kind: Kind, big_endian: bool, bytes: &[u8]) -> f64 {
 }
 
 /// A 16-bit number of IEEE 754.
-fn half(bits: u16) -> f64 {
+pub fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
     let size = match exponent {
         0 => fraction * 2_f64.powi(-24),
@@ -305,38 +305,5 @@ impl<'a> Entries<'a> {
             true => "no array".to_owned(),
             false => words.join(", ").trim_start().to_owned(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves_are_those_of_the_standard() {
-        let of = [
-            (0x3c00, 1.0),
-            (0xc000, -2.0),
-            (0x7bff, 65504.0),
-            (0x0001, 5.960464477539063e-8),
-            (0x3555, 0.333251953125),
-        ];
-        for (bits, value) in of {
-            assert_eq!(half(bits), value);
-        }
-        assert!(half(0x7e00).is_nan() && half(0xfc00) == f64::NEG_INFINITY);
-    }
-
-    /// A view into a larger storage, as PyTorch has them, and Fortran's order.
-    #[test]
-    fn strides_are_followed() {
-        let bytes: Vec<u8> = (0..6).collect();
-        let kind = (Kind::Uint(1), false);
-        let rows = NdArray::new("a", kind, vec![2, 3], false, Bytes::File(&bytes)).unwrap();
-        assert_eq!(rows.numbers(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
-        let columns = NdArray::new("a", kind, vec![2, 3], true, Bytes::File(&bytes)).unwrap();
-        assert_eq!(columns.numbers(), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
-        let short = NdArray::new("a", kind, vec![7, 1], false, Bytes::File(&bytes)).unwrap_err();
-        assert_eq!(short.code, Code::UnexpectedEnd);
     }
 }

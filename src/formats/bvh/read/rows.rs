@@ -5,12 +5,14 @@
 //! rest of the text once to find the layout of the rows; from then on the careful path reads the lines that the fast
 //! path cannot.
 
-mod block;
-mod layout;
-mod pieces;
+#[doc(hidden)]
+pub(crate) mod block;
+pub(crate) mod layout;
+#[doc(hidden)]
+pub(crate) mod pieces;
 mod segments;
 #[cfg(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128")))]
-mod short;
+pub(crate) mod short;
 
 use std::ops::Range;
 

@@ -11,7 +11,7 @@ use super::number::shortest;
 const NOISE: f32 = 1e-14;
 
 /// The angles of a joint from frame to frame, in degrees and in the order of its channels.
-pub(super) struct Angles {
+pub struct Angles {
     order: RotationOrder,
     before: [f64; 3],
     is_shortest: bool,
@@ -19,7 +19,7 @@ pub(super) struct Angles {
 
 impl Angles {
     /// `is_shortest` asks for the fewest decimals that read back to the same keys, else for the angles as they are.
-    pub(super) fn new(order: RotationOrder, is_shortest: bool) -> Self {
+    pub fn new(order: RotationOrder, is_shortest: bool) -> Self {
         Self {
             order,
             before: [0.0; 3],
@@ -28,7 +28,7 @@ impl Angles {
     }
 
     /// The angles of the next frame, as near as possible to those of this one. `None` if `key` is not a rotation.
-    pub(super) fn next(&mut self, key: Quat) -> Option<[f64; 3]> {
+    pub fn next(&mut self, key: Quat) -> Option<[f64; 3]> {
         if !(key.is_finite() && key.length_squared() > f32::EPSILON) {
             return None;
         }
@@ -71,7 +71,7 @@ fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
 /// A key is a rounded unit quaternion and has itself not quite length 1. Scaling it there may leave the numbers that
 /// round to it. Its largest component changes the length most, so that one takes up what it can without rounding to
 /// its neighbour, then the next.
-fn unit_within(key: Quat) -> Option<DQuat> {
+pub fn unit_within(key: Quat) -> Option<DQuat> {
     /// Share of the distance to the middle between two neighbouring numbers, so that rounding has room.
     const INSIDE: f64 = 1.0 - 1e-7;
     let key = key.to_array();
@@ -90,49 +90,4 @@ fn unit_within(key: Quat) -> Option<DQuat> {
     }
     let rotation = DQuat::from_array(exact).normalize();
     (rotation.as_quat().to_array() == key).then_some(rotation)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mocap_scene::math::rotation::from_euler;
-
-    #[test]
-    fn angles_with_few_decimals_come_back_with_few() {
-        for order in RotationOrder::ALL {
-            let axes = order.axes().map(|axis| Axis::ALL[axis]);
-            for written in [
-                [-13.8102, 2.5002, 3.3502],
-                [90.0, 0.0, 90.0],
-                [0.0, -5.5, 0.0],
-                [100.4, -36.8, -11.4],
-            ] {
-                let key = from_euler(axes.into_iter().zip(written)).as_quat();
-                assert_eq!(Angles::new(order, true).next(key), Some(written), "{order:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_rounded_unit_quaternion_has_a_unit_quaternion_near() {
-        let mut angle = 0.1;
-        for _ in 0..1000 {
-            angle = (angle * 7.3) % 360.0;
-            let axes = [Axis::X, Axis::Y, Axis::Z];
-            let key = from_euler(axes.into_iter().zip([angle, 2.0 * angle, 0.3 * angle])).as_quat();
-            let rotation = unit_within(key).unwrap();
-            assert_eq!(rotation.as_quat(), key);
-            assert!((rotation.length() - 1.0).abs() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn what_is_no_rotation_is_refused() {
-        for key in [
-            Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
-            Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0),
-        ] {
-            assert_eq!(Angles::new(RotationOrder::Zxy, true).next(key), None);
-        }
-    }
 }

@@ -301,7 +301,7 @@ fn zero(range: &[f64]) -> Option<[usize; 2]> {
 
 /// What values of a plate's channel are multiplied by to be in newtons, metres and newton metres. A unit that is not
 /// stated is that of the points.
-fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
+pub fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
     let letters: String = unit
         .chars()
         .filter(|letter| letter.is_alphabetic())
@@ -315,20 +315,5 @@ fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
         (1, 3 | 4) => points::metres(&letters).unwrap_or(metres),
         (1, 5) | (2, 3..) => moment(),
         _ => 1.0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_of_channels_are_newtons_metres_and_newton_metres() {
-        assert_eq!(si(2, 0, "N", 0.001), 1.0);
-        assert_eq!(si(2, 4, "N.mm", 0.001), 0.001);
-        assert_eq!(si(2, 4, "Nm", 0.001), 1.0);
-        assert_eq!(si(2, 4, "", 0.01), 0.01);
-        assert_eq!(si(1, 3, "mm", 1.0), 0.001);
-        assert_eq!(si(3, 5, "N", 0.001), 1.0);
     }
 }

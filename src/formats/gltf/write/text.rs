@@ -11,15 +11,15 @@ use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 /// An animation.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Animation {
+pub struct Animation {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(hidden)]
     pub name: Option<String>,
-    pub(super) channels: Vec<Channel>,
-    pub(super) samplers: Vec<Sampler>,
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<Sampler>,
     /// Where it is from, if the file does not say that of all animations.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) extras: Option<Value>,
+    pub extras: Option<Value>,
 }
 
 impl Animation {
@@ -36,25 +36,25 @@ impl Animation {
 
 /// Times and values. The interpolation is glTF's default, `LINEAR`.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Sampler {
-    pub(super) input: Index<Accessor>,
-    pub(super) output: Index<Accessor>,
+pub struct Sampler {
+    pub input: Index<Accessor>,
+    pub output: Index<Accessor>,
 }
 
 /// What a sampler drives.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Channel {
+pub struct Channel {
     /// The index of the sampler.
-    pub(super) sampler: usize,
-    pub(super) target: Target,
+    pub sampler: usize,
+    pub target: Target,
 }
 
 /// A property of a node.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Target {
-    pub(super) node: Index<Node>,
+pub struct Target {
+    pub node: Index<Node>,
     /// `translation`, `rotation`, `scale` or `weights`.
-    pub(super) path: &'static str,
+    pub path: &'static str,
 }
 
 /// All of a document.
@@ -80,7 +80,7 @@ pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
 ///
 /// # Errors
 /// None is known for a document of this crate.
-pub(super) fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8>> {
+pub fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8>> {
     let mut text = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut text, ShortNumbers::default());
     Whole { root, animations }.serialize(&mut serializer)?;
@@ -89,7 +89,7 @@ pub(super) fn write(root: &Root, animations: &[Animation]) -> serde_json::Result
 
 /// JSON without spaces, in which a float that is a whole number is written as one: `0` and not `0.0`.
 #[derive(Default)]
-struct ShortNumbers {
+pub struct ShortNumbers {
     /// The number that is written.
     number: Vec<u8>,
 }
@@ -111,62 +111,5 @@ impl Formatter for ShortNumbers {
         self.number.clear();
         CompactFormatter.write_f64(&mut self.number, value)?;
         self.write_short(writer)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_keep_their_value() {
-        let numbers = [
-            0.0,
-            -0.0,
-            1.0,
-            -20.0,
-            0.5,
-            1e-7,
-            0.1,
-            16_777_216.0,
-            1e20,
-            f32::MIN_POSITIVE,
-            f32::MAX,
-        ];
-        let mut text = Vec::new();
-        let mut serializer = Serializer::with_formatter(&mut text, ShortNumbers::default());
-        numbers.serialize(&mut serializer).unwrap();
-        let text = String::from_utf8(text).unwrap();
-        assert!(text.starts_with("[0,-0,1,-20,0.5,1e-7,0.1,16777216,"), "{text}");
-        let read: Vec<f32> = serde_json::from_str(&text).unwrap();
-        assert_eq!(
-            read.iter().map(|n| n.to_bits()).collect::<Vec<_>>(),
-            numbers.map(f32::to_bits)
-        );
-    }
-
-    #[test]
-    fn only_what_differs_from_the_default_is_written() {
-        let animation = Animation {
-            name: None,
-            channels: vec![Channel {
-                sampler: 0,
-                target: Target {
-                    node: Index::new(3),
-                    path: "rotation",
-                },
-            }],
-            samplers: vec![Sampler {
-                input: Index::new(1),
-                output: Index::new(2),
-            }],
-            extras: None,
-        };
-        let text = write(&Root::default(), std::slice::from_ref(&animation)).unwrap();
-        let text = String::from_utf8(text).unwrap();
-        let expected = r#""animations":[{"channels":[{"sampler":0,"target":{"node":3,"path":"rotation"}}],"samplers":[{"input":1,"output":2}]}]}"#;
-        assert!(text.ends_with(expected), "{text}");
-        let text = String::from_utf8(write(&Root::default(), &[]).unwrap()).unwrap();
-        assert!(!text.contains("animations"), "{text}");
     }
 }

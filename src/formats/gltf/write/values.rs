@@ -79,7 +79,7 @@ pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
 
 /// The keys, with a new one in the middle of every two that are half a turn apart and have a frame between them. Such a
 /// turn can go either way: rounding and the signs of the two quaternions decide. `None` if no key is added.
-pub(super) fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
+pub fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
     /// The cosine of half the angle between the two: within 0.01 degrees of half a turn.
     const HALF_A_TURN: f32 = 1e-4;
     let ticks = keys.ticks.as_ref()?;
@@ -124,26 +124,4 @@ pub(super) fn without_noise(scale: Vec3) -> Vec3 {
             .to_array()
             .map(|c| if (c - 1.0).abs() <= SCALE_NOISE { 1.0 } else { c + 0.0 }),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn half_a_turn_has_a_key_in_its_middle() {
-        let start = Quat::from_xyzw(0.0, 0.705_533_7, -0.047_140_453, -0.707_106_77);
-        let end = Quat::from_xyzw(-0.707_106_77, 0.047_140_453, 0.705_533_7, 0.0);
-        let keys = |last| Keys::at_ticks(vec![start, end], vec![41.0, last]);
-        let with_middle = with_middles(&keys(43.0)).expect("which way the turn goes is open");
-        assert_eq!(with_middle.ticks.as_deref(), Some([41.0, 42.0, 43.0].as_slice()));
-        let middle = keys(43.0).sample(42.0).expect("there are keys");
-        assert_eq!(with_middle.values, [start, middle, end]);
-        // A quarter of a turn on either side: the way is no longer open.
-        for end in [start, end] {
-            assert!(middle.dot(end).abs() > 0.7);
-        }
-        assert!(with_middles(&keys(42.0)).is_none(), "no frame is between the two");
-        assert!(with_middles(&Keys::at_ticks(vec![start, middle], vec![41.0, 43.0])).is_none());
-    }
 }

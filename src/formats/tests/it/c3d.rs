@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
+mod bytes;
+mod recorded;
+
 use mocap::glam::Vec3;
 use mocap::scene::{NodeKind, Scene};
 use mocap::{Code, Importer, Limits, SkeletonMesh};

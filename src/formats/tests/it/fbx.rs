@@ -1,5 +1,7 @@
 //! FBX: against another reader, and a file small enough to work out by hand.
 
+mod time;
+
 use std::fs;
 
 use crate::sample::Sample;

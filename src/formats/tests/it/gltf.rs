@@ -11,3 +11,5 @@ mod meshes;
 mod motion;
 mod read;
 mod scenes;
+mod text;
+mod values;

@@ -2,6 +2,7 @@
 
 mod asf_amc;
 mod broken;
+mod bvh;
 mod bvh_out;
 mod bvh_rest;
 mod c3d;
@@ -14,6 +15,7 @@ mod compression;
 #[path = "../../../../tests/it/cut.rs"]
 mod cut;
 mod dialects;
+mod dump_number;
 mod error_bounds;
 mod fbx;
 mod fbx_bones;
@@ -24,12 +26,19 @@ mod golden;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/kinematics.rs"]
 mod kinematics;
+mod left_out;
+mod mesh_bounds;
+mod mesh_surface;
 mod mmd;
 mod morph_targets;
+mod ndarray;
+mod options;
+mod rows;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod schema;
+mod text;
 mod trc;
 mod usd;
 mod vrma;

@@ -1,5 +1,9 @@
 //! MikuMikuDance: a motion on its model as another program poses it, onto generic proportions, broken files.
 
+mod bezier;
+mod generic;
+mod names;
+
 use std::fs;
 use std::path::Path;
 

@@ -1,6 +1,10 @@
 //! USD: positions as `usd-core` computes them of a file that it wrote, what is written, read by plain splitting, and
 //! refusals. `tools/usd` has Pixar's library read what is written.
 
+mod animation;
+mod archive;
+mod names;
+
 use std::fs;
 
 use glam::Vec3;

@@ -176,7 +176,7 @@ fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
 }
 
 /// The half that is nearest to a scale, and not 0 unless the scale is: an axis of no length has no direction.
-fn half_of_scale(scale: f32) -> f32 {
+pub fn half_of_scale(scale: f32) -> f32 {
     match half(scale) {
         0.0 if scale != 0.0 => STEP.copysign(scale),
         nearest => nearest,
@@ -184,10 +184,10 @@ fn half_of_scale(scale: f32) -> f32 {
 }
 
 /// The least half that is not 0, and the step between those next to it.
-const STEP: f32 = 5.960_464_5e-8;
+pub const STEP: f32 = 5.960_464_5e-8;
 
 /// The half (IEEE 754 binary16) that is nearest, as USD has it.
-fn half(value: f32) -> f32 {
+pub fn half(value: f32) -> f32 {
     /// The least number that a half has with all of its digits.
     const NORMAL: f32 = 6.103_515_6e-5;
     const LARGEST: f32 = 65_504.0;
@@ -197,32 +197,4 @@ fn half(value: f32) -> f32 {
     let bits = value.to_bits();
     let rounded = (bits + 0x0FFF + ((bits >> 13) & 1)) & !0x1FFF;
     f32::from_bits(rounded).clamp(-LARGEST, LARGEST)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves_are_those_of_numpy() {
-        // numpy.float16(x), as float32.
-        for (value, expected) in [
-            (1.0, 1.0),
-            (0.01, 0.010_002_136),
-            (1.1, 1.099_609_4),
-            (-100.3, -100.3125),
-            (1e-5, 1.001_358e-5),
-            (2049.0, 2048.0),
-        ] {
-            assert_eq!(half(value), expected, "{value}");
-        }
-    }
-
-    #[test]
-    fn a_scale_that_is_not_zero_keeps_its_sign() {
-        assert_eq!(half_of_scale(-1e-9), -STEP);
-        assert_eq!(half_of_scale(1e-30), STEP);
-        assert_eq!(half_of_scale(0.0), 0.0);
-        assert_eq!(half_of_scale(0.01), half(0.01));
-    }
 }

@@ -7,7 +7,7 @@ use crate::text::is_line_end;
 
 /// Some frames of every column.
 #[derive(Debug)]
-pub(in crate::bvh) struct Block {
+pub struct Block {
     pub(super) values: Vec<f64>,
     pub(super) frames: usize,
     capacity: usize,
@@ -24,7 +24,7 @@ impl Block {
     /// each other.
     const GAP: usize = 8;
 
-    pub(super) fn new(channel_count: usize) -> Self {
+    pub fn new(channel_count: usize) -> Self {
         let capacity = (Self::VALUES / channel_count).clamp(1, Self::FRAMES);
         let stride = capacity + Self::GAP;
         Self {
@@ -50,7 +50,7 @@ impl Block {
     }
 
     /// The values of the last frame, if there is one.
-    pub(super) fn last_row(&self) -> Option<Vec<f64>> {
+    pub fn last_row(&self) -> Option<Vec<f64>> {
         let last = self.frames.checked_sub(1)?;
         Some(
             self.values
@@ -62,13 +62,13 @@ impl Block {
 
     /// Reads a line with exactly one finite number for each column into the next frame, and returns its length; any
     /// other line is not read.
-    pub(super) fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
+    pub fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
         read_plain_row(self, text)
     }
 
     /// `read_short` reads short numbers faster, and returns `None` for others.
     #[inline(always)]
-    fn read_numbers(&mut self, text: &[u8], read_short: impl Fn(&[u8]) -> Option<(f64, usize)>) -> Option<usize> {
+    pub fn read_numbers(&mut self, text: &[u8], read_short: impl Fn(&[u8]) -> Option<(f64, usize)>) -> Option<usize> {
         let frame = self.frames;
         let mut rest = skip_blanks(text);
         let mut is_plain = true;
@@ -133,61 +133,4 @@ fn skip_blanks(mut text: &[u8]) -> &[u8] {
         text = after;
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The length of a row, and the bits of its values.
-    fn row(columns: usize, read: impl Fn(&mut Block) -> Option<usize>) -> Option<(usize, Vec<u64>)> {
-        let mut block = Block::new(columns);
-        let length = read(&mut block)?;
-        Some((length, block.last_row()?.into_iter().map(f64::to_bits).collect()))
-    }
-
-    #[test]
-    fn every_processor_reads_the_same_rows() {
-        let numbers = [
-            "0",
-            "-0",
-            "-0.0",
-            "17.25",
-            "-163.0160",
-            ".5",
-            "5.",
-            "+1.5",
-            "1e2",
-            "-3.10327e-015",
-            "0.1234567890123456",
-            "12345678901234567890",
-            "99999999999999",
-            "123456789012345",
-            "4e38",
-            "nan",
-            "inf",
-            "-",
-            ".",
-            "1.2.3",
-            "1,5",
-            "1-2",
-            "é",
-            "",
-        ];
-        let mut plain = 0;
-        for first in numbers {
-            for second in numbers {
-                for gap in [" ", "  ", "\t", "\n", "\u{0}", "\u{a0}"] {
-                    for end in ["", "\n", " \r\n", " 7 8 9 10 11 12 13 14\n", "\n-1.25 1.25 -1.25 1.25"] {
-                        let text = format!("{first}{gap}{second}{end}");
-                        let ours = row(2, |block| block.read_plain_row(text.as_bytes()));
-                        let common = row(2, |block| block.read_numbers(text.as_bytes(), |_| None));
-                        assert_eq!(ours, common, "{text:?}");
-                        plain += usize::from(ours.is_some());
-                    }
-                }
-            }
-        }
-        assert!(plain > 1000, "{plain}");
-    }
 }

@@ -7,7 +7,7 @@ use crate::text::{Cursor, Word, is_line_end, is_space, number};
 
 /// What ends a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Layout {
+pub enum Layout {
     /// A row is a line. Lines with another number of values are rare, and broken.
     Lines,
     /// Line ends have no meaning: rows are wrapped, or a line holds several rows.
@@ -17,7 +17,7 @@ pub(super) enum Layout {
 /// Finds the layout of the text from here on, given that `rows_before` lines were whole rows.
 ///
 /// Where a row is a line, what stands after the `most` rows that will be read says nothing about them.
-pub(super) fn find(
+pub fn find(
     cursor: &Cursor<'_>,
     channel_count: usize,
     declared: u64,
@@ -171,7 +171,7 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 /// Numbers of a line; a sign after a digit or a point begins another one.
-fn count_numbers(line: &[u8]) -> usize {
+pub fn count_numbers(line: &[u8]) -> usize {
     let mut before = b' ';
     let mut count = 0;
     for &byte in line {
@@ -181,43 +181,4 @@ fn count_numbers(line: &[u8]) -> usize {
         before = byte;
     }
     count
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn find_in(text: &str, channel_count: usize, declared: u64) -> Option<Layout> {
-        find(&Cursor::new(text.as_bytes()), channel_count, declared, 0, declared).ok()
-    }
-
-    #[test]
-    fn runs_are_counted_number_by_number() {
-        assert_eq!(count_numbers(b" 0.0-5.0 1e-5\t-2 .5-.5 "), 6);
-    }
-
-    #[test]
-    fn a_broken_line_among_many_does_not_change_the_rule() {
-        assert_eq!(find_in("1 2 3\n1 2\n1 2 3\n", 3, 3), Some(Layout::Lines));
-        assert_eq!(find_in("1 2 3\n1 2 3 4\n", 3, 2), Some(Layout::Lines));
-    }
-
-    #[test]
-    fn lines_after_the_declared_rows_do_not_change_the_rule() {
-        assert_eq!(find_in("1 2 3\n1 2 3\n1 2\n1 2\n1 2\n", 3, 2), Some(Layout::Lines));
-    }
-
-    #[test]
-    fn wrapped_and_joined_rows_are_a_stream() {
-        assert_eq!(find_in("1 2\n3 4\n1 2\n3 4\n", 4, 2), Some(Layout::Stream));
-        assert_eq!(find_in("1 2 3 4 1 2 3 4", 4, 2), Some(Layout::Stream));
-        // Uneven wrapping is accepted if the total number of values is as declared.
-        assert_eq!(find_in("1 2 3\n4 1 2 3 4\n", 4, 2), Some(Layout::Stream));
-    }
-
-    #[test]
-    fn rows_of_another_length_throughout_have_no_rule() {
-        assert_eq!(find_in("1 2 3 4 5\n1 2 3 4 5\n", 4, 2), None);
-        assert_eq!(find_in("1 2 3\n1 2 3\n1 2 3\n", 4, 3), None);
-    }
 }

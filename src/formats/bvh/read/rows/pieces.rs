@@ -4,19 +4,19 @@ use crate::{Blocks, Failure};
 
 /// Bytes of a piece of memory, at least: enough to make its overhead small, and few enough that it is still in the
 /// second-level cache when its numbers are read after its lines were counted.
-const LENGTH: usize = 1 << 18;
+pub const LENGTH: usize = 1 << 18;
 
 /// Some whole lines.
 #[derive(Debug, PartialEq)]
-pub(super) struct Piece<'a> {
-    pub(super) text: &'a [u8],
+pub struct Piece<'a> {
+    pub text: &'a [u8],
     /// Where it begins.
-    pub(super) offset: usize,
-    pub(super) lines: usize,
+    pub offset: usize,
+    pub lines: usize,
 }
 
 /// The pieces that were not taken yet.
-pub(super) struct Pieces<'a> {
+pub struct Pieces<'a> {
     /// The rest of the text, or, where there are blocks, what was read before them.
     text: &'a [u8],
     /// Where the next piece begins.
@@ -30,7 +30,7 @@ pub(super) struct Pieces<'a> {
 
 impl<'a> Pieces<'a> {
     /// The lines after the one in which `start` is. `blocks` follow the text.
-    pub(super) fn new(text: &'a [u8], start: usize, blocks: Option<&'a dyn Blocks>) -> Self {
+    pub fn new(text: &'a [u8], start: usize, blocks: Option<&'a dyn Blocks>) -> Self {
         let line_end = line_end(&text[start..]);
         let offset = memchr::memchr(line_end, &text[start..]).map_or(text.len(), |end| start + end + 1);
         Self {
@@ -43,7 +43,7 @@ impl<'a> Pieces<'a> {
     }
 
     /// The next piece, which is in `buffer` if it comes from blocks; `None` after the last.
-    pub(super) fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<Piece<'b>>, Failure>
+    pub fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<Piece<'b>>, Failure>
     where
         'a: 'b,
     {
@@ -97,90 +97,7 @@ fn line_end(text: &[u8]) -> u8 {
 }
 
 /// The number of lines without the empty ones at the end.
-fn count_lines(text: &[u8], line_end: u8) -> usize {
+pub fn count_lines(text: &[u8], line_end: u8) -> usize {
     let text = text.trim_ascii_end();
     memchr::memchr_iter(line_end, text).count() + usize::from(!text.is_empty())
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Mutex;
-
-    use super::*;
-
-    /// Bytes in blocks of a few.
-    struct FewBytes<'a>(Mutex<&'a [u8]>, usize);
-
-    impl Blocks for FewBytes<'_> {
-        fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure> {
-            let mut rest = self.0.lock().unwrap();
-            let (next, after) = rest.split_at(self.1.min(rest.len()));
-            block.extend_from_slice(next);
-            *rest = after;
-            Ok(next.len())
-        }
-
-        fn whole(&self) -> Result<&[u8], Failure> {
-            unreachable!("pieces do not need it")
-        }
-
-        fn size(&self) -> usize {
-            0
-        }
-    }
-
-    fn lengths(mut pieces: Pieces<'_>) -> Vec<(usize, usize, usize)> {
-        let mut buffer = Vec::new();
-        let mut found = Vec::new();
-        while let Some(piece) = pieces.next(&mut buffer).unwrap() {
-            found.push((piece.offset, piece.text.len(), piece.lines));
-        }
-        found
-    }
-
-    #[test]
-    fn pieces_cover_the_text_and_end_with_lines() {
-        for line_end in ["\n", "\r", "\r\n"] {
-            let line = format!("{}{line_end}", "1 ".repeat(300));
-            let text = line.repeat(3 * LENGTH / line.len() + 7).into_bytes();
-            let expected = text.len() / line.len() - 1;
-            let memory = lengths(Pieces::new(&text, 5, None));
-            assert_eq!(memory.len(), 4, "{line_end:?}");
-            let (beginning, rest) = text.split_at(1000);
-            let few = FewBytes(Mutex::new(rest), 3001);
-            let blocks = lengths(Pieces::new(beginning, 5, Some(&few)));
-            for pieces in [memory, blocks] {
-                let mut end = line.len();
-                for (offset, length, _) in &pieces {
-                    assert_eq!((*offset, length % line.len()), (end, 0), "{line_end:?}");
-                    end += length;
-                }
-                assert_eq!(end, text.len());
-                assert_eq!(pieces.iter().map(|(_, _, lines)| lines).sum::<usize>(), expected);
-            }
-        }
-    }
-
-    #[test]
-    fn a_line_longer_than_a_piece_is_in_one() {
-        let text = [b"0\n", &vec![b'1'; 5 * LENGTH / 2][..], b"\n2"].concat();
-        let line = 5 * LENGTH / 2 + 1;
-        assert_eq!(lengths(Pieces::new(&text, 0, None)), [(2, line, 1), (2 + line, 1, 1)]);
-        let few = FewBytes(Mutex::new(&text[3..]), 1000);
-        let blocks = lengths(Pieces::new(&text[..3], 0, Some(&few)));
-        assert_eq!(blocks, [(2, line, 1), (2 + line, 1, 1)]);
-    }
-
-    #[test]
-    fn nothing_follows_a_line_without_an_end() {
-        assert_eq!(lengths(Pieces::new(b"1 2", 1, None)), []);
-        let few = FewBytes(Mutex::new(b""), 10);
-        assert_eq!(lengths(Pieces::new(b"1 2\n3", 0, Some(&few))), [(4, 1, 1)]);
-    }
-
-    #[test]
-    fn empty_lines_at_the_end_are_not_counted() {
-        let line_counts = [&b"1\n2\n"[..], b"1\n\n2", b"1\n\n \n", b"\n\n", b""].map(|text| count_lines(text, b'\n'));
-        assert_eq!(line_counts, [2, 3, 1, 0, 0]);
-    }
 }

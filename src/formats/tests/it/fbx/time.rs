@@ -1,0 +1,19 @@
+//! Key times of FBX.
+
+use mocap_formats::internals::fbx::{SECOND, key_times};
+
+#[test]
+fn key_times_are_never_late_and_never_equal() {
+    // A jump at 0.1 s as 32 bits have it: its two keys are neighbouring numbers.
+    let jump = 0.1_f32;
+    let ticks = [0.0, 1e-40, jump.next_down().into(), jump.into()];
+    let times: Vec<i64> = key_times(&ticks, 1.0).collect();
+    assert_eq!(times[..2], [0, 1]);
+    assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
+    assert!(times[3] as f64 <= f64::from(jump) * SECOND);
+    // 1/30 s is a whole number of FBX's units.
+    assert_eq!(
+        key_times(&[1.0, 7.0], 30.0).collect::<Vec<_>>(),
+        [1_539_538_600, 10_776_770_200]
+    );
+}
