@@ -2,16 +2,16 @@
 
 /// Red, green and blue from 0 to 255 in sRGB, and an opacity from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Color {
+pub struct Color {
     /// Red, green, blue.
-    pub(super) rgb: [u8; 3],
+    pub rgb: [u8; 3],
     /// 0 is invisible, 1 is opaque.
-    pub(super) opacity: f32,
+    pub opacity: f32,
 }
 
 impl Color {
     /// An opaque colour, as in `0xRRGGBB`.
-    pub(super) const fn hex(rgb: u32) -> Self {
+    pub const fn hex(rgb: u32) -> Self {
         let [_, red, green, blue] = rgb.to_be_bytes();
         Self {
             rgb: [red, green, blue],
@@ -21,7 +21,7 @@ impl Color {
 
     /// Interpolates from this colour to `other`; `fraction` is from 0 to 1.
     #[must_use]
-    pub(super) fn mix(self, other: Self, fraction: f32) -> Self {
+    pub fn mix(self, other: Self, fraction: f32) -> Self {
         let mut rgb = self.rgb;
         for (from, to) in rgb.iter_mut().zip(other.rgb) {
             *from = (f32::from(*from) + (f32::from(to) - f32::from(*from)) * fraction).round() as u8;
@@ -35,7 +35,7 @@ pub(super) type Point = [f32; 2];
 
 /// Which part of a text is at its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub enum Anchor {
     /// Its beginning.
     #[default]
     Start,
@@ -47,17 +47,18 @@ pub(super) enum Anchor {
 
 /// Pixels of a part of a drawing, red, green, blue and opacity, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Pixels {
-    pub(super) left: usize,
-    pub(super) top: usize,
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) rgba: Vec<u8>,
+#[doc(hidden)]
+pub struct Pixels {
+    pub left: usize,
+    pub top: usize,
+    pub width: usize,
+    pub height: usize,
+    pub rgba: Vec<u8>,
 }
 
 /// A shape, painted over the shapes before it.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Shape {
+pub enum Shape {
     /// A filled polygon.
     Polygon {
         /// Its corners.
@@ -113,14 +114,16 @@ pub struct Drawing {
     /// The colour of the background.
     pub(super) background: Color,
     /// The shapes, from back to front.
-    pub(super) shapes: Vec<Shape>,
+    #[doc(hidden)]
+    pub shapes: Vec<Shape>,
     /// A description of the picture; the title of the SVG.
     pub(super) title: String,
 }
 
 impl Drawing {
     /// An empty picture.
-    pub(super) fn new(width: u32, height: u32, background: Color, title: impl Into<String>) -> Self {
+    #[doc(hidden)]
+    pub fn new(width: u32, height: u32, background: Color, title: impl Into<String>) -> Self {
         Self {
             width,
             height,
@@ -150,7 +153,8 @@ impl Drawing {
         self.shapes.push(Shape::Pixels(pixels));
     }
 
-    pub(super) fn text(&mut self, at: Point, text: impl Into<String>, size: f32, anchor: Anchor, color: Color) {
+    #[doc(hidden)]
+    pub fn text(&mut self, at: Point, text: impl Into<String>, size: f32, anchor: Anchor, color: Color) {
         self.shapes.push(Shape::Text {
             at,
             text: text.into(),
@@ -158,29 +162,5 @@ impl Drawing {
             anchor,
             color,
         });
-    }
-}
-
-#[cfg(test)]
-impl Drawing {
-    /// Every text and where its anchor is.
-    pub(super) fn texts(&self) -> Vec<(&str, Point)> {
-        let texts = self.shapes.iter().filter_map(|shape| match shape {
-            Shape::Text { text, at, .. } => Some((text.as_str(), *at)),
-            _ => None,
-        });
-        texts.collect()
-    }
-}
-
-#[cfg(test)]
-impl Shape {
-    pub(super) fn points(&self) -> Vec<Point> {
-        match self {
-            Self::Polygon { points, .. } | Self::Line { points, .. } => points.clone(),
-            Self::Circle { center, .. } => vec![*center],
-            Self::Text { at, .. } => vec![*at],
-            Self::Pixels(pixels) => vec![[pixels.left as f32, pixels.top as f32]],
-        }
     }
 }

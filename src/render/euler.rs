@@ -10,7 +10,7 @@ use mocap_scene::math::rotation::euler_rot;
 use mocap_scene::scene::{Node, RotationOrder};
 
 /// Degrees about the axes of `order`, one triple per rotation.
-pub(super) fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {
+pub fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {
     let order = euler_rot(order);
     let mut before = [0.0; 3];
     rotations
@@ -45,40 +45,5 @@ fn nearest(before: [f64; 3], angles: [f64; 3]) -> [f64; 3] {
         closest[1]
     } else {
         closest[0]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::{DQuat, DVec3};
-
-    use super::*;
-
-    const AXES: [DVec3; 3] = DVec3::AXES;
-
-    #[test]
-    fn angles_that_grow_beyond_a_turn_come_back_as_they_were() {
-        for order in RotationOrder::ALL {
-            let angles: Vec<[f64; 3]> = (0..120)
-                .map(f64::from)
-                .map(|k| [7.0 * k, 25.0 * (0.1 * k).sin(), -5.0 * k])
-                .collect();
-            let rotations: Vec<Quat> = angles
-                .iter()
-                .map(|angles| {
-                    std::iter::zip(order.axes(), angles)
-                        .fold(DQuat::IDENTITY, |q, (axis, angle)| {
-                            q * DQuat::from_axis_angle(AXES[axis], angle.to_radians())
-                        })
-                        .as_quat()
-                })
-                .collect();
-            for (found, expected) in unwrapped(&rotations, order).iter().zip(&angles) {
-                let error = std::iter::zip(found, expected)
-                    .map(|(a, b)| (a - b).abs())
-                    .fold(0.0, f64::max);
-                assert!(error < 1e-3, "{order:?}: {found:?} is not {expected:?}");
-            }
-        }
     }
 }

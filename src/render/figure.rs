@@ -64,7 +64,7 @@ impl<'a> Clip<'a> {
 }
 
 /// A number with at most two decimals, without trailing zeros.
-pub(super) fn short(number: f64) -> String {
+pub fn short(number: f64) -> String {
     let text = format!("{number:.2}");
     match text.trim_end_matches('0').trim_end_matches('.') {
         "-0" => "0".to_owned(),
@@ -75,7 +75,8 @@ pub(super) fn short(number: f64) -> String {
 /// The side of the body of a joint, according to its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Side {
+#[doc(hidden)]
+pub enum Side {
     Left,
     Right,
     Middle,
@@ -92,20 +93,20 @@ impl From<mocap_figure::Side> for Side {
 
 impl Side {
     /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`, `rtibia`.
-    pub(super) fn of(name: &str) -> Self {
+    pub fn of(name: &str) -> Self {
         Name::read(name).side.map_or(Self::Middle, Self::from)
     }
 }
 
 /// A bone to draw: from a node to a child of it.
-pub(super) struct Link {
+pub struct Link {
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) side: Side,
 }
 
 /// A clip with its binding and its size, rotated so that +Y is up.
-pub(super) struct DrawnClip<'a> {
+pub struct DrawnClip<'a> {
     pub(super) clip: Clip<'a>,
     pub(super) links: Vec<Link>,
     /// Joints without links, such as markers.
@@ -118,7 +119,7 @@ pub(super) struct DrawnClip<'a> {
     /// Metres in one unit of the scene.
     pub(super) metres: f32,
     /// The first joint that is drawn.
-    root: usize,
+    pub root: usize,
     to_stage: Quat,
     binding: Option<Binding>,
     pose: Pose,
@@ -126,7 +127,8 @@ pub(super) struct DrawnClip<'a> {
 }
 
 impl<'a> DrawnClip<'a> {
-    pub(super) fn new(clip: Clip<'a>) -> Self {
+    /// A clip on the bones that are found in it.
+    pub fn new(clip: Clip<'a>) -> Self {
         Self::of_figure(clip, &Figure::new(clip.scene))
     }
 
@@ -247,7 +249,7 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
 
 /// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is
 /// to a figure that moves away from it.
-pub(super) fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
+pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
     let leaves = leaves_a_still_node(scene, humanoid);
     let nodes = scene.nodes.iter().enumerate();
     let links = nodes.filter_map(|(to, node)| {
@@ -267,7 +269,7 @@ pub(super) fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
 }
 
 /// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.
-pub(super) fn shown(scene: &Scene, humanoid: &Humanoid, links: &[Link]) -> Vec<bool> {
+pub fn shown(scene: &Scene, humanoid: &Humanoid, links: &[Link]) -> Vec<bool> {
     let mut is_shown: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
     let mut above = leaves_a_still_node(scene, humanoid).and_then(|node| scene.nodes[node].parent);
     while let Some(node) = above {
@@ -296,79 +298,4 @@ fn leaves_a_still_node(scene: &Scene, humanoid: &Humanoid) -> Option<usize> {
     }
     let first = chain.iter().rev().find(|node| !is_still[node.index()])?.index();
     moves[first].then_some(first)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        let numbers = [1.5, 2.0, -0.001, 0.0, -1.25, 10.0];
-        assert_eq!(numbers.map(short), ["1.5", "2", "0", "0", "-1.25", "10"]);
-    }
-
-    #[test]
-    fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
-        let scene = mocap_io::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
-        let all = links(&scene, &Humanoid::of(&scene)).len();
-        // A still joint above the hips.
-        let mut moved = scene.clone();
-        moved.nodes.insert(
-            0,
-            mocap_scene::scene::Node {
-                name: "still".to_owned(),
-                ..scene.nodes[0].clone()
-            },
-        );
-        for node in &mut moved.nodes[1..] {
-            node.parent = Some(NodeId::new(node.parent.map_or(0, |parent| parent.index() + 1)));
-        }
-        for channel in &mut moved.animations[0].channels {
-            channel.node = channel.node.map(|node| NodeId::new(node.index() + 1));
-        }
-        assert_eq!(links(&moved, &Humanoid::of(&moved)).len(), all);
-        let humanoid = Humanoid::of(&moved);
-        assert!(!shown(&moved, &humanoid, &links(&moved, &humanoid))[0]);
-        let clip = Clip {
-            name: "",
-            scene: &moved,
-        };
-        assert_eq!(DrawnClip::new(clip).root, 1);
-        // With a rotation of its own it is a part of the figure.
-        let mut still = moved.animations[0].channels[0].clone();
-        still.node_name = "still".to_owned();
-        still.node = Some(NodeId(0));
-        still.position_keys = mocap_scene::scene::Keys::constant(Vec3::ZERO);
-        moved.animations[0].channels.insert(0, still);
-        assert_eq!(links(&moved, &Humanoid::of(&moved)).len(), all + 1);
-    }
-
-    #[test]
-    fn sides_are_told_by_the_usual_names() {
-        let left = [
-            "LeftArm",
-            "lThigh",
-            "L_Foot",
-            "hand.L",
-            "mixamorig:LeftToe",
-            "LThumb",
-            "lhipjoint",
-        ];
-        let right = ["RightArm", "rShin", "R_Foot", "hand_R", "upperarm_right", "rradius"];
-        let middle = [
-            "Hips",
-            "Lumbar",
-            "root",
-            "Spine",
-            "LowerBack",
-            "Neck",
-            "",
-            "lowerback",
-            "radius",
-        ];
-        assert!(left.iter().all(|name| Side::of(name) == Side::Left));
-        assert!(right.iter().all(|name| Side::of(name) == Side::Right));
-        assert!(middle.iter().all(|name| Side::of(name) == Side::Middle));
-    }
 }

@@ -14,17 +14,23 @@ mod drawing;
 mod euler;
 mod figure;
 mod image_size;
+#[doc(hidden)]
+pub mod internals;
 mod matrix;
 mod movie;
+#[doc(hidden)]
 mod palette;
 mod plot;
 mod raster;
 mod sheet;
+#[doc(hidden)]
 mod surface;
 mod svg;
 mod t_pose;
 mod terminal;
+#[doc(hidden)]
 mod texture;
+#[doc(hidden)]
 mod theme;
 mod view;
 

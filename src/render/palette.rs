@@ -6,17 +6,17 @@ use super::surface::shades;
 use super::theme;
 
 /// Every colour that is painted, and blends with the colours behind it.
-pub(super) struct Palette {
-    colors: Vec<[u8; 3]>,
+pub struct Palette {
+    pub colors: Vec<[u8; 3]>,
     nearest: HashMap<[u8; 3], u8>,
 }
 
 /// Colours that a GIF has at most.
-const MOST: usize = 256;
+pub const MOST: usize = 256;
 
 impl Palette {
     /// Of a film of a grey skin, or of a skeleton.
-    pub(super) fn new(has_skin: bool) -> Self {
+    pub fn new(has_skin: bool) -> Self {
         let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
         let bones = sides.map(|color| {
             [
@@ -36,7 +36,7 @@ impl Palette {
     }
 
     /// Of a film of a coloured skin, by the pixels of some of its pictures.
-    pub(super) fn with(pixels: &[u8]) -> Self {
+    pub fn with(pixels: &[u8]) -> Self {
         let mut colors = Self::blends(std::iter::empty());
         let mut counts: HashMap<[u8; 3], usize> = HashMap::new();
         for rgb in pixels.as_chunks::<3>().0 {
@@ -77,7 +77,7 @@ impl Palette {
         self.colors.concat()
     }
 
-    pub(super) fn index(&mut self, rgb: [u8; 3]) -> u8 {
+    pub fn index(&mut self, rgb: [u8; 3]) -> u8 {
         let colors = &self.colors;
         *self.nearest.entry(rgb).or_insert_with(|| {
             let distance = |color: &[u8; 3]| -> i32 {
@@ -93,7 +93,7 @@ impl Palette {
 
 /// At most `room` colours for many, each with its count: the box with the widest range is cut at its median (Heckbert,
 /// "Color image quantization for frame buffer display", 1982).
-fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
+pub fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
     let range = |part: usize, colors: &[([u8; 3], usize)]| {
         let values = || colors.iter().map(|(rgb, _)| rgb[part]);
         values().max().unwrap_or(0) - values().min().unwrap_or(0)
@@ -130,45 +130,4 @@ fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
         })
     };
     boxes.iter().filter(|colors| !colors.is_empty()).map(mean).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::drawing::Color;
-    use super::*;
-
-    #[test]
-    fn the_palette_fits_and_holds_what_is_painted() {
-        let mut palette = Palette::new(false);
-        assert!(palette.colors.len() <= MOST);
-        for Color { rgb, .. } in [
-            theme::PAPER,
-            theme::RULE,
-            theme::SHADOW,
-            theme::LEFT.mix(theme::INK, 0.12),
-        ] {
-            let index = usize::from(palette.index(rgb));
-            assert_eq!(palette.colors[index], rgb);
-        }
-    }
-
-    /// All of the greys and reds is near one of them.
-    #[test]
-    fn many_colours_become_256() {
-        let pixels: Vec<u8> = (0..=255u8)
-            .flat_map(|value| [[value; 3], [value, 0, 0]])
-            .flatten()
-            .collect();
-        let mut palette = Palette::with(&pixels);
-        assert!(palette.colors.len() <= MOST);
-        for rgb in pixels.as_chunks::<3>().0 {
-            let index = usize::from(palette.index(*rgb));
-            let nearest = palette.colors[index];
-            assert!(
-                std::iter::zip(rgb, nearest).all(|(a, b)| a.abs_diff(b) <= 4),
-                "{rgb:?} {nearest:?}"
-            );
-        }
-        assert_eq!(median_cut(Vec::new(), 9), Vec::<[u8; 3]>::new());
-    }
 }

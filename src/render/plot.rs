@@ -238,7 +238,7 @@ fn paint_panel(
 
 /// At most four values per pixel column: the first, the lowest, the highest and the last, so that no spike is lost;
 /// each with its index.
-fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
+pub fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
     let stretch = values.len().div_ceil(pixels.max(1)).max(1);
     if stretch <= 4 {
         return values.iter().copied().enumerate().collect();
@@ -257,16 +257,18 @@ fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
 }
 
 /// Maps values to pixels, with marks at round numbers.
-struct Scale {
-    from: f64,
-    to: f64,
-    pixels: [f32; 2],
-    step: f64,
+#[doc(hidden)]
+pub struct Scale {
+    pub from: f64,
+    pub to: f64,
+    pub pixels: [f32; 2],
+    pub step: f64,
 }
 
+#[doc(hidden)]
 impl Scale {
     /// A scale between two round numbers that include all values.
-    fn around(low: f64, high: f64, pixels: [f32; 2], marks: usize) -> Self {
+    pub fn around(low: f64, high: f64, pixels: [f32; 2], marks: usize) -> Self {
         let (low, high) = if low.is_finite() && high.is_finite() {
             (low, high)
         } else {
@@ -292,12 +294,12 @@ impl Scale {
         Self { from, to, pixels, step }
     }
 
-    fn pixel(&self, value: f64) -> f32 {
+    pub fn pixel(&self, value: f64) -> f32 {
         let fraction = (value - self.from) / (self.to - self.from);
         self.pixels[0] + (self.pixels[1] - self.pixels[0]) * fraction as f32
     }
 
-    fn marks(&self) -> impl Iterator<Item = f64> {
+    pub fn marks(&self) -> impl Iterator<Item = f64> {
         let first = (self.from / self.step).ceil() as i64;
         let last = (self.to / self.step + 1e-9).floor() as i64;
         let step = self.step;
@@ -321,89 +323,4 @@ fn round_step(step: f64) -> f64 {
         .into_iter()
         .find(|factor| factor * power >= step * (1.0 - 1e-9));
     round.unwrap_or(10.0) * power
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::drawing::Shape;
-    use super::*;
-
-    #[test]
-    fn marks_stand_at_round_numbers() {
-        let scale = Scale::around(-3.2, 17.9, [100.0, 0.0], 5);
-        assert_eq!(scale.marks().collect::<Vec<_>>(), [-5.0, 0.0, 5.0, 10.0, 15.0, 20.0]);
-        assert_eq!([scale.pixel(-5.0), scale.pixel(20.0)], [100.0, 0.0]);
-        let flat = Scale::around(4.0, 4.0, [100.0, 0.0], 4);
-        assert!(flat.from < 4.0 && flat.to > 4.0);
-    }
-
-    #[test]
-    fn thinning_keeps_every_spike() {
-        let mut values = vec![0.0; 100_000];
-        (values[33_333], values[77_777]) = (9.0, -9.0);
-        let kept = thinned(&values, 500);
-        assert!(kept.len() <= 2000);
-        assert!(kept.contains(&(33_333, 9.0)) && kept.contains(&(77_777, -9.0)));
-    }
-
-    #[test]
-    fn every_number_at_an_axis_has_its_unit() {
-        let mut scene = mocap_io::import::import("../../fixtures/real/cmu_short.bvh").unwrap();
-        let texts = |scene: &mocap_scene::scene::Scene| {
-            let drawing = Drawing::plot(&Clip { name: "walk", scene }, &[NodeId(1)], &PlotOptions::default());
-            drawing
-                .texts()
-                .into_iter()
-                .map(|(text, _)| text.to_string())
-                .collect::<Vec<_>>()
-        };
-        // BVH does not state its unit.
-        assert!(texts(&scene).iter().any(|text| text.ends_with("[file units]")));
-        mocap_figure::Conversion::new().apply(&mut scene).unwrap();
-        let texts = texts(&scene);
-        assert!(texts.iter().any(|text| text.ends_with("[m]")));
-        let numbers = texts
-            .iter()
-            .filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
-        let numbers: Vec<&String> = numbers.collect();
-        assert!(numbers.len() > 10);
-        let has_unit = |text: &&&String| [" m", " s", "°"].iter().any(|unit| text.ends_with(unit));
-        assert_eq!(numbers.iter().find(|text| !has_unit(text)), None);
-    }
-
-    /// The curves, read back with the numbers at the axes, are the columns of the file.
-    #[test]
-    fn a_plot_shows_the_angles_of_the_file() {
-        let scene = mocap_io::import::import("../../fixtures/real/lecture_Test.bvh").unwrap();
-        let elbow = NodeId::new(scene.nodes.iter().position(|node| node.name == "Elbow").unwrap());
-        let clip = Clip {
-            name: "Test",
-            scene: &scene,
-        };
-        let drawing = Drawing::plot(&clip, &[elbow], &PlotOptions::default());
-        // The lower panel: its labels at the left give the scale.
-        let labels: Vec<(f32, f32)> = drawing
-            .texts()
-            .into_iter()
-            .filter(|(_, [x, y])| *x < 64.0 && *y > 260.0)
-            .filter_map(|(text, [_, y])| Some((text.strip_suffix("°")?.parse().ok()?, y - 4.0)))
-            .collect();
-        let (&(low, low_y), &(high, high_y)) = (labels.first().unwrap(), labels.last().unwrap());
-        let curve = drawing
-            .shapes
-            .iter()
-            .map(Shape::points)
-            .find(|points| points.len() == 10 && points[0][1] > 260.0)
-            .unwrap();
-        let shown = curve
-            .iter()
-            .map(|[_, y]| low + (y - low_y) / (high_y - low_y) * (high - low));
-        let text = std::fs::read_to_string("../../fixtures/real/lecture_Test.bvh").unwrap();
-        let rows = text.lines().skip_while(|line| !line.starts_with("Frame Time")).skip(1);
-        // Column 6 is the Zrotation of the Elbow.
-        let column = rows.filter_map(|row| row.split_whitespace().nth(6)?.parse::<f32>().ok());
-        for (shown, expected) in shown.zip(column) {
-            assert!((shown - expected).abs() < 0.01, "{shown} is not {expected}");
-        }
-    }
 }

@@ -10,7 +10,7 @@ use super::figure::DrawnClip;
 use super::theme;
 
 /// Samples of a pixel in each direction.
-const SAMPLES: usize = 2;
+pub const SAMPLES: usize = 2;
 
 /// Where the light comes from, in the space of the camera: from the left, above and behind it.
 const LIGHT: Vec3 = Vec3::new(-0.4, 0.55, 0.73);
@@ -47,7 +47,7 @@ pub(super) fn has_colors(figure: &DrawnClip<'_>) -> bool {
 }
 
 /// Depths and colours of samples within a rectangle of a drawing.
-struct Buffer {
+pub struct Buffer {
     left: usize,
     top: usize,
     /// In samples.
@@ -55,12 +55,12 @@ struct Buffer {
     height: usize,
     /// Towards the camera is more; of what is empty, minus infinity.
     depths: Vec<f32>,
-    colors: Vec<[u8; 3]>,
+    pub colors: Vec<[u8; 3]>,
 }
 
 impl Buffer {
     /// The rectangle around points of the drawing, within the drawing.
-    fn around(points: impl Iterator<Item = Point>, drawing: &Drawing) -> Option<Self> {
+    pub fn around(points: impl Iterator<Item = Point>, drawing: &Drawing) -> Option<Self> {
         let (mut from, mut to) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for point in points.map(Vec2::from).filter(|point| point.is_finite()) {
             (from, to) = (from.min(point), to.max(point));
@@ -81,7 +81,7 @@ impl Buffer {
 
     /// Fills a triangle of points in pixels, each with its depth. `color` gets the weights of the corners; where it has
     /// no colour there is nothing.
-    fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
+    pub fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
         let origin = Vec2::new(self.left as f32, self.top as f32);
         let [a, b, c] = corners.map(|(point, _)| (point - origin) * SAMPLES as f32 - 0.5);
         let area = (b - a).perp_dot(c - a);
@@ -194,46 +194,4 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
         }
     }
     drawing.pixels(buffer.pixels());
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn empty() -> Drawing {
-        Drawing::new(20, 20, theme::PAPER, "")
-    }
-
-    fn triangle(depth: f32, shift: f32) -> [(Vec2, f32); 3] {
-        [[2.0, 2.0], [12.0, 2.0], [2.0, 12.0]].map(|[x, y]| (Vec2::new(x + shift, y), depth))
-    }
-
-    /// The area of a triangle is half of that of its box, and what is nearer hides what is behind, in any order.
-    #[test]
-    fn the_nearest_triangle_is_seen() {
-        for order in [[0, 1], [1, 0]] {
-            let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
-            let both = [(triangle(1.0, 0.0), 3), (triangle(2.0, 4.0), 9)];
-            for (corners, shade) in order.map(|which| both[which]) {
-                buffer.fill(corners, |_| Some([shade; 3]));
-            }
-            let count = |shade: u8| buffer.colors.iter().filter(|found| **found == [shade; 3]).count();
-            let of_all = (10 * 10 / 2 * SAMPLES * SAMPLES) as f32;
-            assert!((count(9) as f32 / of_all - 1.0).abs() < 0.06, "{}", count(9));
-            // What the other leaves of it: 50 less a triangle of 6 x 6.
-            assert!((count(3) as f32 / of_all - 32.0 / 50.0).abs() < 0.06, "{}", count(3));
-        }
-    }
-
-    #[test]
-    fn what_is_not_finite_or_outside_is_not_painted() {
-        let mut buffer = Buffer::around([[0.0, 0.0], [20.0, 20.0]].into_iter(), &empty()).unwrap();
-        for corners in [triangle(f32::NAN, 0.0), triangle(1.0, f32::NAN), triangle(1.0, 1e9)] {
-            buffer.fill(corners, |_| Some([5; 3]));
-        }
-        buffer.fill(triangle(1.0, 0.0), |_| None);
-        assert!(buffer.colors.iter().all(|color| *color == [0; 3]));
-        assert!(Buffer::around([[-9.0, 3.0], [-2.0, 5.0]].into_iter(), &empty()).is_none());
-        assert!(Buffer::around([[f32::NAN, 3.0]].into_iter(), &empty()).is_none());
-    }
 }

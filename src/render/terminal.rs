@@ -357,7 +357,7 @@ impl<'a> Tree<'a> {
 }
 
 /// Wraps words to lines of `width` characters; a longer word gets its own line.
-fn wrapped(words: &str, width: usize) -> Vec<String> {
+pub fn wrapped(words: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in words.split_whitespace() {
         let last = lines.last_mut().expect("there is a first line");
@@ -371,14 +371,4 @@ fn wrapped(words: &str, width: usize) -> Vec<String> {
         }
     }
     lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_wrapped_between_them() {
-        assert_eq!(wrapped("a bb ccc dddddddd e", 6), ["a bb", "ccc", "dddddddd", "e"]);
-    }
 }

@@ -11,15 +11,15 @@ const WIDEST: u32 = 4096;
 const HALF: f32 = 0.5;
 
 /// An image, row by row from the top: red, green, blue and opacity, in sRGB.
-pub(super) struct Image {
-    width: usize,
-    height: usize,
-    pixels: Vec<[u8; 4]>,
+pub struct Image {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<[u8; 4]>,
 }
 
 impl Image {
     /// The image of a PNG or JPEG file; none of another, of a broken one, and of one that is too large.
-    fn read(bytes: &[u8]) -> Option<Self> {
+    pub fn read(bytes: &[u8]) -> Option<Self> {
         let (media_type, [width, height]) = image_size(bytes)?;
         if width.max(height) > WIDEST || width.min(height) == 0 {
             return None;
@@ -34,7 +34,7 @@ impl Image {
     }
 
     /// The pixel at texture coordinates, which begin at the upper left.
-    fn at(&self, coords: Vec2, wrap: [Wrap; 2]) -> [u8; 4] {
+    pub fn at(&self, coords: Vec2, wrap: [Wrap; 2]) -> [u8; 4] {
         let pixel = |coordinate: f32, wrap: Wrap, count: usize| {
             let within = match wrap {
                 Wrap::Repeat => coordinate.rem_euclid(1.0),
@@ -108,14 +108,14 @@ impl Images {
 }
 
 /// How a mesh is coloured.
-pub(super) struct Paint<'a> {
-    surface: Surface,
-    image: Option<&'a Image>,
+pub struct Paint<'a> {
+    pub surface: Surface,
+    pub image: Option<&'a Image>,
 }
 
 impl Paint<'_> {
     /// The colour at texture coordinates in a light, from 0 to 1; none where the surface is not there.
-    pub(super) fn color(&self, coords: Vec2, brightness: f32) -> Option<[u8; 3]> {
+    pub fn color(&self, coords: Vec2, brightness: f32) -> Option<[u8; 3]> {
         let base = self.surface.base_color;
         let texel = self.image.map_or([255; 4], |image| image.at(coords, self.surface.wrap));
         let alpha = f32::from(texel[3]) / 255.0 * base.w;
@@ -130,59 +130,5 @@ impl Paint<'_> {
             .map(|linear| linear.powf(1.0 / 2.2));
         let value = |part: usize| (f32::from(texel[part]) * tint[part] * brightness).round() as u8;
         (alpha >= least).then(|| [value(0), value(1), value(2)])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Red, green in the upper row; blue, and nothing, in the lower.
-    fn image() -> Image {
-        let pixels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 0]];
-        Image {
-            width: 2,
-            height: 2,
-            pixels,
-        }
-    }
-
-    #[test]
-    fn a_texture_goes_on_beyond_its_edges() {
-        let (image, beyond) = (image(), Vec2::new(1.25, 0.75));
-        assert_eq!(image.at(beyond, [Wrap::Repeat; 2]), [0, 0, 255, 255]);
-        assert_eq!(image.at(beyond, [Wrap::Mirror; 2])[3], 0);
-        assert_eq!(image.at(beyond, [Wrap::Clamp; 2])[3], 0);
-        assert_eq!(image.at(Vec2::new(0.25, 0.25), [Wrap::Repeat; 2]), [255, 0, 0, 255]);
-        assert_eq!(image.at(Vec2::new(f32::NAN, f32::INFINITY), [Wrap::Repeat; 2]).len(), 4);
-    }
-
-    #[test]
-    fn what_is_transparent_is_not_there() {
-        let image = image();
-        let mut paint = Paint {
-            surface: Surface::default(),
-            image: Some(&image),
-        };
-        let nothing = Vec2::new(0.75, 0.75);
-        assert_eq!(paint.color(nothing, 1.0), Some([9; 3]));
-        paint.surface.alpha = AlphaMode::Mask(0.5);
-        assert_eq!(paint.color(nothing, 1.0), None);
-        assert_eq!(paint.color(Vec2::new(0.25, 0.25), 0.5), Some([128, 0, 0]));
-    }
-
-    #[test]
-    fn images_that_are_broken_or_too_large_are_not_read() {
-        let png = super::super::raster::png_of(2, 1, png::ColorType::Rgb, &[1, 2, 3, 4, 5, 6]);
-        let read = Image::read(&png).unwrap();
-        assert_eq!(
-            (read.width, read.height, read.pixels),
-            (2, 1, vec![[1, 2, 3, 255], [4, 5, 6, 255]])
-        );
-        assert!((0..png.len() - 12).all(|length| Image::read(&png[..length]).is_none()));
-        let mut wide = png.clone();
-        wide[16..20].copy_from_slice(&100_000_u32.to_be_bytes());
-        assert!(Image::read(&wide).is_none());
-        assert!(Image::read(b"RIFF    WEBP").is_none());
     }
 }

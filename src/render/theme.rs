@@ -2,16 +2,16 @@
 
 use super::drawing::Color;
 
-pub(super) const PAPER: Color = Color::hex(0xFFFFFF);
-pub(super) const INK: Color = Color::hex(0x1B2130);
+pub const PAPER: Color = Color::hex(0xFFFFFF);
+pub const INK: Color = Color::hex(0x1B2130);
 pub(super) const FADED: Color = Color::hex(0x5C667A);
-pub(super) const RULE: Color = Color::hex(0xDDE2EA);
+pub const RULE: Color = Color::hex(0xDDE2EA);
 pub(super) const GROUND: Color = Color::hex(0xF1F4F8);
 /// Opaque, so that overlapping shadows are not darker.
-pub(super) const SHADOW: Color = Color::hex(0xDFE4EC);
+pub const SHADOW: Color = Color::hex(0xDFE4EC);
 /// The colour of a root's path.
 pub(super) const PATH: Color = Color::hex(0x9AA8C4);
-pub(super) const LEFT: Color = Color::hex(0x2D6BD8);
+pub const LEFT: Color = Color::hex(0x2D6BD8);
 pub(super) const RIGHT: Color = Color::hex(0xE0661F);
 pub(super) const MIDDLE: Color = Color::hex(0x76829A);
 /// Curves of x, y and z, and of a fourth value, w.

@@ -12,9 +12,11 @@
 mod data;
 mod listing;
 mod marks;
-mod morphs;
-mod pack;
-mod skin;
+#[doc(hidden)]
+pub(crate) mod morphs;
+#[doc(hidden)]
+pub(crate) mod pack;
+pub(crate) mod skin;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -99,7 +101,7 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 28] = [
+pub const MODULES: [&str; 28] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
@@ -344,7 +346,7 @@ fn json(data: &impl Serialize) -> String {
 }
 
 /// The modules as one script.
-fn script() -> String {
+pub fn script() -> String {
     let is_import = |line: &&str| line.starts_with("import ");
     let lines = MODULES.map(lean);
     let lines = lines
@@ -365,7 +367,7 @@ fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
 }
 
 /// A template with every `{{name}}` replaced. Replacements are not searched again.
-fn filled<'a>(template: &str, value: impl Fn(&str) -> Cow<'a, str>) -> String {
+pub fn filled<'a>(template: &str, value: impl Fn(&str) -> Cow<'a, str>) -> String {
     let mut text = String::new();
     let mut rest = template;
     while let Some((before, (name, after))) = rest
@@ -384,39 +386,4 @@ fn lean(source: &str) -> String {
     let lines = source.lines().map(str::trim);
     let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
     kept.flat_map(|line| [line, "\n"]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_script_is_small() {
-        let bytes = script().len();
-        assert!(bytes < 115_000, "{bytes} bytes");
-    }
-
-    #[test]
-    fn a_module_imports_only_those_before_it() {
-        let names = "math dom curves reach clip skin batch renderer_skin renderer_gl renderer_2d camera colors marks chart \
-                     morphs panel stage drag bytes webm gif mp4 film time_line player packed unpack page";
-        let names = names.split_whitespace();
-        let names: Vec<_> = names.map(|name| format!("\"./{name}.js\"")).collect();
-        for (index, module) in MODULES.iter().enumerate() {
-            for line in module.lines().filter(|line| line.starts_with("import ")) {
-                let from = line.split(" from ").nth(1).unwrap().trim_end_matches(';');
-                assert!(
-                    names[..index].iter().any(|name| name == from),
-                    "{}: {line}",
-                    names[index]
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn a_template_is_filled_once() {
-        let value = |name: &str| format!("<{name} {{{{x}}}}>").into();
-        assert_eq!(filled("a {{b}} c {{d}}{", value), "a <b {{x}}> c <d {{x}}>{");
-    }
 }

@@ -106,16 +106,3 @@ impl ListingEntry {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_text_and_links_are_links() {
-        let entry = ListingEntry::failed("<b>.bvh", "no & no");
-        let html = ListingEntry::page("a<b", &[entry]);
-        assert!(html.contains("<strong>&lt;b&gt;.bvh</strong>") && html.contains("<li>no &amp; no</li>"));
-        assert_eq!(encoded("a b/#1.html"), "a%20b/%231.html");
-    }
-}

@@ -13,14 +13,14 @@ use mocap_scene::scene::{AppliedStep, Keys, Mesh, MorphTarget, Scene};
 
 /// A slider; its bytes stand apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Morph {
-    name: String,
+pub struct Morph {
+    pub name: String,
     /// The weight that the skin has already.
     weight: f32,
     /// How many vertices it moves.
-    count: usize,
+    pub count: usize,
     /// What one step adds, in the unit of the skin.
-    step: f32,
+    pub step: f32,
 }
 
 /// The weights of the sliders that the motion of the file moves. Their block has 16 bits for each frame, slider after
@@ -104,7 +104,7 @@ struct Moved {
 
 /// The sliders of a skin, as its meshes come.
 #[derive(Default)]
-pub(super) struct Morphs {
+pub struct Morphs {
     are_left_out: bool,
     /// By the name and the bits of the weight at rest.
     known: HashMap<(String, u32), usize>,
@@ -121,24 +121,24 @@ struct Slider {
 
 /// The sliders, and the parts of the block.
 #[derive(Default)]
-pub(super) struct PackedMorphs {
-    pub(super) morphs: Vec<Morph>,
+pub struct PackedMorphs {
+    pub morphs: Vec<Morph>,
     /// Vertices and what is added to their positions.
-    pub(super) moved: Vec<u8>,
-    pub(super) normals: Vec<u8>,
+    pub moved: Vec<u8>,
+    pub normals: Vec<u8>,
     /// The sliders that the motion moves.
-    pub(super) motion: Vec<(usize, Keys<f32>)>,
+    pub motion: Vec<(usize, Keys<f32>)>,
 }
 
 /// Steps of 1 in what is added to a normal, which is between -2 and 2.
 const NORMAL_STEPS: f32 = 63.0;
 
 /// Bytes of a vertex that a slider moves.
-const MOVED_BYTES: usize = 4 + 3 * 2 + 3;
+pub const MOVED_BYTES: usize = 4 + 3 * 2 + 3;
 
 impl Morphs {
     /// Sliders for these meshes; none, with a note, where they have more than `room` bytes.
-    pub(super) fn new(meshes: &[&Mesh], room: usize, notes: &mut Vec<String>) -> Self {
+    pub fn new(meshes: &[&Mesh], room: usize, notes: &mut Vec<String>) -> Self {
         let targets = meshes.iter().flat_map(|mesh| &mesh.morph_targets);
         let bytes = MOVED_BYTES * targets.map(|target| target.vertex_ids.len()).sum::<usize>();
         if bytes > room {
@@ -154,7 +154,7 @@ impl Morphs {
     }
 
     /// Adds those of a mesh whose vertices begin at `first`.
-    pub(super) fn push(&mut self, mesh: &Mesh, first: usize) {
+    pub fn push(&mut self, mesh: &Mesh, first: usize) {
         if self.are_left_out {
             return;
         }
@@ -173,7 +173,7 @@ impl Morphs {
         }
     }
 
-    pub(super) fn pack(self) -> PackedMorphs {
+    pub fn pack(self) -> PackedMorphs {
         let mut packed = PackedMorphs::default();
         let mut offsets = Vec::new();
         for (index, slider) in self.sliders.into_iter().enumerate() {
@@ -218,71 +218,4 @@ fn moved_by(target: &MorphTarget, first: u32) -> impl Iterator<Item = Moved> {
         offset: offset.to_array(),
         normal: target.normal_offsets.get(at).copied().unwrap_or_default().to_array(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::Vec3;
-
-    use super::*;
-
-    fn mesh(name: &str, offset: Vec3) -> Mesh {
-        Mesh {
-            vertices: vec![Vec3::ZERO; 2],
-            morph_targets: vec![MorphTarget {
-                name: name.to_owned(),
-                weight: 0.25,
-                vertex_ids: vec![1],
-                offsets: vec![offset],
-                normal_offsets: vec![Vec3::new(0.0, -1.0, 0.5)],
-                ..MorphTarget::default()
-            }],
-            ..Mesh::default()
-        }
-    }
-
-    #[test]
-    fn targets_of_one_name_are_one_slider() {
-        let meshes = [
-            mesh("smile", Vec3::X),
-            mesh("smile", Vec3::new(0.0, -2.0, 0.0)),
-            mesh("blink", Vec3::Z),
-        ];
-        let mut morphs = Morphs::new(&meshes.iter().collect::<Vec<_>>(), 3 * MOVED_BYTES, &mut Vec::new());
-        for (index, mesh) in meshes.iter().enumerate() {
-            morphs.push(mesh, 2 * index);
-        }
-        let packed = morphs.pack();
-        let names: Vec<_> = packed
-            .morphs
-            .iter()
-            .map(|morph| (morph.name.as_str(), morph.count))
-            .collect();
-        assert_eq!(names, [("smile", 2), ("blink", 1)]);
-        assert_eq!(packed.moved.len() + packed.normals.len(), 3 * MOVED_BYTES);
-        let words: Vec<u32> = packed.moved.as_chunks::<4>().0[..3]
-            .iter()
-            .map(|word| u32::from_le_bytes(*word))
-            .collect();
-        assert_eq!(words, [1, 3, 5]);
-        // The second vertex of the smile goes down by 2, which is all of the range.
-        let steps = packed.moved[12..]
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|half| i16::from_le_bytes(*half));
-        let steps: Vec<i16> = steps.collect();
-        assert_eq!(steps[3..6], [0, -i16::MAX, 0]);
-        assert!((f32::from(steps[0]) * packed.morphs[0].step - 1.0).abs() < 1e-4);
-        assert_eq!(packed.normals[..3], [0, (-63_i8) as u8, 32]);
-    }
-
-    #[test]
-    fn targets_beyond_the_room_are_left_out_with_a_note() {
-        let mesh = mesh("smile", Vec3::X);
-        let mut notes = Vec::new();
-        let mut morphs = Morphs::new(&[&mesh], MOVED_BYTES - 1, &mut notes);
-        morphs.push(&mesh, 0);
-        assert!(morphs.pack().morphs.is_empty() && notes.len() == 1);
-    }
 }

@@ -29,7 +29,7 @@ const EXACT_BYTES: usize = 4 << 20;
 const BLOCK_BYTES: usize = 1 << 20;
 
 /// Half a step in a component of a rotation: two bytes a frame hold it over the range from -1 to 1.
-const ROTATION_PRECISION: f64 = 1.0 / 65_000.0;
+pub const ROTATION_PRECISION: f64 = 1.0 / 65_000.0;
 
 /// Half a step in a translation, as a fraction of the figure's reach, and in a scale.
 const LINEAR_PRECISION: f64 = 1e-5;
@@ -50,7 +50,7 @@ const LEAST_LEFT_OUT: f32 = 0.5;
 
 /// One of the three tracks of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub enum Part {
     Translation,
     Rotation,
     Scale,
@@ -58,7 +58,7 @@ pub(super) enum Part {
 
 /// How the blocks of long motions are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Storage {
+pub enum Storage {
     /// As rows, which are written in a moment: for a player that is there already.
     Rows,
     /// As packed clips, which are small: for a file.
@@ -66,7 +66,7 @@ pub(super) enum Storage {
 }
 
 /// A track with a value for every tick.
-pub(super) struct Track<'a> {
+pub struct Track<'a> {
     #[doc(hidden)]
     pub node: usize,
     pub(super) part: Part,
@@ -83,18 +83,18 @@ struct Precision {
 }
 
 /// The numbers of one component in a run of frames.
-pub(super) type Row = Vec<f32>;
+pub type Row = Vec<f32>;
 
 /// The keys of a clip.
-pub(super) struct Packed {
+pub struct Packed {
     pub(super) frames_per_block: usize,
-    pub(super) blocks: Vec<Vec<u8>>,
+    pub blocks: Vec<Vec<u8>>,
     /// The largest distance of a joint in any frame from its position in the file, in the file's unit.
-    pub(super) max_error: f64,
+    pub max_error: f64,
 }
 
 /// The tracks of a clip that have a value for every tick, in the order of the nodes.
-pub(super) struct Tracks<'a> {
+pub struct Tracks<'a> {
     scene: &'a Scene,
     animation: Option<&'a Animation>,
     frames: usize,
@@ -102,7 +102,7 @@ pub(super) struct Tracks<'a> {
 }
 
 impl<'a> Tracks<'a> {
-    pub(super) fn new(scene: &'a Scene, frames: u64) -> Self {
+    pub fn new(scene: &'a Scene, frames: u64) -> Self {
         Self {
             scene,
             animation: scene.animations.first(),
@@ -112,7 +112,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// Adds a track, and returns its number.
-    pub(super) fn push(&mut self, node: usize, part: Part, channel: &'a Channel, rest: Trs) -> usize {
+    pub fn push(&mut self, node: usize, part: Part, channel: &'a Channel, rest: Trs) -> usize {
         self.tracks.push(Track {
             node,
             part,
@@ -123,7 +123,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// Packs all of them, for a figure of this reach, in the file's unit.
-    pub(super) fn pack(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
+    pub fn pack(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         match 4 * self.components() * self.frames <= EXACT_BYTES {
             true => self.pack_blocks(true, None, reach),
             false => self.pack_all(storage, reach, metres_per_unit),
@@ -131,7 +131,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// Packs all tracks of a motion of any length, as [`Self::pack`] packs those of a long one.
-    pub(super) fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
+    pub fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         let clips = match storage {
             Storage::Clips => ClipBlocks::new(self.scene, self.animation, &self.tracks, metres_per_unit),
             Storage::Rows => None,
@@ -143,7 +143,7 @@ impl<'a> Tracks<'a> {
         self.tracks.iter().map(|track| track.part.components()).sum()
     }
 
-    fn pack_blocks(&self, is_exact: bool, mut clips: Option<ClipBlocks>, reach: f64) -> Packed {
+    pub fn pack_blocks(&self, is_exact: bool, mut clips: Option<ClipBlocks>, reach: f64) -> Packed {
         let components = self.components();
         let frames_per_block = (BLOCK_BYTES / (2 * components).max(1)).clamp(64, 1 << 16);
         let is_long = 4 * components * self.frames > LONG_BYTES;
@@ -250,7 +250,7 @@ const ALL_FOUR: u8 = 4;
 /// Added to the number of the component left out, where that is below zero.
 const NEGATIVE: u8 = 8;
 
-fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {
+pub fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {
     // Exact values need all four.
     let left_out = (0..rows.len()).filter(|_| precision > 0.0).find_map(|component| {
         let is_far = |sign: f32| rows[component].iter().all(|value| sign * value >= LEAST_LEFT_OUT);
@@ -283,7 +283,7 @@ fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row>
 }
 
 /// Appends a row: bytes a frame, the least value, the step, and the steps of each frame; 4 bytes are floats.
-fn pack_row(row: &Row, precision: f64, bytes: &mut Vec<u8>) -> Row {
+pub fn pack_row(row: &Row, precision: f64, bytes: &mut Vec<u8>) -> Row {
     let least = row.iter().copied().fold(f32::INFINITY, f32::min);
     let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let range = f64::from(most) - f64::from(least);
@@ -363,92 +363,5 @@ impl<'a> ErrorMetric<'a> {
             }
         }
         f64::from(largest)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_row_is_within_its_precision_in_the_fewest_bytes() {
-        let wave: Row = (0..1000).map(|frame| (frame as f32 * 0.01).sin()).collect();
-        let widths = [(1.0, 1), (1e-2, 1), (1e-4, 2), (1e-7, 3), (0.0, 4)].map(|(precision, width)| {
-            let mut bytes = Vec::new();
-            let unpacked = pack_row(&wave, precision, &mut bytes);
-            let header = if width == 4 { 1 } else { 13 };
-            assert_eq!(bytes.len(), header + width * wave.len(), "precision {precision}");
-            for (value, unpacked) in wave.iter().zip(unpacked) {
-                let error = f64::from(value - unpacked).abs();
-                assert!(
-                    error <= precision + 1e-7 * f64::from(width < 4),
-                    "{error} > {precision}"
-                );
-            }
-            usize::from(bytes[0])
-        });
-        assert_eq!(widths, [1, 1, 2, 3, 4]);
-        let mut bytes = Vec::new();
-        assert_eq!(pack_row(&vec![0.25; 1000], 0.0, &mut bytes), [0.25; 1000]);
-        assert_eq!(bytes.len(), 13);
-    }
-
-    #[test]
-    fn joints_stay_within_the_bound() {
-        let scene = mocap_io::import::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
-        let animation = &scene.animations[0];
-        let mut tracks = Tracks::new(&scene, animation.frame_count() as u64);
-        for (node, channel) in Binding::new(&scene, animation).driven() {
-            let channel = &animation.channels[channel];
-            let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
-            for (part, keys) in [
-                (Part::Translation, channel.position_keys.len()),
-                (Part::Rotation, channel.rotation_keys.len()),
-            ] {
-                if keys > 1 {
-                    tracks.push(node.index(), part, channel, rest);
-                }
-            }
-        }
-        let bytes = |packed: &Packed| packed.blocks.iter().map(Vec::len).sum::<usize>();
-        // The walker is about 30 units high.
-        assert_eq!(tracks.pack(Storage::Clips, 15.0, 0.06).max_error, 0.0);
-        let rows = |is_exact, reach| tracks.pack_blocks(is_exact, None, reach);
-        let (exact, packed) = (rows(true, 15.0), rows(false, 15.0));
-        assert_eq!(exact.max_error, 0.0);
-        assert!(
-            packed.max_error > 0.0 && packed.max_error <= 1.5e-3,
-            "{}",
-            packed.max_error
-        );
-        assert!(
-            bytes(&packed) * 5 < bytes(&exact) * 2,
-            "{} of {}",
-            bytes(&packed),
-            bytes(&exact)
-        );
-        // A bound that two bytes cannot hold takes finer steps, and an impossible one exact values.
-        let (fine, exact_too) = (rows(false, 0.15), rows(false, 1e-9));
-        assert!(fine.max_error <= 1.5e-5 && bytes(&fine) > bytes(&packed));
-        assert_eq!((exact_too.max_error, bytes(&exact_too)), (0.0, bytes(&exact)));
-    }
-
-    #[test]
-    fn a_rotation_keeps_its_sign_and_its_length() {
-        let rotation = |frame: usize| Quat::from_rotation_y(0.002 * frame as f32).to_array();
-        for sign in [1.0, -1.0] {
-            let rows: Vec<Row> = (0..4)
-                .map(|c| (0..1000).map(|frame| sign * rotation(frame)[c]).collect())
-                .collect();
-            let mut bytes = Vec::new();
-            let unpacked = pack_rotations(&rows, ROTATION_PRECISION, &mut bytes);
-            // x and z stay zero, w is left out, y takes two bytes a frame.
-            assert_eq!(bytes.len(), 1 + 3 * 13 + 2 * 1000);
-            for frame in 0..1000 {
-                let at = |rows: &[Row]| Vec4::from_array([0, 1, 2, 3].map(|c| rows[c][frame]));
-                assert!(at(&rows).distance(at(&unpacked)) < 4e-5);
-                assert!((at(&unpacked).length() - 1.0).abs() < 1e-6);
-            }
-        }
     }
 }

@@ -293,7 +293,7 @@ impl Packer {
 }
 
 /// The four bones with the largest weights, which then sum to 65,535.
-fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
+pub fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
     ties.sort_by(|a, b| b.1.total_cmp(&a.1));
     let four = &ties[..ties.len().min(4)];
     let sum: f32 = four.iter().map(|(_, weight)| weight).sum();
@@ -306,18 +306,4 @@ fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
     let rest: u32 = weights[1..].iter().map(|weight| u32::from(*weight)).sum();
     weights[0] = 65_535_u32.saturating_sub(rest) as u16;
     (joints, weights)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_weights_of_a_vertex_sum_to_one() {
-        let mut ties = vec![(7, 0.1), (1, 0.3), (2, 0.3), (3, 0.2), (4, 0.1)];
-        let (joints, weights) = strongest_four(&mut ties);
-        assert_eq!(joints[..3], [1, 2, 3]);
-        assert_eq!(weights.iter().map(|weight| u32::from(*weight)).sum::<u32>(), 65_535);
-        assert_eq!(strongest_four(&mut []).1, [65_535, 0, 0, 0]);
-    }
 }

@@ -12,7 +12,7 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 use super::{Part, Row, Track};
 
 /// A skeleton without names and meshes, in metres, whose motion is that of a run of frames.
-pub(super) struct ClipBlocks {
+pub struct ClipBlocks {
     scene: Scene,
     metres_per_unit: f64,
 }
@@ -99,60 +99,4 @@ fn positions(rows: &[Row], metres_per_unit: f64) -> Vec<Vec3> {
     (0..count)
         .map(|frame| Vec3::from_array(std::array::from_fn(|component| metres(rows[component][frame]))))
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Storage, Tracks};
-    use super::*;
-    use mocap_scene::scene::NodeKind;
-
-    /// A walk without its end, and its tracks.
-    fn packed(storage: Storage) -> (Scene, Vec<Vec<u8>>, f64) {
-        let scene = mocap_io::import::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
-        let animation = &scene.animations[0];
-        let mut tracks = Tracks::new(&scene, animation.frame_count() as u64);
-        for (node, channel) in Binding::new(&scene, animation).driven() {
-            let channel = &animation.channels[channel];
-            let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
-            tracks.push(node.index(), Part::Rotation, channel, rest);
-            if channel.position_keys.len() > 1 {
-                tracks.push(node.index(), Part::Translation, channel, rest);
-            }
-        }
-        let packed = tracks.pack_all(storage, 15.0, 0.06);
-        (scene.clone(), packed.blocks, packed.max_error)
-    }
-
-    #[test]
-    fn a_block_is_a_packed_clip_within_the_bound() {
-        let (scene, blocks, max_error) = packed(Storage::Clips);
-        let (_, rows, _) = packed(Storage::Rows);
-        let [bytes, rows] = [&blocks, &rows].map(|blocks| blocks.iter().map(Vec::len).sum::<usize>());
-        assert!(2 * bytes < rows, "{bytes} of {rows}");
-        assert!(max_error > 0.0 && max_error <= 1.5e-3, "{max_error}");
-        let animation = &scene.animations[0];
-        let binding = Binding::new(&scene, animation);
-        let mut pose = mocap_scene::pose::Pose::rest(&scene);
-        let clip = PackedClip::new(&blocks[0]).unwrap();
-        assert_eq!((blocks.len(), clip.frame_count()), (1, animation.frame_count()));
-        let mut sampled = vec![Trs::IDENTITY; clip.node_count()];
-        for frame in 0..clip.frame_count() {
-            pose.sample(&binding, animation, frame as f64);
-            clip.sample(frame as f64, &mut sampled);
-            let mut worlds: Vec<glam::Mat4> = Vec::new();
-            for (index, node) in scene.nodes.iter().enumerate() {
-                let local = sampled[index].matrix();
-                worlds.push(node.parent.map_or(local, |parent| worlds[parent.index()] * local));
-                let [found, expected] = [worlds[index], pose.node_to_world[index]].map(|world| world.w_axis.truncate());
-                let distance = f64::from((found / 0.06).distance(expected));
-                assert!(
-                    distance <= 1.5e-3 + 1e-4,
-                    "{distance} at {} in frame {frame}",
-                    node.name
-                );
-            }
-        }
-        assert!(scene.nodes.iter().any(|node| node.kind == NodeKind::EndSite));
-    }
 }
