@@ -5,7 +5,7 @@
 //! name with its cause and its remedy in one table.
 
 mod code;
-mod nearest;
+pub(crate) mod nearest;
 mod visible;
 
 use std::fmt;

@@ -9,7 +9,7 @@
 
 mod chain;
 mod goal;
-mod hinge;
+pub(crate) mod hinge;
 mod limit;
 mod two_bone;
 

@@ -7,6 +7,8 @@ pub mod error;
 pub mod files;
 #[cfg(feature = "ik")]
 pub mod ik;
+#[doc(hidden)]
+pub mod internals;
 pub mod limits;
 #[doc(hidden)]
 pub mod math;

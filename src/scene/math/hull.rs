@@ -32,18 +32,3 @@ pub fn area(corners: &[DVec2]) -> f64 {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     0.5 * edges.map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_square_with_points_inside_and_on_its_edge_has_four_corners() {
-        let corners = [(0.0, 0.0), (2.0, 0.0), (0.0, 3.0), (2.0, 3.0), (0.5, 0.5), (0.5, 0.0)];
-        let mut points: Vec<DVec2> = corners.into_iter().map(DVec2::from).collect();
-        let hull = convex_hull(&mut points);
-        assert_eq!(hull.len(), 4);
-        assert!((area(&hull) - 6.0).abs() < 1e-12);
-        assert_eq!(area(&convex_hull(&mut points[..1].to_vec())), 0.0);
-    }
-}

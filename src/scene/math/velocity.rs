@@ -16,18 +16,3 @@ pub fn velocities(values: &[f32], width: usize, frame_rate: f64) -> Vec<f32> {
     }
     velocities
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn inside_over_both_neighbours_at_the_ends_over_one() {
-        // t^2: its central difference is exactly 2 t; at the ends it is 1 and 5 per frame.
-        let squares = [0.0, 1.0, 4.0, 9.0];
-        assert_eq!(velocities(&squares, 1, 10.0), [10.0, 20.0, 40.0, 50.0]);
-        assert_eq!(velocities(&[1.0, 2.0], 2, 10.0), [0.0, 0.0]);
-        assert_eq!(velocities(&[], 3, 10.0), [0.0; 0]);
-        assert_eq!(velocities(&[], 0, 10.0), [0.0; 0]);
-    }
-}

@@ -1,5 +1,7 @@
 //! The steps on scenes that are built here.
 
+mod collapse_keys;
+
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::process::SkeletonMesh;
 use mocap::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};

@@ -1,0 +1,6 @@
+//! What the tests of this package need, and nothing else.
+
+pub use crate::error::nearest::edit_distance;
+pub use crate::files::confined::check_within;
+#[cfg(feature = "ik")]
+pub use crate::ik::hinge::MOST_OF_HINGE;

@@ -1,0 +1,5 @@
+//! Inverse kinematics.
+
+mod chain;
+mod hinge;
+mod two_bone;

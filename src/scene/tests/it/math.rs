@@ -1,0 +1,12 @@
+//! Mathematics, against other formulas.
+
+mod cholesky;
+mod cube_root;
+mod half;
+mod hull;
+mod principal;
+mod quaternion;
+mod rotation;
+mod soa;
+mod up_axis;
+mod velocity;

@@ -1,0 +1,6 @@
+//! The data of scenes.
+
+mod humanoid_bone;
+mod joint_tables;
+mod metadata;
+mod robot;
