@@ -4,7 +4,8 @@
 mod body;
 mod clips;
 mod contents;
-mod large;
+#[doc(hidden)]
+pub(crate) mod large;
 mod memory;
 mod options;
 mod reading;

@@ -6,6 +6,8 @@
 pub mod convert;
 pub mod export;
 pub mod import;
+#[doc(hidden)]
+pub mod internals;
 
 pub use self::convert::convert;
 pub use self::export::Exporter;

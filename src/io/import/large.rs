@@ -12,18 +12,18 @@ use mocap_scene::error::{Code, Diagnostic};
 use super::sha256::Sha256Sum;
 
 /// Bytes of the beginning, which is always in memory.
-const BEGINNING: u64 = 1 << 20;
+pub const BEGINNING: u64 = 1 << 20;
 
 /// Bytes of a block: few enough that it is still in the second-level cache when it is hashed and its numbers are read.
-const BLOCK: u64 = 1 << 18;
+pub const BLOCK: u64 = 1 << 18;
 
-pub(super) struct LargeFile {
+pub struct LargeFile {
     beginning: Vec<u8>,
     size: u64,
     /// Bytes of a block.
     block: u64,
     state: Mutex<State>,
-    whole: OnceLock<Pages>,
+    pub whole: OnceLock<Pages>,
 }
 
 struct State {
@@ -35,7 +35,7 @@ struct State {
 }
 
 /// The first bytes of memory in large pages, which take half the time to fill.
-struct Pages {
+pub struct Pages {
     memory: MmapMut,
     length: usize,
 }
@@ -50,11 +50,11 @@ impl Deref for Pages {
 
 impl LargeFile {
     /// A file of `size` bytes.
-    pub(super) fn new(file: File, size: u64) -> io::Result<Self> {
+    pub fn new(file: File, size: u64) -> io::Result<Self> {
         Self::with_lengths(file, size, BEGINNING, BLOCK)
     }
 
-    fn with_lengths(file: File, size: u64, beginning_length: u64, block: u64) -> io::Result<Self> {
+    pub fn with_lengths(file: File, size: u64, beginning_length: u64, block: u64) -> io::Result<Self> {
         let mut beginning = Vec::new();
         (&file).take(beginning_length).read_to_end(&mut beginning)?;
         Ok(Self {
@@ -72,7 +72,7 @@ impl LargeFile {
     }
 
     /// The bytes before the first block.
-    pub(super) fn beginning(&self) -> &[u8] {
+    pub fn beginning(&self) -> &[u8] {
         &self.beginning
     }
 
@@ -189,135 +189,4 @@ fn read_pages(mut file: &File, size: u64) -> io::Result<Pages> {
         }
     }
     Err(io::Error::other("the file grew while it was read"))
-}
-
-#[cfg(test)]
-mod tests {
-    use std::fmt::Write;
-    use std::fs;
-    use std::path::Path;
-
-    use super::*;
-    use crate::import::Importer;
-    use mocap_formats::Source;
-    use mocap_scene::scene::Scene;
-
-    /// More bytes than the beginning; `row` writes a row.
-    fn take(row: impl Fn(usize) -> String) -> String {
-        const ROWS: usize = 120_000;
-        let mut text = String::from("HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\nMOTION\n");
-        write!(text, "Frames: {ROWS}\nFrame Time: 0.1\n").unwrap();
-        (0..ROWS).for_each(|index| text += &row(index));
-        assert!(text.len() as u64 > BEGINNING + 2 * BLOCK);
-        text
-    }
-
-    fn plain(index: usize) -> String {
-        format!("{}.0000000000\n", index % 360)
-    }
-
-    /// Reads a file of `text`, on which `change` is called when its beginning was read.
-    fn read(text: &str, change: impl Fn(&Path)) -> (mocap_scene::error::Result<Scene>, LargeFile) {
-        let file = tempfile::NamedTempFile::with_suffix(".bvh").unwrap();
-        fs::write(file.path(), text).unwrap();
-        let large = LargeFile::new(File::open(file.path()).unwrap(), text.len() as u64).unwrap();
-        change(file.path());
-        (import(&large, 1), large)
-    }
-
-    fn import(large: &LargeFile, threads: usize) -> mocap_scene::error::Result<Scene> {
-        let source = Source {
-            bytes: large.beginning(),
-            blocks: None,
-            name: Path::new("take.bvh"),
-            release: &|_| {},
-            open: &|_| Err(Diagnostic::new(Code::MissingFile, "there is no other file").into()),
-            list: &|_| Vec::new(),
-        };
-        Importer::new().threads(threads).read_large(large, &source)
-    }
-
-    /// Whatever the dialect, and wherever blocks end.
-    #[test]
-    fn every_fixture_is_read_as_from_memory() {
-        const LARGEST: usize = 60_000;
-        let (mut streamed, mut whole) = (0, 0);
-        for folder in ["dialects", "broken", "real"] {
-            for entry in fs::read_dir(Path::new("../../fixtures").join(folder)).unwrap() {
-                let path = entry.unwrap().path();
-                if path.extension().is_none_or(|extension| extension != "bvh") {
-                    continue;
-                }
-                let mut bytes = fs::read(&path).unwrap();
-                // The rows of longer ones end early, in some files in the middle of one.
-                if bytes.len() > LARGEST {
-                    let is_cut_in_a_row = bytes.len() % 3 == 0;
-                    bytes.truncate(LARGEST);
-                    if !is_cut_in_a_row {
-                        bytes.truncate(1 + memchr::memrchr(b'\n', &bytes).unwrap_or(LARGEST));
-                    }
-                }
-                let expected = Importer::new().threads(1).read(&bytes, "take.bvh");
-                let copy = tempfile::NamedTempFile::new().unwrap();
-                fs::write(copy.path(), &bytes).unwrap();
-                for (beginning, block, threads) in [(1 << 20, 1 << 18, 2), (20_000, 1009, 1), (9_000, 300, 3)] {
-                    let file = File::open(copy.path()).unwrap();
-                    let large = LargeFile::with_lengths(file, bytes.len() as u64, beginning, block).unwrap();
-                    match (import(&large, threads), &expected) {
-                        (Ok(found), Ok(expected)) => assert!(found == *expected, "{path:?} {block}"),
-                        (Err(found), Err(expected)) => assert_eq!(found.to_string(), expected.to_string(), "{path:?}"),
-                        (found, _) => panic!("{path:?}: {:?}", found.map(|scene| scene.warnings)),
-                    }
-                    match large.whole.get() {
-                        Some(_) => whole += 1,
-                        None => streamed += 1,
-                    }
-                }
-            }
-        }
-        assert!(streamed > 20 && whole > 20, "{streamed} {whole}");
-    }
-
-    #[test]
-    fn plain_rows_are_not_held_in_memory() {
-        let text = take(plain);
-        let (scene, file) = read(&text, |_| {});
-        assert!(file.whole.get().is_none());
-        let scene = scene.unwrap();
-        assert!(scene == Importer::new().read(text.as_bytes(), "take.bvh").unwrap());
-        assert_eq!(scene.metadata.origin.unwrap().sha256, Sha256Sum::of(text.as_bytes()));
-    }
-
-    #[test]
-    fn another_row_is_read_from_the_whole_text() {
-        let text = take(|index| match index {
-            110_000 => "nan\n".to_owned(),
-            _ => plain(index),
-        });
-        let (scene, file) = read(&text, |_| {});
-        assert!(file.whole.get().is_some());
-        assert!(scene.unwrap() == Importer::new().read(text.as_bytes(), "take.bvh").unwrap());
-    }
-
-    #[test]
-    fn a_file_that_changes_is_an_error_or_the_rows_that_are_left() {
-        let text = take(plain);
-        let shortened = read(&text, |path| {
-            let open = File::options().write(true).open(path).unwrap();
-            open.set_len(BEGINNING + BLOCK).unwrap();
-        });
-        let error = read(&text, |path| fs::write(path, text.replace("7.0", "x.0")).unwrap());
-        let grown = read(&text, |path| fs::write(path, text.clone() + "1\n").unwrap());
-        let scene = shortened.0.unwrap();
-        assert_eq!(scene.warnings[0].code, Code::FrameCount);
-        assert!(scene.animations[0].frame_count() > 50_000);
-        for (result, message) in [
-            (error.0, "the file changed while it was read"),
-            (grown.0, "the file grew while it was read"),
-        ] {
-            let error = result.unwrap_err();
-            assert_eq!((error.code(), error.diagnostic().message.as_str()), (Code::Io, message));
-            assert!(std::error::Error::source(&error).is_some());
-        }
-    }
 }

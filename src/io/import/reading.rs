@@ -21,7 +21,8 @@ use super::sha256::Sha256Sum;
 
 impl Importer {
     /// Reads a file, of which `source` has the beginning.
-    pub(super) fn read_large(&self, file: &LargeFile, source: &Source<'_>) -> Result<Scene> {
+    #[doc(hidden)]
+    pub fn read_large(&self, file: &LargeFile, source: &Source<'_>) -> Result<Scene> {
         let io_error = |error| Error::io(source.name, error);
         let format = self.find_format(source.bytes, source.name);
         let Some(format) = format.ok().filter(|format| format.reads_blocks) else {
