@@ -14,7 +14,7 @@ pub(crate) struct Source {
     /// The package and the modules of the file. The front door is the package without a name.
     pub(crate) module: ItemPath,
     pub(crate) text: String,
-    /// The text without comments and unit tests.
+    /// The text without comments.
     pub(crate) code: String,
     pub(crate) imports: Vec<Import>,
 }
@@ -35,10 +35,8 @@ impl Source {
         let names = below.iter().map(|name| name.to_str().unwrap());
         let module = names.filter(|name| *name != "lib").map(str::to_owned);
         let text = fs::read_to_string(path).unwrap();
-        let is_test = text.contains("#[test]") && !text.contains("#[cfg(test)]");
-        let is_code = |line: &&str| !is_test && line.trim() != "#[cfg(test)]";
-        let lines = text.lines().take_while(is_code);
-        let code: Vec<&str> = lines.filter(|line| !line.trim_start().starts_with("//")).collect();
+        let is_code = |line: &&str| !line.trim_start().starts_with("//");
+        let code: Vec<&str> = text.lines().filter(is_code).collect();
         let mut source = Self {
             path: path.to_str().unwrap().to_owned(),
             module: module.collect(),
