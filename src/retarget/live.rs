@@ -28,6 +28,7 @@
 
 mod bridge;
 mod clean;
+mod clock;
 mod play;
 mod poses;
 mod record;

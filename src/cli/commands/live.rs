@@ -53,6 +53,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     }
     tell_left_out(&counts);
     let mut scene = recorder.scene()?;
+    report::warnings(None, &scene.warnings);
     if args.clean {
         clean(&mut scene)?;
     }

@@ -10,6 +10,7 @@ use mocap_scene::scene::{Format, HumanoidBone as Bone, Scene};
 use rosc::OscMessage;
 use serde_json::{Map, Value, json};
 
+use super::clock::FrameTime;
 use super::play::{beginning, bundles, pose_message};
 use super::record::{VmcCounts, VmcRecorder};
 use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
@@ -82,8 +83,23 @@ struct Frame {
     is_out: bool,
     clock: Option<f64>,
     arrival: f64,
-    /// When the frame before was, by the clock or by arrival.
-    before: Option<f64>,
+    /// When the frame before was.
+    before: Option<FrameTime>,
+}
+
+impl Frame {
+    /// Where the frame has no clock, that of the frame before goes on.
+    fn time(&self) -> FrameTime {
+        let time = FrameTime {
+            sender: self.clock,
+            arrival: self.arrival,
+        };
+        let before = self.before.and_then(|before| Some(before.sender? + time.since(before)));
+        FrameTime {
+            sender: time.sender.or(before),
+            ..time
+        }
+    }
 }
 
 /// What moves the poses, once the bones of the sender are known.
@@ -199,7 +215,9 @@ impl VmcBridge {
                     }
                 }
             }
-            self.frame.arrival = seconds;
+            if !self.frame.is_out {
+                self.frame.arrival = seconds;
+            }
         }
         if self.frame.came.len() >= self.complete && !self.frame.is_out {
             self.give(&mut given);
@@ -227,9 +245,8 @@ impl VmcBridge {
             0 => usize::MAX,
             count => count,
         };
-        let time = self.frame.clock.unwrap_or(self.frame.arrival);
         self.frame = Frame {
-            before: Some(time),
+            before: Some(self.frame.time()),
             arrival: self.frame.arrival,
             ..Frame::default()
         };
@@ -246,8 +263,9 @@ impl VmcBridge {
         }
         let Some(stage) = &mut self.stage else { return };
         stage.set(&self.bones, self.root);
-        let clock = self.frame.clock.unwrap_or(self.frame.arrival);
-        let seconds = self.frame.before.map_or(0.0, |before| clock - before);
+        let time = self.frame.time();
+        let clock = time.sender.unwrap_or(time.arrival);
+        let seconds = self.frame.before.map_or(0.0, |before| time.since(before));
         self.counts.frames += 1;
         match &mut stage.mover {
             Mover::Humanoid { retargeter, to, bones } => {

@@ -8,6 +8,7 @@ use mocap_scene::scene::{
     Animation, Channel, Face, Format, HumanoidBone as Bone, Keys, Node, NodeId, NodeKind, Scene, UpAxis,
 };
 
+use super::clock::{FrameTime, seconds_of};
 use super::vmc::{BonePose, Said, messages};
 
 /// Rotations and positions that a recording holds: 90 minutes of 55 bones, 60 times a second, in less than a gigabyte.
@@ -40,8 +41,7 @@ pub struct VmcCounts {
 #[derive(Debug, Default)]
 pub struct VmcRecorder {
     counts: VmcCounts,
-    /// The seconds of the sender and those of arrival, of every frame.
-    frames: Vec<(Option<f64>, f64)>,
+    frames: Vec<FrameTime>,
     root: Option<BonePose>,
     bones: BTreeMap<Bone, Track>,
     face: Vec<FaceTrack>,
@@ -116,8 +116,11 @@ impl VmcRecorder {
             return;
         }
         match self.frames.last_mut() {
-            Some((own @ None, _)) => *own = Some(time),
-            _ => self.frames.push((Some(time), seconds)),
+            Some(FrameTime { sender: own @ None, .. }) => *own = Some(time),
+            _ => self.frames.push(FrameTime {
+                sender: Some(time),
+                arrival: seconds,
+            }),
         }
         self.keys += 1;
     }
@@ -172,7 +175,10 @@ impl VmcRecorder {
         let last = self.frames.len().checked_sub(1);
         let is_again = track.frames.last().map(|frame| *frame as usize) == last;
         if is_again || last.is_none() {
-            self.frames.push((None, seconds));
+            self.frames.push(FrameTime {
+                sender: None,
+                arrival: seconds,
+            });
         }
         track.frames.push((self.frames.len() - 1) as u32);
         if bone == Bone::Hips {
@@ -183,7 +189,8 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
-    /// The recording: a node for each bone that came, in metres with +Y up, without rotation in the T-pose.
+    /// The recording: a node for each bone that came, in metres with +Y up, without rotation in the T-pose. Its
+    /// warnings name the jumps of the sender's clock.
     ///
     /// # Errors
     /// [`Code::NoMotion`] where no bone came.
@@ -194,7 +201,8 @@ impl VmcRecorder {
                 .help("let the sender send bones to this address and port, and look whether a firewall is between")
                 .into());
         }
-        let (rate, ticks) = self.ticks();
+        let (times, jumps) = seconds_of(&self.frames);
+        let (rate, ticks) = ticks_of(&times);
         let nodes = self.nodes();
         let channels = nodes.iter().filter_map(|node| self.channel(node, &ticks));
         let mut scene = Scene {
@@ -211,6 +219,7 @@ impl VmcRecorder {
         }
         scene.nodes = nodes;
         self.add_face(&mut scene, &ticks);
+        scene.warnings.extend(jumps);
         // As in a VRM animation, the rest pose is the T-pose, whatever it looks like.
         scene.metadata.format = Some(Format::Vrma);
         scene.metadata.metres_per_unit = Some(1.0);
@@ -249,38 +258,6 @@ impl VmcRecorder {
             let offset_from_head = Some(middle);
             add_face_node(scene, Face::LookAt { offset_from_head }, keys);
         }
-    }
-
-    /// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
-    /// times of a network shake.
-    fn ticks(&self) -> (f64, Vec<f64>) {
-        /// Of a sender without two frames.
-        const USUAL: f64 = 60.0;
-        /// How far a rate may be from a whole one, of it, and be meant as that.
-        const WHOLE: f64 = 2e-3;
-        let has_clock = self.frames.iter().all(|(sender, _)| sender.is_some())
-            && self.frames.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        let times = self.frames.iter().map(|(sender, arrival)| match has_clock {
-            true => sender.unwrap_or(*arrival),
-            false => *arrival,
-        });
-        let times: Vec<f64> = times.collect();
-        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.retain(|step| *step > 1e-6);
-        steps.sort_by(f64::total_cmp);
-        let rate = steps
-            .get(steps.len().saturating_sub(1) / 2)
-            .map_or(USUAL, |step| 1.0 / step);
-        let rate = match (rate - rate.round()).abs() < WHOLE * rate && rate >= 1.0 {
-            true => rate.round(),
-            false => rate,
-        };
-        let mut ticks: Vec<f64> = Vec::with_capacity(times.len());
-        for time in &times {
-            let tick = ((time - times[0]) * rate).round();
-            ticks.push(ticks.last().map_or(0.0, |last| f64::max(last + 1.0, tick)));
-        }
-        (rate, ticks)
     }
 
     /// The bones depth-first, each on the nearest one above it that came.
@@ -346,4 +323,38 @@ fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
         node: Some(id),
         ..keys
     });
+}
+
+/// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
+/// times of a network shake.
+fn ticks_of(times: &[f64]) -> (f64, Vec<f64>) {
+    /// Of a sender without two frames.
+    const USUAL: f64 = 60.0;
+    /// Steps that differ from the median by a larger share of it are not averaged: a frame is missing there.
+    const NEAR: f64 = 0.5;
+    /// How far a rate may be from a whole one, of it, and be meant as that.
+    const WHOLE: f64 = 2e-3;
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.retain(|step| *step > 1e-6);
+    // The mean, because late packets and the rounding of a 32-bit clock shift the median.
+    steps.sort_by(f64::total_cmp);
+    let median = steps
+        .get(steps.len().saturating_sub(1) / 2)
+        .copied()
+        .unwrap_or_default();
+    steps.retain(|step| (step - median).abs() < NEAR * median);
+    let rate = match steps.len() {
+        0 => USUAL,
+        count => count as f64 / steps.iter().sum::<f64>(),
+    };
+    let rate = match (rate - rate.round()).abs() < WHOLE * rate && rate >= 1.0 {
+        true => rate.round(),
+        false => rate,
+    };
+    let mut ticks: Vec<f64> = Vec::with_capacity(times.len());
+    for time in times {
+        let tick = ((time - times[0]) * rate).round();
+        ticks.push(ticks.last().map_or(0.0, |last| f64::max(last + 1.0, tick)));
+    }
+    (rate, ticks)
 }

@@ -1,30 +1,25 @@
 //! `mocap record` and `mocap play` against each other.
 
 use std::io::{BufRead, BufReader, Read};
+use std::net::UdpSocket;
 use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
 
 use mocap::Importer;
+use mocap::live::VmcMotion;
 
 use crate::cut;
 use crate::program::{Folder, command_in};
 
-/// A recording that is ended by a signal is whole, with every frame that was played to it.
-#[test]
-fn what_is_played_is_recorded_until_a_signal() {
-    const FRAMES: usize = 20;
-    let folder = Folder::with(&[]);
-    folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
-    let mut recorder = command_in(&folder.path(""), "record vmc:0 -o take.vrma --clean");
+/// Records into `output` what `send` sends to a port, and ends that by a signal. Returns the messages.
+fn recorded(folder: &Folder, output: &str, send: impl FnOnce(&str)) -> String {
+    let mut recorder = command_in(&folder.path(""), &format!("record vmc:0 -o {output}"));
     let mut recorder = recorder.stderr(Stdio::piped()).spawn().unwrap();
     let mut said = BufReader::new(recorder.stderr.take().unwrap());
     let mut line = String::new();
     said.read_line(&mut line).unwrap();
-    let port = line.split(';').next().unwrap().rsplit(':').next().unwrap().to_owned();
-    folder.succeeds(&format!("play walk.bvh --vmc {port}"));
-    sleep(Duration::from_millis(100));
-    assert!(!folder.path("take.vrma").exists());
+    send(line.split(';').next().unwrap().rsplit(':').next().unwrap());
     let pid = i32::try_from(recorder.id()).unwrap();
     let killed = std::process::Command::new("kill")
         .args(["-INT", &pid.to_string()])
@@ -33,6 +28,50 @@ fn what_is_played_is_recorded_until_a_signal() {
     let mut rest = String::new();
     said.read_to_string(&mut rest).unwrap();
     assert!(recorder.wait().unwrap().success(), "{rest}");
+    rest
+}
+
+/// A jump of the sender's clock by hours loses nothing, also in a format that has a row for every frame.
+#[test]
+fn a_take_is_kept_across_a_jump_of_the_senders_clock() {
+    const FRAMES: usize = 20;
+    let folder = Folder::with(&[]);
+    let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let motion = VmcMotion::new(&scene).unwrap();
+    let rest = recorded(&folder, "take.bvh", |port| {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        for frame in 0..FRAMES {
+            let seconds = frame as f64 / 60.0;
+            let clock = if frame < 10 { seconds } else { 7_000.0 + seconds };
+            for packet in motion.packets_at(seconds, clock) {
+                socket.send_to(&packet, format!("127.0.0.1:{port}")).unwrap();
+            }
+            sleep(Duration::from_millis(16));
+        }
+        sleep(Duration::from_millis(100));
+    });
+    assert!(
+        rest.contains("warning[clock-jump]") && rest.contains("jumped forward by"),
+        "{rest}"
+    );
+    assert!(rest.contains(&format!("{FRAMES} frames")), "{rest}");
+    let scene = Importer::new().import(folder.path("take.bvh")).unwrap();
+    let seconds = scene.animations[0].duration / scene.animations[0].ticks_per_second;
+    assert!((0.2..10.0).contains(&seconds), "{seconds}");
+}
+
+/// A recording that is ended by a signal is whole, with every frame that was played to it.
+#[test]
+fn what_is_played_is_recorded_until_a_signal() {
+    const FRAMES: usize = 20;
+    let folder = Folder::with(&[]);
+    folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
+    let rest = recorded(&folder, "take.vrma --clean", |port| {
+        folder.succeeds(&format!("play walk.bvh --vmc {port}"));
+        sleep(Duration::from_millis(100));
+        assert!(!folder.path("take.vrma").exists());
+    });
     let scene = Importer::new().import(folder.path("take.vrma")).unwrap();
     assert_eq!(scene.animations[0].frame_count(), FRAMES, "{rest}");
     assert!(rest.contains("clean:"), "{rest}");

@@ -395,3 +395,158 @@ fn a_stream_that_is_no_body_yet_waits() {
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     assert!(VmcBridge::onto(&arm).is_err());
 }
+
+/// The sender's clock as a 64-bit float, which senders that have run for days need.
+fn exact_time(seconds: f64) -> Vec<u8> {
+    [text("/VMC/Ext/T"), text(",d"), seconds.to_be_bytes().to_vec()].concat()
+}
+
+/// The name of a case, the sender's clock at a frame, and how many jumps it has.
+type Case<'a> = (&'a str, &'a dyn Fn(usize) -> f64, u64);
+
+/// A sender of 30 frames a second is recorded for 3 seconds, while its clock jumps or fails. The take is as long as
+/// the receiver's clock says.
+#[test]
+fn a_jump_of_the_senders_clock_is_bridged_by_the_time_of_arrival() {
+    const FRAMES: usize = 91;
+    let fps = |frame: usize| frame as f64 / 30.0;
+    let from = |start: f64| {
+        move |frame: usize| {
+            if frame < 40 {
+                fps(frame)
+            } else {
+                start + fps(frame - 40)
+            }
+        }
+    };
+    let cases: [Case<'_>; 12] = [
+        ("no jump", &fps, 0),
+        ("5 hours forward", &from(18_000.0), 1),
+        ("to the largest number", &from(f64::MAX), 0),
+        ("backwards", &|frame| 18_000.0 - from(18_000.0)(frame), 0),
+        (
+            "back to 0 from 5 hours",
+            &|frame| {
+                if frame < 40 {
+                    18_000.0 + fps(frame)
+                } else {
+                    fps(frame - 40)
+                }
+            },
+            1,
+        ),
+        ("wraps at 1000", &|frame| (998.0 + fps(frame)) % 1000.0, 1),
+        ("NaN once", &|frame| if frame == 40 { f64::NAN } else { fps(frame) }, 0),
+        ("negative at first", &|frame| fps(frame) - 0.1, 0),
+        (
+            "one value far off",
+            &|frame| if frame == 40 { 1e9 } else { fps(frame) },
+            2,
+        ),
+        ("stands still", &|_| 7.0, 0),
+        ("absent", &|_| f64::NAN, 0),
+        (
+            "two senders",
+            &|frame| {
+                if frame % 2 == 0 {
+                    fps(frame)
+                } else {
+                    9000.0 + fps(frame)
+                }
+            },
+            90,
+        ),
+    ];
+    for (name, clock, jumps) in cases {
+        let mut recorder = VmcRecorder::new();
+        for frame in 0..FRAMES {
+            // Packets are up to 8 ms late.
+            let arrival = 500.0 + fps(frame) + 0.002 * (frame * 7 % 5) as f64;
+            recorder.hear(&exact_time(clock(frame)), arrival);
+            recorder.hear(
+                &bone("Hips", [0.01 * frame as f32, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+                arrival,
+            );
+        }
+        let scene = recorder.scene().unwrap();
+        let animation = &scene.animations[0];
+        let keys = &animation.channels[0].position_keys;
+        assert_eq!(keys.values.len(), FRAMES, "{name}");
+        let seconds = animation.duration / animation.ticks_per_second;
+        assert!((seconds - 3.0).abs() < 0.1, "{name}: {seconds} s");
+        let warned: u64 = scene.warnings.iter().map(|warning| warning.count).sum();
+        assert_eq!(warned, jumps, "{name}: {:?}", scene.warnings);
+        if name == "5 hours forward" {
+            let message = &scene.warnings[0].message;
+            assert_eq!(scene.warnings[0].code, Code::ClockJump);
+            // Frame 40 is due at 1.33 s.
+            assert!(
+                message.contains("forward by 17998.6") && message.contains("at 1.3"),
+                "{message}"
+            );
+        }
+    }
+}
+
+/// The gap in which a sender begins again is as long as no packet came.
+#[test]
+fn a_sender_that_begins_again_leaves_the_gap_of_its_arrival() {
+    let mut recorder = VmcRecorder::new();
+    for frame in 0..60 {
+        let (begun, waited) = if frame < 30 { (50.0, 0.0) } else { (-1.0, 12.0) };
+        let seconds = f64::from(frame) / 30.0;
+        recorder.hear(&exact_time(begun + seconds), seconds + waited);
+        recorder.hear(&bone("Hips", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]), seconds + waited);
+    }
+    let scene = recorder.scene().unwrap();
+    let animation = &scene.animations[0];
+    assert_eq!(
+        (animation.ticks_per_second, animation.duration),
+        (30.0, 59.0 + 12.0 * 30.0)
+    );
+    assert!(
+        scene.warnings[0].message.contains("jumped back by"),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+/// A jump of the clock gives no joint more time to move, nor does a frame without a time.
+#[test]
+fn a_robot_keeps_its_velocity_limits_across_a_jump_of_the_clock() {
+    let robot = mocap::Importer::new()
+        .import_robot("../../fixtures/robots/h1.urdf")
+        .unwrap();
+    let mut bridge = VmcBridge::onto_robot(&robot);
+    let mut before: Option<serde_json::Value> = None;
+    for frame in 0..12 {
+        // Another pose from frame 6 on.
+        let mut packets = turned(if frame < 6 { frame } else { 90 });
+        match frame {
+            6 => packets[0] = exact_time(18_000.0),
+            7.. => packets[0] = exact_time(18_000.0 + (frame - 6) as f64 / 60.0),
+            _ => {}
+        }
+        if frame == 9 {
+            packets[0] = exact_time(f64::NAN);
+        }
+        let arrival = 700.0 + frame as f64 / 60.0;
+        for packet in packets.iter().flat_map(|packet| bridge.hear(packet, arrival)) {
+            let said: serde_json::Value = serde_json::from_slice(&packet).unwrap();
+            let joints = |said: &serde_json::Value, name: &str| said["joints"][name].as_f64();
+            for joint in robot.links.iter().map(|link| &link.joint) {
+                let now = joints(&said, &joint.name);
+                let then = before.as_ref().and_then(|before| joints(before, &joint.name));
+                let Some((now, then)) = now.zip(then) else { continue };
+                let speed = (now - then).abs() * 60.0;
+                assert!(
+                    speed <= joint.limits.velocity.unwrap_or(f64::INFINITY) * 1.01 + 1e-6,
+                    "frame {frame}: {} {speed}",
+                    joint.name
+                );
+            }
+            before = Some(said);
+        }
+    }
+    assert_eq!(bridge.counts().frames, 12);
+}

@@ -1,0 +1,99 @@
+//! The time of each frame of a recording, by two clocks.
+//!
+//! VMC defines `/VMC/Ext/T` as a relative time in seconds; senders write Unity's `Time.time` as a 32-bit float. The
+//! sender's clock is free of the jitter of the network, but it starts at 0 again with the sender, and a machine that
+//! slept or set its clock makes it jump. The receiver's clock bridges such a jump.
+
+use mocap_scene::error::{Code, Diagnostic};
+
+/// How many seconds the sender's clock may gain on the receiver's between two frames, or go back. Delays of a network
+/// and packets that overtake each other stay below it.
+const LONGEST_DELAY: f64 = 1.0;
+
+/// The share of frames whose time is missing, or not later than that of the frame before, above which the sender's
+/// clock is not used. A 32-bit clock that has run for days repeats its values.
+const MOST_IRREGULAR: f64 = 0.05;
+
+/// When a frame was made by the sender's clock, and when it arrived, in seconds since any moment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameTime {
+    pub(super) sender: Option<f64>,
+    pub(super) arrival: f64,
+}
+
+impl FrameTime {
+    /// Seconds since a frame before, by the sender's clock. Where it is missing or jumps, by the receiver's.
+    pub(super) fn since(self, before: Self) -> f64 {
+        let step = before.sender.zip(self.sender).map(|(before, now)| now - before);
+        let waited = self.waited(before);
+        step.filter(|step| !is_jump(*step, waited)).unwrap_or(waited)
+    }
+
+    fn waited(self, before: Self) -> f64 {
+        (self.arrival - before.arrival).max(0.0)
+    }
+}
+
+fn is_jump(step: f64, waited: f64) -> bool {
+    step - waited > LONGEST_DELAY || step < -LONGEST_DELAY
+}
+
+/// A jump of the sender's clock.
+#[derive(Clone, Copy, Debug)]
+struct ClockJump {
+    /// Seconds of the recording at which the frame behind the jump is.
+    at: f64,
+    /// Seconds by which the sender's clock went further than the receiver's.
+    by: f64,
+}
+
+/// Seconds of each frame since the first, and the warning of the jumps that were bridged.
+pub(super) fn seconds_of(frames: &[FrameTime]) -> (Vec<f64>, Option<Diagnostic>) {
+    let mut seconds: Vec<f64> = Vec::with_capacity(frames.len());
+    let (mut jumps, mut irregular) = (Vec::new(), 0);
+    // The frame behind the last jump, with its seconds: the sender's clock counts from there.
+    let mut origin: Option<(f64, f64)> = None;
+    let mut last_of_clock: Option<(f64, FrameTime)> = None;
+    for (index, frame) in frames.iter().enumerate() {
+        let waited = index.checked_sub(1).map_or(0.0, |before| frame.waited(frames[before]));
+        let by_arrival = seconds.last().unwrap_or(&0.0) + waited;
+        let Some(sender) = frame.sender else {
+            irregular += 1;
+            seconds.push(by_arrival);
+            continue;
+        };
+        if let Some((before, last)) = last_of_clock {
+            let (step, waited) = (sender - before, frame.waited(last));
+            if is_jump(step, waited) {
+                jumps.push(ClockJump {
+                    at: by_arrival,
+                    by: step - waited,
+                });
+                origin = None;
+            } else if step <= 0.0 {
+                irregular += 1;
+            }
+        }
+        let (from, at) = *origin.get_or_insert((sender, by_arrival));
+        seconds.push(at + (sender - from));
+        last_of_clock = Some((sender, *frame));
+    }
+    if f64::from(irregular) > MOST_IRREGULAR * frames.len() as f64 {
+        return (frames.iter().map(|frame| frame.waited(frames[0])).collect(), None);
+    }
+    (seconds, warning_of(&jumps))
+}
+
+fn warning_of(jumps: &[ClockJump]) -> Option<Diagnostic> {
+    let ClockJump { at, by } = jumps.first()?;
+    let direction = if *by < 0.0 { "back" } else { "forward" };
+    let size = match by.abs() {
+        by if by < 1e9 => format!("{by:.2}"),
+        by => format!("{by:.1e}"),
+    };
+    let message = format!(
+        "the sender's clock jumped {direction} by {size} s at {at:.2} s; the recording goes on by the time of arrival"
+    );
+    let warning = Diagnostic::new(Code::ClockJump, message).times(jumps.len() as u64);
+    Some(warning.help("where the recording belongs to a sound or a video, compare them there"))
+}
