@@ -59,7 +59,7 @@ mod text;
 #[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
 mod texture;
 mod trc;
-#[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
+#[cfg(any(feature = "bvh", feature = "fbx", feature = "gltf", feature = "trc", feature = "usd"))]
 mod unique_names;
 mod urdf;
 #[doc(hidden)]

@@ -12,7 +12,8 @@
 //! unit of the file and keep their axes: it does not say which is up. A marker that jumps to 0, 0, 0 was not seen
 //! there.
 //!
-//! Written are the positions of all joints, or of the markers of a file that has them, in millimetres.
+//! Written are the positions of all joints, or of the markers of a file that has them, in millimetres. Each column has
+//! a name, each name once, with `_` for tabs and other control characters; an empty one is `Joint`.
 //! The format is described by OpenSim, *Marker (.trc) Files*.
 
 #[cfg(feature = "trc")]

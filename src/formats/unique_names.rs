@@ -2,6 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
+use mocap_scene::scene::{NodeKind, Scene};
+
+use crate::Renamed;
+
 /// Makes names unique.
 #[derive(Default)]
 pub(crate) struct UniqueNames {
@@ -25,4 +29,39 @@ impl UniqueNames {
             }
         }
     }
+
+    /// The name of a node in a file, which a format that separates names by more than quotes can hold: `_` stands for
+    /// each character that is not `allowed`, and an empty name becomes `Joint`, `EndSite` or `Group`. A change is added
+    /// to `renamed`.
+    pub(crate) fn of_node(
+        &mut self,
+        scene: &Scene,
+        node: usize,
+        allowed: impl Fn(char) -> bool,
+        key: impl Fn(&str) -> String,
+        renamed: &mut Vec<Renamed>,
+    ) -> String {
+        let from = &scene.nodes[node].name;
+        let wanted = match (from.trim(), scene.nodes[node].kind) {
+            ("", NodeKind::Joint) => "Joint".to_owned(),
+            ("", NodeKind::EndSite) => "EndSite".to_owned(),
+            ("", NodeKind::Group) => "Group".to_owned(),
+            (name, _) => name.chars().map(|c| if allowed(c) { c } else { '_' }).collect(),
+        };
+        let to = self.first_free(wanted, key);
+        if to != *from {
+            renamed.push(Renamed {
+                node,
+                from: from.clone(),
+                to: to.clone(),
+                is_asked_for: false,
+            });
+        }
+        to
+    }
+}
+
+/// Whether some reader ends a line or a column at a character, or shows nothing for it.
+pub(crate) fn is_separator(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')
 }

@@ -10,6 +10,7 @@
 //! | rotations | three rotation channels, in the node's [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
 //! | a constant scale | scaled lengths below the node; an animated scale is lost |
+//! | names | each once, with `_` for braces and control characters; an empty one is `Joint`: [`Renamed`](crate::Renamed) |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
 //!
@@ -49,7 +50,7 @@ impl BvhOptions {
     /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, where a value is not finite or a
     /// quaternion is not a rotation, and where the scene has no nodes.
     pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
-        Ok(build::text(scene, self)?.into_bytes())
+        Ok(build::text(scene, self)?.0.into_bytes())
     }
 }
 
@@ -65,7 +66,7 @@ impl BvhOptions {
 
 /// The files of the row.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
-    let text = build::text(scene, &options.bvh)?;
+    let (text, renamed) = build::text(scene, &options.bvh)?;
     let beside = options
         .bvh
         .sidecar
@@ -73,6 +74,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     let main = WrittenFile::new(&options.name, text.into_bytes());
     Ok(Written {
         warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
+        renamed,
         nodes: scene.nodes.len(),
         ..Written::of(beside.into_iter().chain([main]).collect())
     })

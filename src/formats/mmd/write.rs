@@ -8,6 +8,8 @@
 mod bones;
 mod bytes;
 
+use std::collections::HashSet;
+
 use glam::{DQuat, DVec3, Vec3};
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -61,9 +63,11 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     };
     check_length(animation, bones.count())?;
     let mut tracks = bone_tracks(shown, &bones);
-    tracks.retain(|track| is_writable(&track.name, &mut written));
+    let mut taken = HashSet::new();
+    tracks.retain(|track| is_writable(&track.name, &mut taken, &mut written));
     let mut morphs = morph_tracks(scene, animation, model.is_some(), &mut written);
-    morphs.retain(|track| is_writable(&track.name, &mut written));
+    taken.clear();
+    morphs.retain(|track| is_writable(&track.name, &mut taken, &mut written));
     written.nodes = tracks.len();
     let rate = animation.ticks_per_second;
     if (rate - FRAME_RATE).abs() > 1e-6 * FRAME_RATE {
@@ -106,15 +110,22 @@ fn left_out_joints(scene: &Scene, humanoid: &Scene) -> Option<String> {
     })
 }
 
-/// Whether a name can stand in the file; of one that cannot a note is made.
-fn is_writable(name: &str, written: &mut Written) -> bool {
-    let is_writable = !name.is_empty() && names::encode(name).is_some();
-    if !is_writable {
-        written.notes.push(format!(
-            "names: \"{name}\" left out, because Shift-JIS has not all of its letters"
-        ));
-    }
-    is_writable
+/// Whether a name can stand in the file, which has `taken` others; of one that cannot a note is made.
+fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Written) -> bool {
+    let reason = match names::key(name) {
+        Some(key) if key.is_empty() => "it is empty",
+        Some(key) => {
+            if taken.insert(key) {
+                return true;
+            }
+            "another name has the same first 15 bytes, and a VMD has no more"
+        }
+        None => "Shift-JIS has not all of its letters",
+    };
+    written
+        .notes
+        .push(format!("names: \"{name}\" left out, because {reason}"));
+    false
 }
 
 /// Refuses a motion that has few keys hours apart, as at another frame rate.

@@ -9,6 +9,7 @@ use mocap_scene::scene::{Animation, Format, Keys, NodeKind, Scene};
 
 use super::FIRST_WORD;
 use crate::numbers;
+use crate::unique_names::{UniqueNames, is_separator};
 use crate::written::unit_warning;
 use crate::{WriteOptions, Written, WrittenFile};
 
@@ -20,25 +21,32 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     let nodes: Vec<usize> = (0..scene.nodes.len())
         .filter(|node| scene.nodes[*node].kind != NodeKind::Group)
         .collect();
-    let text = text(scene, &nodes, &options.name);
+    // OpenSim refuses columns of one name.
+    let (mut unique, mut renamed) = (UniqueNames::default(), Vec::new());
+    let is_allowed = |c: char| !is_separator(c);
+    let names: Vec<String> = (nodes.iter())
+        .map(|node| unique.of_node(scene, *node, is_allowed, str::to_owned, &mut renamed))
+        .collect();
+    let text = text(scene, &nodes, &names, &options.name);
     Ok(Written {
         warnings: Vec::from_iter(unit_warning(scene, "TRC")),
+        renamed,
         nodes: nodes.len(),
         ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
     })
 }
 
-fn text(scene: &Scene, nodes: &[usize], name: &str) -> String {
+fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String {
     let animation = scene.animations.first();
     let frames = animation.map_or(1, Animation::frame_count);
     let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
     let count = nodes.len();
-    let mut text = format!("{FIRST_WORD}\t4\t(X/Y/Z)\t{}\n", cell(name));
+    let mut text = format!("{FIRST_WORD}\t4\t(X/Y/Z)\t{}\n", cell(file));
     text += "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n";
     let _ = writeln!(text, "{rate}\t{rate}\t{frames}\t{count}\tmm\t{rate}\t1\t{frames}");
     text += "Frame#\tTime";
-    for node in nodes {
-        let _ = write!(text, "\t{}\t\t", cell(&scene.nodes[*node].name));
+    for name in names {
+        let _ = write!(text, "\t{name}\t\t");
     }
     text += "\n\t";
     for marker in 1..=count {
@@ -89,7 +97,7 @@ fn is_seen(keys: &Keys<Vec3>, frame: usize) -> bool {
     }
 }
 
-/// A name without what separates columns and rows.
+/// The name of the file without what separates columns and rows.
 fn cell(name: &str) -> String {
-    name.replace(|letter: char| letter.is_control(), " ")
+    name.replace(is_separator, " ")
 }

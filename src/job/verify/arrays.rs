@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use super::chain::Skeleton;
+use super::chain::{Joint, Skeleton};
 use super::change::Change;
 use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
@@ -133,6 +133,11 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     Ok(verification)
 }
 
+/// Whether a joint has a name of the file. Texts of NumPy have no zeros at their end.
+fn is_called(joint: &Joint<'_>, name: &str) -> bool {
+    [joint.name.as_str(), joint.name.trim_end_matches('\0')].contains(&name)
+}
+
 /// The joint of the source for each of the file: the next of its name and kind, in the order of both.
 fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
     let mut node_of: Vec<usize> = Vec::with_capacity(file.names.len());
@@ -140,7 +145,7 @@ fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
         let next = node_of.last().map_or(0, |last| last + 1);
         let is_it = |node: &usize| {
             let joint = &ours.joints[*node];
-            joint.name == *name && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *is_end_site
+            is_called(joint, name) && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *is_end_site
         };
         let node = (next..ours.joints.len()).find(is_it);
         node_of.push(node.ok_or_else(|| {

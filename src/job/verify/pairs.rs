@@ -40,10 +40,11 @@ impl Pairs {
     /// Where there is no pair.
     pub(super) fn new(ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
         let simplified = |name: &str| {
-            name.chars()
-                .filter(|c| c.is_alphanumeric())
-                .flat_map(char::to_lowercase)
-                .collect()
+            let letters = name.chars().filter(|c| c.is_alphanumeric());
+            match letters.flat_map(char::to_lowercase).collect::<String>() {
+                letters if letters.is_empty() => name.trim().to_owned(),
+                letters => letters,
+            }
         };
         let exact = match_names(ours, theirs, std::borrow::ToOwned::to_owned);
         let loose = match_names(ours, theirs, simplified);
@@ -121,10 +122,16 @@ impl Pairs {
             "is not in the file",
             "are not in the file",
         );
+        let mut of_name: HashMap<String, usize> = HashMap::new();
+        for joint in &ours.joints {
+            *of_name.entry(kept_of(&joint.name)).or_default() += 1;
+        }
         let renamed = self.list.iter().filter_map(|&(a, b)| {
             let is_named_by_parent = is_named_by_parent(theirs, b);
             let (ours, theirs) = (&ours.joints[a].name, &theirs.joints[b].name);
-            let is_renamed = !is_kept(ours, theirs) && !is_named_by_parent;
+            let name = kept_of(ours);
+            let is_numbered = without_number(&kept_of(theirs)) == Some(name.as_str()) && of_name[&name] > 1;
+            let is_renamed = !is_kept(ours, theirs) && !is_numbered && !is_named_by_parent;
             is_renamed.then(|| format!("\"{ours}\" as \"{theirs}\""))
         });
         find(
@@ -145,9 +152,10 @@ impl Pairs {
         );
         if is_ours {
             let is_group = |name: &str| {
-                ours.joints
-                    .iter()
-                    .any(|joint| joint.kind == NodeKind::Group && joint.name == name)
+                ours.joints.iter().any(|joint| {
+                    let is_its = joint.name == name || without_number(name) == Some(joint.name.as_str());
+                    joint.kind == NodeKind::Group && is_its
+                })
             };
             // The joint for the path over the ground stands above the first root.
             let mut added = usize::from(has_root_motion);
@@ -254,6 +262,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
             matching.pair_first(index, found, needs_parent);
         }
     }
+    matching.pair_stand_ins();
     let unnamed = (0..ours.joints.len()).filter(|index| is_unnamed(&ours.joints[*index]));
     let mut all = Candidates((0..theirs.joints.len()).collect());
     for index in unnamed {
@@ -271,6 +280,35 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
 }
 
 impl Matching<'_, '_> {
+    /// Pairs joints whose name a format cannot hold: one of several that are equal has a number in the file, an empty
+    /// one is called after its kind.
+    fn pair_stand_ins(&mut self) {
+        let mut candidates: HashMap<String, Candidates> = HashMap::new();
+        for (index, joint) in self.theirs.joints.iter().enumerate() {
+            if self.of_theirs[index].is_none() {
+                let name = kept_of(&joint.name);
+                if let Some(name) = without_number(&name) {
+                    candidates.entry(name.to_owned()).or_default().0.push_back(index);
+                }
+                candidates.entry(name).or_default().0.push_back(index);
+            }
+        }
+        for needs_parent in [true, false] {
+            for (index, joint) in self.ours.joints.iter().enumerate() {
+                let name = match joint.kind {
+                    NodeKind::Group => continue,
+                    NodeKind::Joint if is_unnamed(joint) => "Joint".to_owned(),
+                    NodeKind::EndSite if is_unnamed(joint) => "EndSite".to_owned(),
+                    _ => kept_of(&joint.name),
+                };
+                let is_free = self.of_ours[index].is_none();
+                if let Some(found) = candidates.get_mut(&name).filter(|_| is_free) {
+                    self.pair_first(index, found, needs_parent);
+                }
+            }
+        }
+    }
+
     /// Pairs a joint of the source with the first of `candidates` that is free.
     fn pair_first(&mut self, ours: usize, candidates: &mut Candidates, needs_parent: bool) {
         while candidates
@@ -311,17 +349,23 @@ fn is_unnamed(joint: &Joint) -> bool {
     joint.name.trim().is_empty()
 }
 
-/// Whether a name is another only in what a name in some formats cannot have: control characters and braces, for which
-/// `_` or the replacement character stands, and space around it. A joint without a name may have any.
+/// Whether a name is another only in what a name in some formats cannot have: separators, braces and `#`, for which `_`
+/// or the replacement character stands, and space around it. A joint without a name may have any.
 fn is_kept(ours: &str, theirs: &str) -> bool {
     ours.trim().is_empty() || kept_of(ours) == kept_of(theirs)
 }
 
 /// What is left of a name in every format.
 pub(super) fn kept_of(name: &str) -> String {
-    let is_replaced = |c: char| c.is_control() || "{}\u{fffd}".contains(c);
+    let is_replaced = |c: char| c.is_control() || "{}#\u{fffd}\u{2028}\u{2029}".contains(c);
     let stands_for = |c: char| if is_replaced(c) { '_' } else { c };
     name.trim().chars().map(stands_for).collect()
+}
+
+/// A name without the number that tells it from equal ones, where it has such a number.
+fn without_number(name: &str) -> Option<&str> {
+    let (name, number) = name.rsplit_once('_')?;
+    number.parse::<u32>().is_ok().then_some(name)
 }
 
 /// Whether it is an end site with the name that it has where a format gives it none, as in BVH.

@@ -11,6 +11,8 @@ use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, Nod
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{BvhOptions, Channels};
+use crate::Renamed;
+use crate::unique_names::{UniqueNames, is_separator};
 
 /// The order for joints that have none; most programs write it.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
@@ -18,12 +20,14 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// Frames per second of a file that holds only a rest pose.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<String> {
+/// The text, and the nodes that are called otherwise in it.
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<Renamed>)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
+    let (heads, renamed) = heads(scene, &joints);
     let frames = motion.animation.map_or(1, Animation::frame_count);
     let mut text = String::from("HIERARCHY\n");
-    push_hierarchy(&mut text, &joints, options);
+    push_hierarchy(&mut text, &joints, &heads, options);
     let _ = writeln!(text, "MOTION\nFrames: {frames}");
     text.push_str("Frame Time: ");
     let frame_rate = motion
@@ -35,7 +39,7 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<String> {
     push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
     text.push('\n');
     push_rows(&mut text, &motion, &joints, frames, options)?;
-    Ok(text)
+    Ok((text, renamed))
 }
 
 /// A warning where scales move joints, for which BVH has no channel, with the largest distance.
@@ -289,19 +293,14 @@ fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
     position.abs().max_element() <= NEAR_ZERO * offset.length()
 }
 
-fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &BvhOptions) {
+fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], heads: &[String], options: &BvhOptions) {
     let mut open = 0;
-    for joint in joints {
+    for (joint, head) in std::iter::zip(joints, heads) {
         while open > joint.depth {
             open -= 1;
             push_line(text, open, "}");
         }
-        let keyword = match (joint.is_end_site, joint.depth) {
-            (true, _) => "End Site",
-            (false, 0) => "ROOT",
-            (false, _) => "JOINT",
-        };
-        push_line(text, open, &head(keyword, joint.name));
+        push_line(text, open, head);
         push_line(text, open, "{");
         open += 1;
         text.extend(std::iter::repeat_n('\t', open));
@@ -327,25 +326,30 @@ fn push_line(text: &mut String, indentation: usize, line: &str) {
     text.push('\n');
 }
 
-/// `JOINT name`. An end site with the name that an unnamed one gets is written without a name.
-fn head(keyword: &str, name: &str) -> String {
-    if keyword == "End Site" && name.starts_with("EndSite_") {
-        return keyword.to_owned();
-    }
-    // A name ends at a brace or at the end of its line.
-    let harmless = |c: char| {
-        if c.is_control() || matches!(c, '{' | '}') {
-            '_'
-        } else {
-            c
-        }
-    };
-    let name: String = name.trim().chars().map(harmless).collect();
-    if name.is_empty() {
-        format!("{keyword} _")
-    } else {
+/// `JOINT name` of each node, and the nodes that are called otherwise there. Blender keeps the last of several joints
+/// of one name. A joint keeps the name that a group has too. An end site with the name that readers make for one is
+/// written without a name.
+fn heads(scene: &Scene, joints: &[Joint<'_>]) -> (Vec<String>, Vec<Renamed>) {
+    let (mut unique, mut renamed) = (UniqueNames::default(), Vec::new());
+    let mut head = |joint: &Joint<'_>| {
+        let keyword = match (joint.is_end_site, joint.depth) {
+            (true, _) if joint.name.starts_with("EndSite_") => return "End Site".to_owned(),
+            (true, _) => "End Site",
+            (false, 0) => "ROOT",
+            (false, _) => "JOINT",
+        };
+        // A name ends at a brace or at the end of its line. Behind `End Site` a `#` begins a comment.
+        let ends_name = |c: char| is_separator(c) || matches!(c, '{' | '}') || (joint.is_end_site && c == '#');
+        let name = unique.of_node(scene, joint.node, |c| !ends_name(c), str::to_owned, &mut renamed);
         format!("{keyword} {name}")
+    };
+    let is_group = |joint: &Joint<'_>| scene.nodes[joint.node].kind == NodeKind::Group;
+    let mut heads = vec![String::new(); joints.len()];
+    for groups in [false, true] {
+        let these = std::iter::zip(&mut heads, joints).filter(|(_, joint)| is_group(joint) == groups);
+        these.for_each(|(text, joint)| *text = head(joint));
     }
+    (heads, renamed)
 }
 
 fn channels_line(joint: &Joint<'_>) -> String {

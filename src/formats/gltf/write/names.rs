@@ -1,6 +1,6 @@
 //! Node names as the file has them, as far as clients take them: each client finds every node.
 
-use mocap_scene::scene::{NodeKind, Scene};
+use mocap_scene::scene::Scene;
 
 use super::Renamed;
 use crate::unique_names::UniqueNames;
@@ -24,33 +24,15 @@ impl Names {
     /// A name for every node of `scene`, in its order, and the changed ones.
     pub(super) fn of_nodes(&mut self, scene: &Scene) -> (Vec<String>, Vec<Renamed>) {
         let mut renamed = Vec::new();
-        let names = scene.nodes.iter().enumerate().map(|(index, node)| {
-            let name = match (node.name.trim(), node.kind) {
-                ("", NodeKind::Joint) => "Joint".to_owned(),
-                ("", NodeKind::EndSite) => "EndSite".to_owned(),
-                ("", NodeKind::Group) => "Group".to_owned(),
-                (name, _) => harmless(name),
-            };
-            let name = self.unique(&name);
-            if name != node.name {
-                let (from, to) = (node.name.clone(), name.clone());
-                renamed.push(Renamed {
-                    node: index,
-                    from,
-                    to,
-                    is_asked_for: false,
-                });
-            }
-            name
-        });
-        (names.collect(), renamed)
+        let is_allowed = |c: char| c != SEPARATOR && !c.is_control();
+        let names = (0..scene.nodes.len())
+            .map(|node| {
+                self.0
+                    .of_node(scene, node, is_allowed, as_three_js_sees_it, &mut renamed)
+            })
+            .collect();
+        (names, renamed)
     }
-}
-
-/// `name` with `_` instead of every separator and every invisible character.
-fn harmless(name: &str) -> String {
-    let is_bad = |c: char| c == SEPARATOR || c.is_control();
-    name.chars().map(|c| if is_bad(c) { '_' } else { c }).collect()
 }
 
 /// three.js gives nodes, and the tracks that it binds to them by name, names in which `_` replaces white space and some

@@ -370,6 +370,27 @@ fn a_motion_on_its_model_comes_back() {
     }
 }
 
+/// A VMD keeps 15 bytes of a name: of two bones that have these in common one is written, and the other is told.
+#[test]
+fn bones_that_a_cut_name_cannot_tell_apart_are_told() {
+    let mut scene = Importer::new().import(MOTION).unwrap();
+    let [long, hair] = ["長い名前の骨の先", "髪"].map(|name| node(&scene, name));
+    let longer = "長い名前の骨の先生";
+    scene.nodes[hair].name = longer.to_owned();
+    let (_, said) = written(&scene);
+    let left_out = if long < hair {
+        longer
+    } else {
+        scene.nodes[long].name.as_str()
+    };
+    let note = said.notes.iter().find(|note| note.contains("first 15 bytes"));
+    assert!(
+        note.is_some_and(|note| note.contains(&format!("\"{left_out}\""))),
+        "{:?}",
+        said.notes
+    );
+}
+
 /// The largest angle between limbs of two scenes, in degrees.
 fn limbs_apart(ours: &Scene, theirs: &Scene, frames: &[f64]) -> f32 {
     use HumanoidBone as B;

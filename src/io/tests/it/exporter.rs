@@ -3,10 +3,11 @@
 use std::fs;
 
 use mocap::files::ReplacePolicy;
+use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::{BufferPlace, Provenance};
-use mocap::scene::NodeKind;
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
 use mocap::verify::{Verification, Verifier};
-use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
+use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption, Written};
 
 use crate::sample::{Sample, is_all};
 
@@ -91,6 +92,157 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
         }
     }
     assert!(count > 60 / parts, "{count}");
+}
+
+/// Names that files of other programs have, and that separate lines, columns or blocks in some format.
+const NAMES: [&str; 24] = [
+    "",
+    "",
+    "\t",
+    " ",
+    "a\tb",
+    "a\nb",
+    "a\r\nb",
+    "say \"hi\"",
+    "#tip",
+    "#",
+    "Hips",
+    "Hips",
+    "Hips",
+    "{x}",
+    "}",
+    "a,b",
+    "'q'",
+    "a\u{2028}b",
+    "back\\slash",
+    "<y>&amp;",
+    "JOINT",
+    "End Site",
+    "X1",
+    "\u{5de6}\u{8155}",
+];
+
+/// A root with a joint or an end site of each name, which swing about it.
+fn with_hostile_names() -> Scene {
+    let node = |name: &str, parent, transform, kind| Node {
+        name: name.to_owned(),
+        parent,
+        transform,
+        kind,
+        ..Node::default()
+    };
+    let mut scene = Scene::default();
+    scene.nodes.push(node("root", None, Mat4::IDENTITY, NodeKind::Joint));
+    for (index, name) in NAMES.into_iter().enumerate() {
+        let offset = Vec3::new(0.1 * index as f32 - 1.0, 0.3 + 0.01 * index as f32, 0.2);
+        let kind = if index % 3 == 2 {
+            NodeKind::EndSite
+        } else {
+            NodeKind::Joint
+        };
+        scene
+            .nodes
+            .push(node(name, Some(NodeId::new(0)), Mat4::from_translation(offset), kind));
+    }
+    let turn = |frame: u8| Quat::from_rotation_z(0.2 * f32::from(frame));
+    scene.animations.push(Animation {
+        ticks_per_second: 30.0,
+        duration: 4.0,
+        channels: vec![Channel {
+            node_name: "root".to_owned(),
+            node: Some(NodeId::new(0)),
+            position_keys: Keys::constant(Vec3::ZERO),
+            rotation_keys: Keys::every_tick((0..5).map(turn).collect()),
+            scaling_keys: Keys::constant(Vec3::ONE),
+        }],
+        ..Animation::default()
+    });
+    scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
+    scene
+}
+
+/// Every format holds a node of any name: the file is read again, each joint is where it was, and each change of a name
+/// is told.
+#[test]
+fn names_that_a_format_cannot_hold_are_replaced_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("hostile.glb");
+    let scene = with_hostile_names();
+    Exporter::new().export(&scene, &source).unwrap();
+    let read = Importer::new().import(&source).unwrap();
+    let names = |scene: &Scene| scene.nodes.iter().map(|node| node.name.clone()).collect::<Vec<_>>();
+    assert_eq!(
+        names(&read),
+        names(&scene),
+        "glTF keeps the names beside those of the file"
+    );
+    let mut written_as = Vec::new();
+    for (row, extension) in written() {
+        let path = folder.path().join("take").with_extension(extension);
+        let exported = match Exporter::new().export(&scene, &path) {
+            Ok(exported) => exported,
+            Err(error) if error.code() == Code::NotHumanoid => continue,
+            Err(error) => panic!(".{extension}: {error}"),
+        };
+        let again = Importer::new()
+            .import(&path)
+            .unwrap_or_else(|error| panic!(".{extension}: {error}"));
+        assert_eq!(again.metadata.format, Some(row.format));
+        let verified = Verifier::new().provenance(Provenance::of(&scene)).files(&source, &path);
+        let verified = verified.unwrap_or_else(|error| panic!(".{extension}: {error}"));
+        let allowed = exported.error.as_ref().map_or(2e-5, |error| error.max_error + 2e-5);
+        assert!(verified.is_within(allowed), ".{extension}: {verified:?}");
+        let texts = String::from_utf8_lossy(&exported.files.last().unwrap().bytes()).into_owned();
+        for renamed in &exported.renamed {
+            assert_eq!(renamed.from, scene.nodes[renamed.node].name, ".{extension}");
+        }
+        match row.format {
+            Format::Trc => {
+                let columns: Vec<&str> = texts.lines().nth(3).unwrap().split('\t').collect();
+                let markers: Vec<&str> = columns[2..].iter().copied().step_by(3).collect();
+                check_names(&markers, &exported);
+                assert_eq!(texts.lines().count(), 6 + 5, "a line for each of 5 frames");
+            }
+            Format::Bvh => {
+                let heads = texts.lines().map(str::trim);
+                let head = |line: &'_ str| {
+                    ["ROOT ", "JOINT ", "End Site "]
+                        .iter()
+                        .any(|word| line.starts_with(word))
+                };
+                let names: Vec<&str> = heads
+                    .filter(|line| head(line))
+                    .map(|line| line.trim_start_matches("ROOT ").trim_start_matches("End Site "))
+                    .map(|line| line.strip_prefix("JOINT ").unwrap_or(line))
+                    .collect();
+                check_names(&names, &exported);
+                assert_eq!(texts.matches('{').count(), 1 + NAMES.len());
+            }
+            _ => {}
+        }
+        written_as.push(extension);
+    }
+    assert_eq!(
+        written_as,
+        ["bvh", "glb", "gltf", "trc", "fbx", "usda", "usdz", "mclip"]
+    );
+}
+
+/// Each name of the file is there once, and is that of the scene or one that the report has.
+fn check_names(names: &[&str], exported: &Written) {
+    assert_eq!(names.len(), 1 + NAMES.len(), "{names:?}");
+    let once: std::collections::BTreeSet<_> = names.iter().collect();
+    assert_eq!(once.len(), names.len(), "{names:?}");
+    for (index, name) in names.iter().enumerate().skip(1) {
+        assert!(
+            !name.trim().is_empty() && !name.contains(|c: char| c.is_control()),
+            "{name:?}"
+        );
+        let renamed = exported.renamed.iter().find(|renamed| renamed.node == index);
+        let told = renamed.map_or(NAMES[index - 1], |renamed| &renamed.to);
+        assert_eq!(*name, told);
+    }
 }
 
 /// Bytes in memory are those on the disk, and so are the names.
