@@ -1,12 +1,28 @@
 //! The warnings of a reader, bounded in number, so that a hostile file cannot fill the memory.
 
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::error::{Code, Diagnostic, Error, Location, Result};
 use mocap_scene::scene::Scene;
 
 use crate::Failure;
 
 /// How many warnings of one code are kept with their locations; further ones are only counted.
 const MOST_OF_A_CODE: usize = 32;
+
+/// The warning of a file with fewer frames than it states.
+pub(crate) fn missing_frames(stated: u64, found: u64) -> Diagnostic {
+    let missing = stated.saturating_sub(found);
+    let message = format!("{missing} of {stated} frames are missing: the file is cut off, or states a wrong number");
+    Diagnostic::new(Code::MissingFrames, message)
+        .expected_found(format!("{stated} frames"), format!("{found}"))
+        .help("the frames that are there were read; export or download the file again")
+}
+
+/// The warning of a file that is cut off in its last row.
+pub(crate) fn cut_row(row: Location) -> Diagnostic {
+    Diagnostic::new(Code::RowLength, "the file ends inside its last row, which was dropped")
+        .at(row)
+        .help("the file is cut off: export or download it again")
+}
 
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {

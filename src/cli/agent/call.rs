@@ -81,9 +81,9 @@ impl Call<'_> {
         }
     }
 
-    fn check(&self, (files, are_readable): (Value, bool)) -> Result<Answer, Failure> {
+    fn check(&self, (files, are_whole): (Value, bool)) -> Result<Answer, Failure> {
         let mut answer = Answer::new(json!({"files": files}));
-        answer.is_error = !are_readable;
+        answer.is_error = !are_whole;
         Ok(answer)
     }
 

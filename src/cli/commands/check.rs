@@ -90,12 +90,12 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
     writeln!(out, "{}", report::visible(&summary(checked)))
 }
 
-/// What `--json` prints, as a list, and whether every file can be read.
+/// What `--json` prints, as a list, and whether every file is whole and can be read.
 pub(crate) fn result(args: &CheckArgs) -> Result<(serde_json::Value, bool), Failure> {
     let inputs = inputs::find(&args.paths, &args.inputs)?;
     let found: Vec<Checked> = inputs.iter().map(|input| check(args, input)).collect();
-    let are_readable = found.iter().all(|checked| checked.status != Status::Error);
-    Ok((super::value(&found), are_readable))
+    let are_whole = found.iter().all(|checked| checked.status != Status::Error);
+    Ok((super::value(&found), are_whole))
 }
 
 fn check(args: &CheckArgs, input: &Input) -> Checked {
@@ -125,10 +125,10 @@ fn checked(
     assumptions: Vec<Assumption>,
 ) -> Checked {
     let file = input.path.as_path();
-    let of_warnings = if args.read.strict {
-        Severity::Error
-    } else {
-        Severity::Warning
+    // A file that lost frames is not the one that was written.
+    let of_warning = |warning: &Diagnostic| match args.read.strict || warning.code.loses_frames() {
+        true => Severity::Error,
+        false => Severity::Warning,
     };
     let finding = |severity, diagnostic: Diagnostic| Finding {
         severity,
@@ -144,7 +144,9 @@ fn checked(
             ..finding(Severity::Error, error.diagnostic().clone())
         }
     };
-    let warnings = warnings.into_iter().map(|warning| finding(of_warnings, warning));
+    let warnings = warnings
+        .into_iter()
+        .map(|warning| finding(of_warning(&warning), warning));
     let diagnostics: Vec<_> = warnings.chain(error.map(of_error)).collect();
     let status = |finding: &Finding| match finding.severity {
         Severity::Error => Status::Error,

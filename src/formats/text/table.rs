@@ -4,6 +4,7 @@ use mocap_scene::error::{Code, Diagnostic};
 
 use super::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::Failure;
+use crate::warnings::{Warnings, missing_frames};
 
 /// Goes through the lines of a text.
 pub(crate) struct Table<'a> {
@@ -28,6 +29,26 @@ impl<'a> Table<'a> {
             if !line.bytes.iter().copied().all(is_space) {
                 return Some(line);
             }
+        }
+    }
+
+    /// Whether a row is cut off: the text ends with it, without a line end, and it lacks some of its cells, or frames
+    /// that the header states are missing behind it. Its last number may be cut off too.
+    pub(crate) fn is_cut_off(&self, row: Word<'_>, is_short: bool, frame: usize, stated: f64) -> bool {
+        let is_last = row.offset + row.bytes.len() == self.cursor.text().len();
+        is_last && frame > 0 && (is_short || frame as f64 + 1.0 < stated)
+    }
+
+    /// Warns where the file has another number of frames than its header states.
+    pub(crate) fn check_frames(&self, found: usize, stated: f64, warnings: &mut Warnings) {
+        if stated > found as f64 {
+            warnings.push(Code::MissingFrames, || missing_frames(stated as u64, found as u64));
+        } else if stated < found as f64 {
+            warnings.push(Code::FrameCount, || {
+                Diagnostic::new(Code::FrameCount, "the file has more frames than its header states")
+                    .expected_found(format!("{stated} frames"), format!("{found} frames"))
+                    .help("all frames were read")
+            });
         }
     }
 

@@ -9,7 +9,7 @@ use super::FIRST_WORD;
 use crate::points::{self, Track};
 use crate::text::table::{Table, cells, words};
 use crate::text::{Word, decode, decode_name, is_binary, number};
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, ReadOptions, Source};
 
 /// The columns before those of the first marker: the number of the frame, and the time.
@@ -56,22 +56,17 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         limit: options.limits.max_values,
     };
     while let Some(line) = lines.table.next_line() {
+        if lines
+            .table
+            .is_cut_off(line, motion.is_short(line), motion.frames, header.frames)
+        {
+            warnings.push(Code::RowLength, || cut_row(lines.table.cursor.locate(line)));
+            break;
+        }
         motion.row(&lines.table, line, warnings)?;
     }
     motion.leave_out_zeros(warnings);
-    if header.frames.is_finite() && header.frames != motion.frames as f64 {
-        warnings.push(Code::FrameCount, || {
-            Diagnostic::new(
-                Code::FrameCount,
-                "the file has another number of frames than its header states",
-            )
-            .expected_found(
-                format!("{} frames, as NumFrames says", header.frames),
-                format!("{} frames", motion.frames),
-            )
-            .help("the frames that are there were read; where the file is cut off, export it again")
-        });
-    }
+    lines.table.check_frames(motion.frames, header.frames, warnings);
     let rate = options.frame_rate_or(motion.rate(header.rate))?;
     let mut scene = Scene::default();
     scene.metadata.format = Some(Format::Trc);
@@ -177,6 +172,14 @@ struct Motion {
 }
 
 impl Motion {
+    /// Whether a row lacks cells. Empty cells at its end may be left out, but not within a marker, and not where blanks
+    /// separate.
+    fn is_short(&self, line: Word<'_>) -> bool {
+        let given = cells(line).len().saturating_sub(BEFORE);
+        let has_tabs = line.bytes.contains(&b'\t');
+        given < self.tracks.len() * 3 && !(has_tabs && given.is_multiple_of(3))
+    }
+
     fn row(&mut self, lines: &Table<'_>, line: Word<'_>, warnings: &mut Warnings) -> Result<(), Failure> {
         let cells = cells(line);
         let values = self.tracks.len() * 3;
@@ -201,9 +204,7 @@ impl Motion {
                     .help("the names of markers and the columns do not fit: export the file again"),
             ));
         }
-        // Empty cells at the end of a row may be left out, but not within a marker, and not where blanks separate.
-        let has_tabs = line.bytes.contains(&b'\t');
-        if given < values && !(has_tabs && given.is_multiple_of(3)) {
+        if self.is_short(line) {
             return Err(Box::new(
                 Diagnostic::new(Code::RowLength, format!("frame {} has too few numbers", self.frames))
                     .at(lines.cursor.locate(line))

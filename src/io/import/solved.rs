@@ -100,7 +100,10 @@ fn check_markers(scene: &Scene) -> Result<()> {
 /// The error of markers without a frame. Where the file is cut off, its reader has said what it states and what is
 /// there.
 fn no_frame(scene: &Scene) -> Diagnostic {
-    let cut = scene.warnings.iter().find(|warning| warning.code == Code::FrameCount);
+    let cut = scene
+        .warnings
+        .iter()
+        .find(|warning| warning.code == Code::MissingFrames);
     let markers = scene.nodes.len() - 1;
     let Some(cut) = cut else {
         let message = format!("the file has no frames: it names {markers} markers, and has no position of any");

@@ -28,6 +28,21 @@ macro_rules! codes {
                 match self { $(Self::$variant => $name,)* }
             }
 
+            /// Whether a warning of this code says that frames of the file are lost, which fails `mocap check`.
+            ///
+            /// ```
+            /// use mocap::{Code, Importer};
+            ///
+            /// let cut = b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 3 Frame Time: 0.1\n10\n";
+            /// let scene = Importer::new().read(cut, "a.bvh")?;
+            /// assert_eq!(scene.warnings[0].code, Code::MissingFrames);
+            /// assert!(scene.warnings[0].code.loses_frames());
+            /// # Ok::<(), mocap::Error>(())
+            /// ```
+            pub const fn loses_frames(self) -> bool {
+                matches!(self, Self::MissingFrames | Self::RowLength)
+            }
+
             /// What brings it about.
             pub const fn cause(self) -> &'static str {
                 match self { $(Self::$variant => $cause,)* }
@@ -103,8 +118,11 @@ codes! {
         "A count or a size in the file is larger than `Limits` allows."
         "Raise the limit if you trust the file."
     FrameCount "frame-count"
-        "The motion has more or fewer rows than `Frames:` says."
-        "Correct `Frames:`; `--all-rows` reads the rows beyond it."
+        "The motion has more frames than the file states."
+        "Correct the number in the file; `--all-rows` reads the rows of BVH beyond it."
+    MissingFrames "missing-frames"
+        "The motion has fewer frames than the file states: the file is cut off, or states a wrong number."
+        "Export or download the file again. The frames that are there were read."
     HeaderCount "header-count"
         "A count in the header of a C3D file differs from what follows; what follows was read."
         "Export the file again."

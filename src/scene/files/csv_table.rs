@@ -54,6 +54,7 @@ pub fn is_csv_of_points(head: &[u8]) -> bool {
 }
 
 /// The records of a table, one after the other.
+#[derive(Clone)]
 #[doc(hidden)]
 pub struct Records<'a> {
     rest: &'a str,

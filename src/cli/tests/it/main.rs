@@ -10,6 +10,7 @@ mod convert_and_verify;
 mod corpus;
 #[path = "../../../../tests/it/cut.rs"]
 mod cut;
+mod cut_off;
 #[cfg(feature = "fbx")]
 mod doors;
 mod edit_command;

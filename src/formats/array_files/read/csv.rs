@@ -49,7 +49,7 @@ pub(super) fn entries(bytes: &[u8], warnings: &mut Warnings) -> Result<Entries<'
         Box::new(Diagnostic::new(Code::BinaryFile, message).help("export it as UTF-8"))
     })?;
     match is_own_csv(bytes) {
-        true => own(text),
+        true => own(text, warnings),
         false => points(text, warnings),
     }
 }
@@ -58,8 +58,19 @@ fn refused(line: usize, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::RowLength, format!("line {line}: {}", message.into()))
 }
 
+/// The warning of a table that is cut off in its last frame.
+fn cut_frame(line: usize) -> Diagnostic {
+    refused(line, "the file ends inside its last frame, which was dropped")
+        .help("the file is cut off: export or download it again")
+}
+
+/// Whether no record follows.
+fn is_last(records: &Records<'_>) -> bool {
+    !records.clone().next(&mut Vec::new())
+}
+
 /// The arrays of this program.
-fn own(text: &str) -> Result<Entries<'static>, Failure> {
+fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
     let mut records = Records::new(text);
     let mut cells = Vec::new();
     let comment = match text.starts_with('#') {
@@ -91,6 +102,9 @@ fn own(text: &str) -> Result<Entries<'static>, Failure> {
     let (mut positions, mut rotations, mut rows) = (Vec::new(), Vec::new(), 0_usize);
     while records.next(&mut cells) {
         let (frame, joint) = (rows / count.max(1), rows % count.max(1));
+        if cells.len() < width && frame > 0 && is_last(&records) {
+            break;
+        }
         if cells.len() != width {
             let error = refused(
                 records.line,
@@ -122,21 +136,22 @@ fn own(text: &str) -> Result<Entries<'static>, Failure> {
         }
         rows += 1;
     }
-    if !rows.is_multiple_of(count.max(1)) {
-        let error = refused(records.line, "the last frame does not have all joints");
+    let (frames, rest) = (rows / count.max(1), rows % count.max(1));
+    if (rest > 0 || !cells.is_empty()) && frames > 0 {
+        warnings.push(Code::RowLength, || {
+            cut_frame(records.line).expected_found(format!("{count} rows"), format!("{rest} whole ones"))
+        });
+        positions.truncate(frames * count * 3);
+        rotations.truncate(frames * count * rotation.len());
+    } else if rest > 0 {
+        let error = refused(records.line, "the first frame does not have all joints");
         return Err(Box::new(
             error
-                .expected_found(format!("{count} rows"), format!("{}", rows % count))
+                .expected_found(format!("{count} rows"), format!("{rest}"))
                 .help("the file is cut off: write it again with mocap fk"),
         ));
     }
-    own_entries(
-        json,
-        (rows / count.max(1), count),
-        &positions,
-        &rotations,
-        rotation.len(),
-    )
+    own_entries(json, (frames, count), &positions, &rotations, rotation.len())
 }
 
 /// The arrays of this program as an `.npz` of it has them.
@@ -195,11 +210,19 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
         ));
     };
     let mut rows = PointRows::new(&columns, &names, warnings);
+    let mut has_rows = false;
     while records.next(&mut cells) {
         if let [only] = cells.as_slice()
             && only.trim().is_empty()
         {
             continue;
+        }
+        if cells.len() < names.len() && has_rows && is_last(&records) {
+            warnings.push(Code::RowLength, || {
+                let found = cells.len().to_string();
+                cut_frame(records.line).expected_found(names.len().to_string(), found)
+            });
+            break;
         }
         if cells.len() < names.len() {
             let error = refused(records.line, "the row has fewer cells than there are columns");
@@ -215,6 +238,7 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
             cell => number(cell, records.line, &names[column]),
         };
         rows.add(records.line, read, |column| Cow::Borrowed(cells[column].trim()))?;
+        has_rows = true;
     }
     rows.into_entries()
 }

@@ -15,7 +15,7 @@ use mocap_scene::limits::{Limits, limit_exceeded};
 use crate::array_files::END_OF_HEADER;
 use crate::text::table::{Table, cells, words};
 use crate::text::{Word, decode, decode_name, is_binary, quote};
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, STATE_THE_RATE};
 
 /// Lines of a header, at most: files of OpenSim have ten, and some repeat the settings of the tool that wrote them.
@@ -49,7 +49,7 @@ impl Columns {
             return Err(Box::new(Diagnostic::new(Code::BinaryFile, "the file is not text")));
         }
         let mut table = Table::new(&text);
-        let in_degrees = header(&mut table)?;
+        let Header { in_degrees, rows } = header(&mut table)?;
         let line = table.header_line("the names of the columns")?;
         let mut names = words(line).into_iter();
         if names.next().is_none_or(|word| !word.is("time")) {
@@ -68,6 +68,11 @@ impl Columns {
         };
         let mut not_finite = vec![None; columns.names.len()];
         while let Some(line) = table.next_line() {
+            let is_short = row_cells(line).len() < columns.names.len() + 1;
+            if table.is_cut_off(line, is_short, columns.times.len(), rows) {
+                warnings.push(Code::RowLength, || cut_row(table.cursor.locate(line)));
+                break;
+            }
             columns.row(&table, line, limits, &mut not_finite)?;
         }
         if columns.times.is_empty() {
@@ -78,6 +83,7 @@ impl Columns {
                     .help("the file is cut off behind the names of its columns: export it again"),
             ));
         }
+        table.check_frames(columns.times.len(), rows, warnings);
         columns.say_not_finite(&table, &not_finite, warnings);
         Ok(columns)
     }
@@ -104,11 +110,7 @@ impl Columns {
         limits: &Limits,
         not_finite: &mut [Option<NotFinite<'a>>],
     ) -> Result<(), Failure> {
-        let mut cells = cells(line);
-        // A tab may end a line.
-        while cells.last().is_some_and(|cell| cell.bytes.is_empty()) {
-            cells.pop();
-        }
+        let cells = row_cells(line);
         let (expected, frame) = (self.names.len() + 1, self.times.len());
         if cells.len() != expected {
             return Err(Box::new(
@@ -181,15 +183,35 @@ impl Columns {
     }
 }
 
-/// Passes the header, and says whether angles are in degrees.
-fn header(table: &mut Table<'_>) -> Result<bool, Failure> {
-    let mut in_degrees = true;
+/// The cells of a row, which a tab may end.
+fn row_cells(line: Word<'_>) -> Vec<Word<'_>> {
+    let mut cells = cells(line);
+    while cells.last().is_some_and(|cell| cell.bytes.is_empty()) {
+        cells.pop();
+    }
+    cells
+}
+
+/// What the lines before the columns state.
+struct Header {
+    in_degrees: bool,
+    /// NaN where it is not stated.
+    rows: f64,
+}
+
+/// Passes the header.
+fn header(table: &mut Table<'_>) -> Result<Header, Failure> {
+    let mut header = Header {
+        in_degrees: true,
+        rows: f64::NAN,
+    };
     for _ in 0..LONGEST_HEADER {
         let line = table.header_line(END_OF_HEADER)?;
         let text = decode_name(line.bytes).to_ascii_lowercase();
         match text.trim().split_once('=') {
-            Some((key, value)) if key.trim() == "indegrees" => in_degrees = value.trim() != "no",
-            _ if text.trim() == END_OF_HEADER => return Ok(in_degrees),
+            Some((key, value)) if key.trim() == "indegrees" => header.in_degrees = value.trim() != "no",
+            Some((key, value)) if key.trim() == "nrows" => header.rows = value.trim().parse().unwrap_or(f64::NAN),
+            _ if text.trim() == END_OF_HEADER => return Ok(header),
             _ => {}
         }
     }

@@ -55,6 +55,11 @@ impl<'a> Lines<'a> {
         Some(self.peek_line()?[0])
     }
 
+    /// Whether the text ends with a word, without a line end behind it.
+    pub(super) fn end_with(&self, word: Word<'_>) -> bool {
+        word.offset + word.bytes.len() == self.cursor.text().len()
+    }
+
     /// A diagnostic at `word`.
     pub(super) fn at(&self, word: Word<'_>, code: Code, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(code, message).at(self.cursor.locate(word))

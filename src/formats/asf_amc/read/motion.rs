@@ -91,8 +91,15 @@ impl<'a> Reader<'a, '_> {
                 self.read_header(first)?;
             } else if line.len() == 1 && first.bytes.iter().all(u8::is_ascii_digit) {
                 self.begin_frame(first)?;
-            } else {
-                self.read_bone(&line)?;
+            } else if let Err(failure) = self.read_bone(&line) {
+                let is_cut_off = line.last().is_some_and(|word| self.lines.end_with(*word));
+                if !is_cut_off || self.bones_in_first_frame.is_none() {
+                    return Err(failure);
+                }
+                // The file ends inside a word, and its last frame is dropped.
+                for (track, bone) in std::iter::zip(&mut self.motion.tracks, &self.skeleton.bones) {
+                    track.values.truncate(track.ticks.len() * bone.channels.len());
+                }
             }
         }
         if self

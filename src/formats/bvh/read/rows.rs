@@ -27,7 +27,7 @@ use super::decimals::accept_comma;
 use super::hierarchy::{Hierarchy, Joint};
 use super::motion::Header;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, missing_frames};
 use crate::{Blocks, ReadOptions};
 
 /// Takes the rows of a file, block by block.
@@ -301,7 +301,11 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         let mut found = 0;
         let mut rest: Option<Word<'a>> = None;
         while let Some(word) = rest.take().or_else(|| self.next_word(layout)) {
-            rest = self.read_value(word, found)?;
+            rest = match self.read_value(word, found) {
+                // The file ends inside a number.
+                Err(_) if self.is_cut_off(word) && found < channel_count => break,
+                read => read?,
+            };
             found += 1;
             if layout == Layout::Stream && found == channel_count {
                 if let Some(rest) = rest {
@@ -312,6 +316,11 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             }
         }
         Ok(found)
+    }
+
+    /// Whether the file, which has whole rows, ends with a word without a line end behind it.
+    fn is_cut_off(&self, word: Word<'_>) -> bool {
+        self.rows > 0 && word.offset + word.bytes.len() == self.text.len()
     }
 
     /// The next word of the row; none where the row ends.
@@ -449,16 +458,21 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         self.cursor.skip_spaces();
         let after = layout::after_the_rows(self.cursor, self.hierarchy.channel_count, self.layout);
         let (declared, found) = (self.header.frames, self.rows + after.rows);
-        if declared != found {
+        if declared > found {
+            self.warnings.push(Code::MissingFrames, || {
+                missing_frames(declared, found).at(self.cursor.locate(self.header.frames_word(self.text)))
+            });
+        }
+        if declared < found {
             self.warnings.push(Code::FrameCount, || {
-                let advice = if declared < found && !self.all_rows {
+                let advice = if !self.all_rows {
                     "the rows beyond that number were left out; --all-rows, or Importer::all_rows, reads them"
                 } else {
                     "all rows of the file were read"
                 };
                 Diagnostic::new(
                     Code::FrameCount,
-                    "the number after Frames: differs from the number of rows",
+                    "the motion has more rows than the number after Frames:",
                 )
                 .at(self.cursor.locate(self.header.frames_word(self.text)))
                 .expected_found(format!("{declared} rows"), format!("{found}"))

@@ -6,7 +6,7 @@ use mocap_scene::limits::{FARTHEST, is_plausible};
 
 use super::bytes::Processor;
 use super::{Failure, Header};
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, missing_frames};
 
 /// The positions of the points.
 #[derive(Debug)]
@@ -75,15 +75,13 @@ pub(super) fn read(
         points.frames += 1;
     }
     if points.frames < wanted {
-        warnings.push(Code::FrameCount, || {
+        warnings.push(Code::MissingFrames, || {
             let expected = format!(
                 "{} frames of {record_size} bytes from byte {} on",
                 header.frames, header.data
             );
             let found = format!("{} in a file of {} bytes", points.frames, bytes.len());
-            Diagnostic::new(Code::FrameCount, "the file is shorter than its header states")
-                .expected_found(expected, found)
-                .help("the complete frames were read; export or download the file again")
+            missing_frames(header.frames, points.frames as u64).expected_found(expected, found)
         });
     }
     Ok(points)

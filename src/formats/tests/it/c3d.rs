@@ -121,13 +121,13 @@ fn a_file_that_is_cut_off_is_read_as_far_as_it_goes() {
     let counts = scene
         .warnings
         .iter()
-        .find(|warning| warning.code == Code::FrameCount)
+        .find(|warning| warning.code == Code::MissingFrames)
         .unwrap();
     assert_eq!(
         counts.to_string(),
-        "the file is shorter than its header states; expected 1149 frames of 864 bytes from byte 3584 on; found 29 in a file of \
-         28640 bytes; \
-         help: the complete frames were read; export or download the file again"
+        "1120 of 1149 frames are missing: the file is cut off, or states a wrong number; expected 1149 frames of 864 bytes \
+         from byte 3584 on; found 29 in a file of 28640 bytes; \
+         help: the frames that are there were read; export or download the file again"
     );
 }
 

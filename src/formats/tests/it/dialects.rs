@@ -289,7 +289,7 @@ fn a_second_hierarchy_ends_the_first_motion() {
         let codes: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
         let expected: &[Code] = match declared {
             "Frames: 2" => &[Code::TrailingText],
-            _ => &[Code::FrameCount, Code::TrailingText],
+            _ => &[Code::MissingFrames, Code::TrailingText],
         };
         assert_eq!(codes, expected, "{declared}");
     }

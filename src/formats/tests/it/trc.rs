@@ -70,7 +70,7 @@ fn errors_name_their_place() {
     assert_eq!(place(&HEADER[..60], Code::UnexpectedEnd).0, 2);
     let warned = read(&row("1\t0\t1e30\t2\t3\t4\t5\t6")).unwrap();
     let codes: Vec<_> = warned.warnings.iter().map(|warning| warning.code).collect();
-    assert_eq!(codes, [Code::NonFiniteValue, Code::FrameCount, Code::Gap]);
+    assert_eq!(codes, [Code::NonFiniteValue, Code::MissingFrames, Code::Gap]);
     // Cut anywhere, it is an error or a scene.
     let whole = row("1\t0\t1\t2\t3\t4\t5\t6");
     for end in 0..whole.len() {

@@ -120,7 +120,7 @@ fn a_file_that_changes_is_an_error_or_the_rows_that_are_left() {
     let error = read(&text, |path| fs::write(path, text.replace("7.0", "x.0")).unwrap());
     let grown = read(&text, |path| fs::write(path, text.clone() + "1\n").unwrap());
     let scene = shortened.0.unwrap();
-    assert_eq!(scene.warnings[0].code, Code::FrameCount);
+    assert_eq!(scene.warnings[0].code, Code::MissingFrames);
     assert!(scene.animations[0].frame_count() > 50_000);
     for (result, message) in [
         (error.0, "the file changed while it was read"),

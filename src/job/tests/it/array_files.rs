@@ -339,8 +339,8 @@ fn tables_that_are_no_motion_or_are_damaged_say_where() {
     let far = "frame,joint,x,y,z\n0,a,1,2,3\n900000000000,a,1,2,3\n";
     for (text, part) in [
         (without(5), "line 6: the row is of another frame or joint"),
-        (without(lines.len() - 1), "the last frame does not have all joints"),
-        (own[..own.len() - 9].to_owned(), "another number of cells"),
+        (lines[..3].join("\n"), "the first frame does not have all joints"),
+        (lines[..3].join("\n") + "\n0,0", "another number of cells"),
         (own.replacen(",0.1,", ",zero,", 1), "line 3: the cell x is not a number"),
         ("file,clip,frames,score\n".to_owned(), "its columns are no positions"),
         (far.to_owned(), "the frames from 0 to 900000000000"),
@@ -356,6 +356,26 @@ fn tables_that_are_no_motion_or_are_damaged_say_where() {
     ] {
         let found = error(text.as_bytes(), "table.csv").to_string();
         assert!(found.contains(part), "{part}: {found}");
+    }
+}
+
+/// A table that ends inside a frame has the frames before it; the capture has 10.
+#[test]
+fn a_table_that_is_cut_off_has_its_whole_frames() {
+    let scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
+    let own = Arrays::of(&scene, &ArrayOptions::new()).unwrap().to_csv();
+    let without_last_row = &own[..own.trim_end().rfind('\n').unwrap() + 1];
+    let wide = "a_x,a_y,a_z,b_x,b_y,b_z,c_x,c_y,c_z\n1,2,3,4,5,6,7,8,9\n1,2,3,4,5,6,7,8,9\n1,2,3\n";
+    for (text, frames) in [(without_last_row, 9), (&own[..own.len() - 9], 9), (wide, 2)] {
+        let scene = Importer::new().retime(30.0).read(text.as_bytes(), "table.csv").unwrap();
+        assert_eq!(scene.animations[0].frame_count(), frames);
+        let [warning] = &*scene.warnings else {
+            panic!("{:?}", scene.warnings)
+        };
+        assert!(
+            warning.code == Code::RowLength && warning.message.contains("which was dropped"),
+            "{warning}"
+        );
     }
 }
 
