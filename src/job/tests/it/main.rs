@@ -18,6 +18,8 @@ mod one_answer;
 mod over_ground;
 mod rest_out;
 mod robot_files;
+#[path = "../../../retarget/tests/it/robot_walk.rs"]
+mod robot_walk;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;

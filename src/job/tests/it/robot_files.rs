@@ -2,42 +2,9 @@
 
 use mocap::arrays::{robot_npz, robot_pickle, robot_qpos_npz};
 use mocap::glam::Vec3;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
-use mocap::scene::Animation;
-use mocap::{Binding, Importer, Pose, Scene};
+use mocap::{Binding, Importer, Pose};
 
-/// Two seconds of a walk at 30 frames a second.
-fn walk() -> Scene {
-    let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
-    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
-    conversion
-        .frame_rate(30.0)
-        .trim(None, mocap::convert::Moment::Seconds(2.0))
-        .apply(&mut source)
-        .unwrap();
-    source
-}
-
-fn on(robot: &Robot, source: &Scene) -> (RobotMotion, RobotReport) {
-    let mut retargeter = RobotRetargeter::new(source, robot, &RobotOptions::default()).unwrap();
-    retargeter.clip(source, 0).unwrap()
-}
-
-/// Points of a link in the world, in every frame, by the poses of the animation.
-fn points(robot: &Robot, motion: &RobotMotion, link: &str, points: &[Vec3]) -> Vec<Vec<Vec3>> {
-    let (scene, animation): (Scene, Animation) = (robot_scene(robot), motion.to_animation(robot));
-    let node = scene.nodes.iter().position(|node| node.name == link).unwrap();
-    let binding = Binding::new(&scene, &animation);
-    let mut pose = Pose::rest(&scene);
-    let at = |frame: usize| {
-        pose.sample(&binding, &animation, frame as f64);
-        points
-            .iter()
-            .map(|point| pose.node_to_world[node].transform_point3(*point))
-            .collect()
-    };
-    (0..motion.frames()).map(at).collect()
-}
+use crate::robot_walk::{on, points, walk};
 
 #[test]
 fn the_motion_of_a_robot_is_read_with_its_robot() {

@@ -19,6 +19,7 @@ mod robot_kinds;
 mod robot_passes;
 mod robot_stream;
 mod robot_verdict;
+mod robot_walk;
 mod robots;
 mod roll;
 #[allow(dead_code, reason = "other packages use the rest of it")]

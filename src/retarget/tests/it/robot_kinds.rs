@@ -5,9 +5,10 @@ use std::fmt::Write;
 
 use mocap::glam::{DVec3, Quat, Vec3};
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_bones, robot_scene};
-use mocap::scene::Animation;
 use mocap::scene::HumanoidBone as Bone;
-use mocap::{Binding, Importer, Pose, Scene};
+use mocap::{Binding, Importer, Pose};
+
+use crate::robot_walk::{on, points, walk};
 
 /// What a built robot has.
 #[derive(Clone, Copy)]
@@ -166,39 +167,6 @@ fn arm(urdf: &mut Urdf, kind: Kind, side: &str, sign: f64) {
             above = link;
         }
     }
-}
-
-/// Two seconds of a walk at 30 frames a second.
-fn walk() -> Scene {
-    let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
-    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
-    conversion
-        .frame_rate(30.0)
-        .trim(None, mocap::convert::Moment::Seconds(2.0))
-        .apply(&mut source)
-        .unwrap();
-    source
-}
-
-fn on(robot: &Robot, source: &Scene) -> (RobotMotion, RobotReport) {
-    let mut retargeter = RobotRetargeter::new(source, robot, &RobotOptions::default()).unwrap();
-    retargeter.clip(source, 0).unwrap()
-}
-
-/// Points of a link in the world, in every frame, by the poses of the animation.
-fn points(robot: &Robot, motion: &RobotMotion, link: &str, points: &[Vec3]) -> Vec<Vec<Vec3>> {
-    let (scene, animation): (Scene, Animation) = (robot_scene(robot), motion.to_animation(robot));
-    let node = scene.nodes.iter().position(|node| node.name == link).unwrap();
-    let binding = Binding::new(&scene, &animation);
-    let mut pose = Pose::rest(&scene);
-    let at = |frame: usize| {
-        pose.sample(&binding, &animation, frame as f64);
-        points
-            .iter()
-            .map(|point| pose.node_to_world[node].transform_point3(*point))
-            .collect()
-    };
-    (0..motion.frames()).map(at).collect()
 }
 
 /// The corners of the sole in the frame of the foot.
