@@ -80,6 +80,7 @@ use mocap_compress::ErrorBound;
 use mocap_figure::Humanoid;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{self, Limits};
+use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, RootOffset, Scene};
 
@@ -239,6 +240,17 @@ impl FormatInfo {
             true => Err(self.left_out("write")),
             false => write(scene, options),
         })
+    }
+
+    /// The mesh that a motion is read with to be written in the format: that of its file where the format has one and
+    /// not the skeleton alone is wanted, else one that shows the skeleton.
+    #[doc(hidden)]
+    pub fn mesh(&self, skeleton_only: bool) -> SkeletonMesh {
+        match self.has_file_meshes {
+            true if skeleton_only => SkeletonMesh::None,
+            true => SkeletonMesh::Own,
+            false => SkeletonMesh::Skinned,
+        }
     }
 
     /// Whether numbers go out in the unit and the axes of the scene, because a file states neither; the others are in

@@ -32,13 +32,10 @@ pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Written> 
     let (from, to) = (from.as_ref(), to.as_ref());
     ReplacePolicy::new([from]).check_inputs(to)?;
     let row = FormatInfo::of_output(to);
-    let has_file_meshes = row.is_some_and(|row| row.has_file_meshes);
-    let mesh = if has_file_meshes {
-        SkeletonMesh::Own
-    } else {
-        SkeletonMesh::Skinned
-    };
-    let importer = Importer::new().skeleton_mesh(mesh).gltf_meshes(has_file_meshes);
+    let mesh = row.map_or(SkeletonMesh::Skinned, |row| row.mesh(false));
+    let importer = Importer::new()
+        .skeleton_mesh(mesh)
+        .gltf_meshes(mesh == SkeletonMesh::Own);
     let mut scene = importer.import(from)?;
     let keeps_units = row.is_some_and(FormatInfo::keeps_units);
     Conversion::new().keep_units(keeps_units).apply(&mut scene)?;

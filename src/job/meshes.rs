@@ -12,12 +12,8 @@ use super::said::{Hear, Said};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
 pub(super) fn shown(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
-    match job.write.mesh {
-        Some(mesh) => mesh.into(),
-        None if job.write.skeleton_only && row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::None,
-        None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
-        None => SkeletonMesh::Skinned,
-    }
+    let of_format = || row.map_or(SkeletonMesh::Skinned, |row| row.mesh(job.write.skeleton_only));
+    job.write.mesh.map_or_else(of_format, SkeletonMesh::from)
 }
 
 /// Decides what becomes of the file of a scene that has meshes, and says what is dropped. `row` is that of the output.

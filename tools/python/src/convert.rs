@@ -118,15 +118,11 @@ pub(crate) fn convert(
         return Err(invalid(message));
     }
     let conversion = conversion.keep_units(keeps_units);
-    // Where the meshes of the file are written, a skeleton needs none.
-    let has_file_meshes = row.is_some_and(|row| row.has_file_meshes);
-    let mesh = match has_file_meshes {
-        true if write.skeleton_only => SkeletonMesh::None,
-        true => SkeletonMesh::Own,
-        false => SkeletonMesh::Skinned,
-    };
-    let has_file_meshes = has_file_meshes && !write.skeleton_only;
-    let importer = read.importer()?.skeleton_mesh(mesh).gltf_meshes(has_file_meshes);
+    let mesh = row.map_or(SkeletonMesh::Skinned, |row| row.mesh(write.skeleton_only));
+    let importer = read
+        .importer()?
+        .skeleton_mesh(mesh)
+        .gltf_meshes(mesh == SkeletonMesh::Own);
     let written = py.detach(|| {
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
