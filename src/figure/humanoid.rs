@@ -240,6 +240,7 @@ impl Humanoid {
             };
             return Humanoid::stated(stated, reason);
         }
+        #[cfg(debug_assertions)]
         super::found::count();
         let tree = Tree::new(scene);
         let Some(mut body) = body::find(&tree) else {

@@ -405,5 +405,6 @@ impl Survey {
     }
 }
 
+#[cfg(debug_assertions)]
 #[doc(hidden)]
 pub mod found;

@@ -7,6 +7,7 @@ mod conversion;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/cut.rs"]
 mod cut;
+#[cfg(debug_assertions)]
 mod found;
 mod graph;
 mod jobs;
