@@ -44,7 +44,7 @@ use std::path::Path;
 
 use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
-use mocap::job::{Maker, Reading, SourceMap};
+use mocap::job::{Job, Maker, Reading, SourceMap};
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
 use mocap::robot::add_links;
 use mocap::scene::Scene;
@@ -119,6 +119,11 @@ fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
 /// A report as a value.
 fn value(report: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(report).unwrap_or_default()
+}
+
+/// Prints a job, which is then not done.
+fn print_job(job: &Job) -> Result<(), Failure> {
+    Ok(writeln!(report::stdout(), "{}", job.to_json())?)
 }
 
 /// Prints a value as indented JSON.

@@ -19,10 +19,10 @@ use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::{self, SkeletonMesh};
 use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
+use self::onto::import_onto;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
-use super::onto::import_onto;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
 use super::{Job, JointNames, Onto, meshes, names};
 

@@ -1,22 +1,16 @@
 //! The body that a job puts its motions on.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use mocap_figure::convert::RootMotion;
-use mocap_formats::FormatInfo;
-use mocap_retarget::retargeting::{Report, Retargeting, RetargetingOptions, Target};
+use mocap_retarget::retargeting::{Report, RetargetingOptions};
 use mocap_retarget::robot::Floor;
 use mocap_retarget::{Scale, Verdict};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::process::SkeletonMesh;
 use serde::{Deserialize, Serialize};
 
-use super::files::Files;
-use super::form::Form;
-use super::said::{Hear, Said, tell_of_skeleton};
+use super::is_default;
 use super::source::BoneMap;
 use super::text::Angle;
-use super::{Job, is_default, meshes};
 
 /// The body that a job puts its motions on.
 ///
@@ -225,40 +219,4 @@ impl Onto {
             }
         }
     }
-}
-
-/// Reads the body that motions are put on.
-pub(super) fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Result<(Form, Retargeting)> {
-    let file = onto.body().file.as_path();
-    let frames = &job.source.frames;
-    let options = onto
-        .options()?
-        .source_bones(job.source.map.bones()?)
-        .conversion(match onto {
-            Onto::Robot(_) => frames.conversion(),
-            // Of the clips on the body, after feet are locked.
-            _ => frames.conversion().root(RootMotion::Keep),
-        })
-        .root(frames.root);
-    let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
-    let mesh = match (onto, job.write.mesh) {
-        (Onto::Skeleton(_), None) => SkeletonMesh::None,
-        _ => meshes::shown(job, row),
-    };
-    let target = files.import_target(onto, mesh)?;
-    match &target {
-        Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
-        Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
-        Target::Character(character) => {
-            let broken = character.scene().warnings.iter();
-            let broken: Vec<_> = broken
-                .filter(|found| found.code == Code::NonFiniteValue)
-                .cloned()
-                .collect();
-            hear(Said::Warnings(file, &broken));
-        }
-    }
-    let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
-    let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
-    Ok((form, target))
 }

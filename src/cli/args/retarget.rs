@@ -1,9 +1,9 @@
 //! The options of `mocap retarget`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mocap::figure::HumanoidMap;
-use mocap::job::{Angle, BoneMap, Reading};
+use mocap::job::{Angle, BoneMap, Job, Onto, Reading};
 
 use super::batch::is_folder;
 use super::onto::OntoArgs;
@@ -53,5 +53,25 @@ impl RetargetArgs {
     /// Whether the output is a folder, with an output of each motion.
     pub(crate) fn is_many(&self) -> bool {
         is_folder(&self.output)
+    }
+}
+
+impl RetargetArgs {
+    /// The job of motions on the character of a file, with an output of the format of `extension`.
+    pub(crate) fn job(&self, motions: &[PathBuf], file: &Path, extension: &str) -> Job {
+        let mut body = self.onto.body(file, self.character_map.as_ref());
+        body.replace_animations = self.replace_animations;
+        body.names_of_clips.clone_from(&self.names_of_clips);
+        body.max_angle = self.max_angle;
+        let mut job = Job::new();
+        job.read = self.read.clone();
+        job.source = self.onto.sources(motions);
+        job.onto = Some(match self.to_skeleton {
+            Some(_) => Onto::Skeleton(body),
+            None => Onto::Character(body),
+        });
+        self.onto.write.fill(&mut job.write, &self.output, extension);
+        job.write.force = self.onto.force.force;
+        job
     }
 }

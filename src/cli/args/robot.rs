@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Reading, RequiredVerdict, RobotFormat};
+use mocap::job::{BoneMap, Job, Onto, Reading, RequiredVerdict, RobotFormat};
 use mocap::robot::Floor;
 
 use super::onto::OntoArgs;
@@ -72,5 +72,27 @@ impl RobotArgs {
         let is_one = matches!(&self.paths[..], [path] if !path.is_dir());
         let is_file = self.output.as_os_str() == "-" || self.output.extension().is_some();
         !(is_one && is_file) || self.output.is_dir()
+    }
+}
+
+impl RobotArgs {
+    /// The job, with outputs in a format.
+    pub(crate) fn job(&self, format: &str) -> Job {
+        let mut body = self.onto.body(&self.robot, self.robot_map.as_ref());
+        body.velocity_limits = self.velocity_limits;
+        body.passes = self.passes;
+        body.floor = self.floor;
+        body.require = self.require;
+        let mut job = Job::new();
+        job.read = self.read.clone();
+        job.source = self.onto.sources(&self.paths);
+        let rate = RobotFormat::named(format).and_then(RobotFormat::rate);
+        job.source.frames.fps = job.source.frames.fps.or(rate);
+        job.onto = Some(Onto::Robot(body));
+        let folder = self.output.join("");
+        let output = if self.is_many() { &folder } else { &self.output };
+        self.onto.write.fill(&mut job.write, output, format);
+        job.write.force = self.onto.force.force;
+        job
     }
 }

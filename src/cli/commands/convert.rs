@@ -8,14 +8,14 @@ use mocap::job::{Job, Made, Said, Smaller};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
-use super::{TO_OF_FILE, made, many, run as job, unknown_extension, verify};
+use super::{TO_OF_FILE, made, many, print_job, unknown_extension, verify};
 use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     let (job, format) = job_and_format(args, given)?;
     if args.instead.print_job {
-        return job::print(&job);
+        return print_job(&job);
     }
     if args.batch.out_dir.is_some() {
         return many::run(&job, given, &args.batch.inputs, &args.batch.spread, args.batch.resume);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap::edit::WalkReport;
 use mocap::job::{Job, JobReport};
 
-use super::{check_json, made, output_format, print_json, run as jobs, unknown_extension, write_output};
+use super::{check_json, made, output_format, print_job, print_json, unknown_extension, write_output};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
 use crate::batch::inputs;
 use crate::{Failure, report, streams};
@@ -14,7 +14,7 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
     match &args.command {
         Some(GraphCommand::Walk(args)) => {
             if args.instead.print_job {
-                return jobs::print(&job_of_walk(args)?);
+                return print_job(&job_of_walk(args)?);
             }
             check_json(args.json, &args.output)?;
             match (walk_over(args, given)?, args.json) {
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
             }
             Ok(())
         }
-        None if args.print_job => jobs::print(&args.job()),
+        None if args.print_job => print_job(&args.job()),
         None => make(args.job(), &args.inputs).map(|_| ()),
     }
 }

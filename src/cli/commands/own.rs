@@ -4,14 +4,14 @@ use std::path::Path;
 
 use mocap::job::Job;
 
-use super::{MANY, ONE_OUTPUT, many, output_format, run};
+use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
 use crate::Failure;
 use crate::args::{Given, OutputFormat, OwnArgs, refuse_options};
 
 /// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done.
 pub(super) fn begin(args: &OwnArgs, given: &Given, job: Job) -> Result<Option<Job>, Failure> {
     if args.instead.print_job {
-        return run::print(&job).map(|()| None);
+        return print_job(&job).map(|()| None);
     }
     if args.is_many() {
         return many::run(&job, given, &args.many, &args.spread, args.resume).map(|()| None);

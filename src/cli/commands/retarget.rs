@@ -7,14 +7,14 @@ use mocap::job::Job;
 use mocap::retarget::{RetargetReport, Verdict};
 use mocap::retargeting::Report;
 
-use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job_file};
+use super::{MANY, check_json, extension, made, many, output_format, print_job, print_json};
 use crate::args::{Given, RetargetArgs};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let job = job(args, given)?;
     if args.onto.instead.print_job {
-        return job_file::print(&job);
+        return print_job(&job);
     }
     if args.is_many() {
         return many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume);

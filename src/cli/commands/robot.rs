@@ -7,7 +7,7 @@ use mocap::retargeting::Report;
 use mocap::robot::RobotReport;
 
 use super::{
-    MANY, ONE_OUTPUT, check_json, extension, made, many, print_json, robot_reports, run as job_file, unknown_extension,
+    MANY, ONE_OUTPUT, check_json, extension, made, many, print_job, print_json, robot_reports, unknown_extension,
 };
 use crate::args::{Given, RobotArgs};
 use crate::{Failure, report, streams};
@@ -15,7 +15,7 @@ use crate::{Failure, report, streams};
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     let job = job(args, given)?;
     if args.onto.instead.print_job {
-        return job_file::print(&job);
+        return print_job(&job);
     }
     match args.is_many() {
         true => run_many(args, given, &job),

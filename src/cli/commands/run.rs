@@ -76,11 +76,6 @@ pub(crate) fn many(job: &Job, args: &RunArgs) -> Result<(), Failure> {
     many::run(job, &Given::default(), &args.inputs, &args.spread, args.resume)
 }
 
-/// Prints a job, which is then not done.
-pub(super) fn print(job: &Job) -> Result<(), Failure> {
-    Ok(writeln!(report::stdout(), "{}", job.to_json())?)
-}
-
 fn text(file: &Path) -> Result<String, Failure> {
     let mut text = String::new();
     let read = match streams::is_standard(file) {

@@ -3,18 +3,20 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use mocap_figure::convert::Conversion;
+use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_figure::{Axis, Confidence, Figure, Guess, Humanoid};
-use mocap_formats::Written;
-use mocap_retarget::retargeting::{Retargeting, SourceMotion};
+use mocap_formats::{FormatInfo, Written};
+use mocap_retarget::retargeting::{Retargeting, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::skeletons::up_of_others;
 use super::{Made, Maker, no_input};
+use crate::files::Files;
 use crate::form::Form;
-use crate::names;
-use crate::said::{Hear, Said};
+use crate::said::{Hear, Said, tell_of_skeleton};
+use crate::{Job, Onto, meshes, names};
 
 impl Maker<'_> {
     /// Motions on another body.
@@ -157,4 +159,40 @@ impl Maker<'_> {
             .for_each(|naming| names::tell(naming, &scene, &mut written));
         Ok(written)
     }
+}
+
+/// Reads the body that motions are put on.
+pub(super) fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Result<(Form, Retargeting)> {
+    let file = onto.body().file.as_path();
+    let frames = &job.source.frames;
+    let options = onto
+        .options()?
+        .source_bones(job.source.map.bones()?)
+        .conversion(match onto {
+            Onto::Robot(_) => frames.conversion(),
+            // Of the clips on the body, after feet are locked.
+            _ => frames.conversion().root(RootMotion::Keep),
+        })
+        .root(frames.root);
+    let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
+    let mesh = match (onto, job.write.mesh) {
+        (Onto::Skeleton(_), None) => SkeletonMesh::None,
+        _ => meshes::shown(job, row),
+    };
+    let target = files.import_target(onto, mesh)?;
+    match &target {
+        Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
+        Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
+        Target::Character(character) => {
+            let broken = character.scene().warnings.iter();
+            let broken: Vec<_> = broken
+                .filter(|found| found.code == Code::NonFiniteValue)
+                .cloned()
+                .collect();
+            hear(Said::Warnings(file, &broken));
+        }
+    }
+    let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
+    let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
+    Ok((form, target))
 }
