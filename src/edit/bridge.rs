@@ -1,15 +1,17 @@
-//! Frames of a gap from the frames on both sides.
+//! Interpolates the frames of a gap.
 
 use glam::Vec3;
 use mocap_scene::math::quaternion::{exp, log};
 use mocap_scene::pose::Trs;
 
-/// Sets the frames from `first` to `last` by those on both sides, two on each where there are two.
+/// Sets the frames from `first` to `last` by cubic Hermite interpolation. Two frames on each side give position and
+/// speed.
 pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     let (before, after) = (first - 1, last + 1);
     let (from, to) = (track[before], track[after]);
     let steps = (after - before) as f32;
-    // In the tangent space at the frame before the gap. A speed that was not seen on one side is that of the chord.
+    // Rotations are interpolated in the tangent space at the frame before the gap. Where a side has one frame, the mean
+    // speed of the gap replaces its speed.
     let whole = log(from.rotation.inverse() * to.rotation);
     let turn_in = before.checked_sub(1).map_or(whole / steps, |earlier| {
         log(track[earlier].rotation.inverse() * from.rotation)
@@ -37,7 +39,8 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     }
 }
 
-/// The cubic from 0 to `whole` within `steps` frames, with the changes per frame `start` and `end` there.
+/// The cubic Hermite curve from 0 to `whole` over `steps` frames. `start` and `end` are its changes per frame at its
+/// ends; `t` runs from 0 to 1.
 fn cubic(whole: Vec3, start: Vec3, end: Vec3, steps: f32, t: f32) -> Vec3 {
     let (t2, t3) = (t * t, t * t * t);
     whole * (3.0 * t2 - 2.0 * t3) + (start * (t3 - 2.0 * t2 + t) + end * (t3 - t2)) * steps

@@ -1,11 +1,13 @@
-//! Holds feet still while they stand.
+//! Removes foot sliding during ground contact.
 //!
-//! In contact, the step by which a foot's point of contact slides from frame to frame is taken back, so that a foot may
-//! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the
-//! world; [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) lets the leg follow. Between contacts the shift
-//! eases out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion
-//! capture editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep
-//! the length that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
+//! In each frame of a contact, the lock takes back the step by which the contact point slides. A foot may still roll
+//! from heel to ball, and turn. The lock shifts a foot as a whole and keeps its rotation in the world;
+//! [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) moves the leg. Between contacts the shift eases out and
+//! in without a jump in speed.
+//!
+//! Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing" (2002), lengthen the bones of a leg
+//! that is too short. Here the hips give way instead, and bones keep their lengths. Nearly straight legs need this
+//! most: one millimetre at the foot moves their knees by centimetres.
 
 mod follow;
 mod hips;
@@ -42,20 +44,19 @@ use super::contacts::{ContactOptions, DetectedContacts, detect};
 pub struct FootLockOptions {
     /// When a foot is in contact.
     pub contacts: ContactOptions,
-    /// Contacts that are known, for example those of the motion that was retargeted: they must have the frames of this
-    /// one. Default: `None`, they are detected.
+    /// Known contacts, for example of the source of a retargeted motion. They must have as many frames as the motion.
+    /// Default: `None`, contacts are detected.
     pub known: Option<DetectedContacts>,
-    /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
+    /// Seconds in which a shift eases out after a contact, and in before a contact. Default: 0.2.
     pub blend: f64,
-    /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way,
-    /// and keeps a part of its slide. Default: `None`, no foot slides.
+    /// The largest change of any other joint, in metres. The lock of a foot that would move a knee or the hips farther
+    /// is relaxed, and the foot keeps a part of its slide. Default: `None`, no lock is relaxed for this reason.
     pub largest_change: Option<f64>,
     /// The height of the floor along the up axis, in metres. Default: where the feet rest.
     pub floor: Option<f32>,
     /// The bones where the caller knows them.
     pub humanoid: Option<Humanoid>,
-    /// For each of the known points the height along the up axis to which it is brought in contact, in metres; empty
-    /// where they keep theirs.
+    /// The height along the up axis of each known point in contact, in metres. Empty: each point keeps its height.
     pub(super) levels: Vec<f32>,
 }
 
@@ -90,9 +91,9 @@ impl Default for FootLockOptions {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FootLockReport {
-    /// How far the feet slid while in contact, all steps together.
+    /// The distance that the feet slid in contact, summed over all frames.
     pub slide_before: f64,
-    /// The same afterwards.
+    /// The distance that they slide after the lock.
     pub slide_after: f64,
     /// The number of contacts.
     pub contacts: usize,
@@ -100,29 +101,29 @@ pub struct FootLockReport {
     pub largest_shift: f32,
     /// The deepest point of a foot below the floor before.
     pub deepest_before: f32,
-    /// The most by which the hips were lowered.
+    /// The largest distance by which the hips were lowered.
     pub hips_lowered: f32,
-    /// The most by which they were raised.
+    /// The largest distance by which the hips were raised.
     pub hips_raised: f32,
-    /// The largest change of a joint other than those of the feet: a knee, or all that the hips carry.
+    /// The largest change of a joint that belongs to no foot, such as a knee or the head.
     pub largest_other_change: f32,
     /// The name of that joint.
     pub largest_other_joint: String,
-    /// The frames in which the left and the right leg are too short to bring the foot where it belongs.
+    /// The frames in which the left and the right leg are too short to reach the target of the foot.
     pub out_of_reach: [usize; 2],
-    /// The largest distance of such a foot from there.
+    /// The largest distance of such a foot from its target.
     pub farthest_out_of_reach: [f32; 2],
-    /// The largest ratio of the speed of a foot to its speed without the lock around that moment: at most 1.2, or the
-    /// foot gives way.
+    /// The largest ratio of the speed of a foot to its speed without the lock, around the same moment. Above 1.2 the
+    /// lock is relaxed.
     pub speed_ratio: f32,
-    /// The largest ratio of accelerations likewise: at most 1.5.
+    /// The largest ratio of accelerations, measured in the same way. Above 1.5 the lock is relaxed.
     pub acceleration_ratio: f32,
-    /// The frames in which the left and the right foot give way to the motion without the lock.
+    /// The frames in which the lock of the left and of the right foot is relaxed.
     pub given_way: [usize; 2],
 }
 
-/// Holds the feet of `animation`, an index into the animations of `scene`, still while they are in contact, and above
-/// the floor. Bones keep their lengths.
+/// Removes the foot sliding of `animation`, an index into the animations of `scene`, and keeps the feet above the
+/// floor. Bones keep their lengths.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -155,13 +156,13 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         None => detected(&legs),
     };
     let rests = match options.known {
-        // Contacts may be those of another body, whose floor is elsewhere.
+        // Contacts of another body may have another floor.
         Some(_) => detected(&legs).floor,
         None => contacts.floor,
     };
     let floor = options.floor.unwrap_or(rests);
     let leg = legs.length(scene) * figure.metres();
-    // One below the feet is far from none of them.
+    // A floor below the feet moves no foot.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
             "floor must be finite and at most {leg:.3} m, the length of a leg, above where the feet rest, {rests:.3} m, got {floor}"
@@ -182,8 +183,8 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     Ok(report)
 }
 
-/// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the
-/// floor as they are there. `figure` is the one of the scene that is moved.
+/// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the heights of the
+/// source above the floor. `figure` is the figure of `scene`.
 #[doc(hidden)]
 pub fn follow_feet(
     scene: &mut Scene,
