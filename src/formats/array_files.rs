@@ -21,7 +21,7 @@ pub(crate) mod read;
 use mocap_scene::files::{is_csv_of_points, is_own_csv};
 use mocap_scene::scene::Format;
 
-use crate::FormatInfo;
+use crate::{Contents, FormatInfo};
 
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
@@ -48,6 +48,8 @@ const ROW: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Arrays,
+    has_sidecar: false,
 };
 
 pub(super) const NPY: FormatInfo = ROW;
@@ -121,6 +123,7 @@ pub(super) const MOT: FormatInfo = FormatInfo {
     reading: "fair: joint angles of its gait models, on any body; `mocap angles` writes them",
     sniff: is_mot,
     read: reader!("arrays", read::read_mot),
+    contents: Contents::Motion,
     ..ROW
 };
 

@@ -29,8 +29,8 @@ mod read;
 
 use mocap_scene::scene::Format;
 
-use crate::FormatInfo;
 use crate::text::{Cursor, Word, decode, is_line_end, is_space};
+use crate::{Contents, FormatInfo};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::AsfAmc,
@@ -52,6 +52,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The keywords before the frames of a motion.

@@ -3,7 +3,7 @@
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Format, Scene};
 
-use crate::{FormatInfo, ReadOptions, Source};
+use crate::{Contents, FormatInfo, ReadOptions, Source};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
@@ -26,6 +26,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {

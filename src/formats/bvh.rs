@@ -21,7 +21,7 @@ pub(crate) mod write;
 use mocap_scene::scene::Format;
 
 use crate::text::{Cursor, decode, is_line_end};
-use crate::{FormatInfo, WriteOption};
+use crate::{Contents, FormatInfo, WriteOption};
 
 pub use self::options::{BvhOptions, Channels};
 
@@ -56,6 +56,8 @@ pub const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: false,
     keeps_shear: false,
+    contents: Contents::Motion,
+    has_sidecar: true,
 };
 
 /// A BVH file begins with `HIERARCHY`; only comment lines may precede it.

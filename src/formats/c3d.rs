@@ -22,7 +22,7 @@ pub(crate) mod read;
 
 use mocap_scene::scene::Format;
 
-use crate::FormatInfo;
+use crate::{Contents, FormatInfo};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::C3d,
@@ -44,6 +44,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The block size: offsets in the file are block numbers.

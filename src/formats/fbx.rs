@@ -13,7 +13,7 @@ use mocap_scene::files::{FBX_HEAD, fbx_provenance};
 use mocap_scene::scene::Format;
 
 use crate::provenance::Provenance;
-use crate::{FormatInfo, WriteOption};
+use crate::{Contents, FormatInfo, WriteOption};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 #[cfg(feature = "fbx")]
@@ -52,6 +52,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: false,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The user's property of a node with its name in the scene, where the file has another.

@@ -47,7 +47,7 @@ pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 
-use crate::{FormatInfo, WriteOption};
+use crate::{Contents, FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 pub use self::character::Character;
@@ -95,6 +95,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: false,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
@@ -122,6 +124,8 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// Where a `.gltf` file has its buffer.

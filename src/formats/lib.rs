@@ -156,6 +156,24 @@ pub struct FormatInfo {
     /// positions alone, or a rest pose of its own.
     #[doc(hidden)]
     pub keeps_shear: bool,
+    /// What its files hold.
+    #[doc(hidden)]
+    pub contents: Contents,
+    /// Whether a file beside it can hold what the format cannot: [`Sidecar`].
+    #[doc(hidden)]
+    pub has_sidecar: bool,
+}
+
+/// What the files of a format hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
+pub enum Contents {
+    /// A skeleton or points, which may move.
+    Motion,
+    /// Arrays of numbers, whose points may have no names.
+    Arrays,
+    /// A robot, which does not move.
+    Robot,
 }
 
 impl fmt::Debug for FormatInfo {

@@ -9,7 +9,9 @@ use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
 use super::written::{millimetres, unit_warning};
-use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
+use super::{
+    Achieved, Contents, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile,
+};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
@@ -37,6 +39,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: false,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The files of the row, with the first animation.

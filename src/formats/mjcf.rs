@@ -28,8 +28,8 @@ mod read;
 
 use mocap_scene::scene::Format;
 
-use crate::FormatInfo;
 use crate::text::begins_with_element;
+use crate::{Contents, FormatInfo};
 
 #[cfg(feature = "mjcf")]
 pub(super) use self::read::read_robot;
@@ -55,4 +55,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Robot,
+    has_sidecar: false,
 };

@@ -42,7 +42,7 @@ mod write;
 
 use mocap_scene::scene::Format;
 
-use super::FormatInfo;
+use super::{Contents, FormatInfo};
 
 pub(super) const VMD: FormatInfo = FormatInfo {
     format: Format::Vmd,
@@ -64,6 +64,8 @@ pub(super) const VMD: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: false,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 pub(super) const PMX: FormatInfo = FormatInfo {

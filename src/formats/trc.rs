@@ -24,7 +24,7 @@ mod write;
 use mocap_scene::scene::Format;
 
 use super::text::{Cursor, decode};
-use super::{FormatInfo, WriteOption};
+use super::{Contents, FormatInfo, WriteOption};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Trc,
@@ -46,6 +46,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The first word of every file.

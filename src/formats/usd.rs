@@ -20,7 +20,7 @@ use mocap_scene::scene::Format;
 
 #[cfg(feature = "usd")]
 use crate::provenance::Provenance;
-use crate::{FormatInfo, WriteOption};
+use crate::{Contents, FormatInfo, WriteOption};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,
@@ -49,6 +49,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: true,
+    contents: Contents::Motion,
+    has_sidecar: false,
 };
 
 /// The first bytes of the binary form.

@@ -16,7 +16,7 @@ mod solved;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use mocap_formats::{ReadOptions, Source, read_robot};
+use mocap_formats::{Contents, FormatInfo, ReadOptions, Source, read_robot};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
@@ -30,17 +30,6 @@ pub use self::memory::MemoryFile;
 use mocap_formats::gltf::Character;
 #[cfg(feature = "solve")]
 use mocap_solve::Lengths;
-
-/// Formats of arrays, whose points may have no names of their own.
-#[cfg(any(feature = "arrays", feature = "solve"))]
-const ARRAYS: [Format; 6] = [
-    Format::Npz,
-    Format::Npy,
-    Format::Torch,
-    Format::Pickle,
-    Format::Csv,
-    Format::Parquet,
-];
 
 /// Imports a motion file with the default options.
 ///
@@ -257,9 +246,9 @@ impl Importer {
 
     fn robot(&self, source: &Source<'_>) -> Result<Robot> {
         let format = self.find_format(source.bytes, source.name);
-        let read = format.and_then(|format| match format.format {
-            Format::Urdf | Format::Mjcf => read_robot(source, &self.read.limits, self.robot_meshes),
-            other => {
+        let read = format.and_then(|row| match (row.contents, row.format) {
+            (Contents::Robot, _) => read_robot(source, &self.read.limits, self.robot_meshes),
+            (_, other) => {
                 let message = format!("the file is {other}, not a robot");
                 Err(Diagnostic::new(Code::UnknownFormat, message)
                     .expected_found("urdf or mjcf", other.as_str())
@@ -313,5 +302,6 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// Whether the scene was read from a file of arrays.
 #[cfg(any(feature = "arrays", feature = "solve"))]
 fn is_array(scene: &Scene) -> bool {
-    scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format))
+    let format = scene.metadata.format;
+    format.is_some_and(|format| FormatInfo::of(format).contents == Contents::Arrays)
 }

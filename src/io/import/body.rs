@@ -7,10 +7,10 @@ use glam::Vec3;
 use mocap_figure::convert::Conversion;
 use mocap_figure::robot_bones::robot_scene;
 use mocap_figure::vrm_humanoid;
-use mocap_formats::{Body, ReadOptions, Source, body_model};
+use mocap_formats::{Body, Contents, ReadOptions, Source, body_model};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Format, HumanoidBone, Scene};
+use mocap_scene::scene::{HumanoidBone, Scene};
 
 use super::{Importer, is_array};
 
@@ -38,8 +38,8 @@ impl Importer {
             return Ok(Body::Model(model));
         }
         let importer = Self::new().limits(self.read.limits).gltf_meshes(false);
-        let format = importer.find_format(file.bytes, file.name).map(|row| row.format);
-        if matches!(format, Ok(Format::Urdf | Format::Mjcf)) {
+        let row = importer.find_format(file.bytes, file.name);
+        if row.is_ok_and(|row| row.contents == Contents::Robot) {
             let robot = importer.robot(file)?;
             // A robot without legs takes no rotations of people, but it has joints.
             let bones = bones(robot_scene(&robot)).unwrap_or_default();

@@ -11,7 +11,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::pose::Binding;
 use mocap_scene::process::KeyTolerance;
-use mocap_scene::scene::{AppliedStep, Format, Origin, Scene};
+use mocap_scene::scene::{AppliedStep, Origin, Scene};
 
 use super::Importer;
 use super::clips::select;
@@ -164,7 +164,10 @@ impl Importer {
         numbers::check(&scene)?;
         solve(&mut scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        if scene.metadata.format == Some(Format::Bvh)
+        if scene
+            .metadata
+            .format
+            .is_some_and(|format| FormatInfo::of(format).has_sidecar)
             && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))
             && let Some(sidecar) = Sidecar::read(&bytes)
         {
