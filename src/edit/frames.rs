@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use mocap_figure::contacts;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::Limits;
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
@@ -59,12 +59,9 @@ impl Frames {
             .iter()
             .map(|channel| channel.position_keys.len() + channel.rotation_keys.len() + channel.scaling_keys.len())
             .sum();
-        let most = Limits::default().expanded_values(stated as u64) as f64;
-        if (whole + 2.0) * nodes.len() as f64 > most {
-            let message = format!("{whole} frames of {} joints are more than {most} values", nodes.len());
-            return Err(Diagnostic::new(Code::LimitExceeded, message).into());
-        }
-        let mut ticks: Vec<f64> = (0..=whole as usize).map(|tick| tick as f64).collect();
+        // The end of the motion may be one more.
+        let frames = FrameBudget::stated_by(&Limits::default(), stated as u64).frames(whole + 1.0, nodes.len())?;
+        let mut ticks: Vec<f64> = (0..frames - 1).map(|tick| tick as f64).collect();
         if animation.duration - whole > 1e-6 {
             ticks.push(animation.duration);
         }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::Limits;
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
@@ -50,16 +50,10 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let last = (frames.len() - 1) as f64 / frames.rate;
     let inverse: Vec<(f64, f64)> = moments.iter().map(|(from, to)| (*to, *from)).collect();
     let seconds = map(moments, last).max(0.0);
-    let count = (seconds * frames.rate + 1e-6).floor() + 1.0;
-    let most = Limits::default().expanded_values((frames.len() * frames.nodes().len()) as u64) as f64;
-    if count * frames.nodes().len() as f64 > most {
-        let message = format!(
-            "{count} frames of {} joints are more than {most} values",
-            frames.nodes().len()
-        );
-        return Err(Diagnostic::new(Code::LimitExceeded, message).into());
-    }
-    let rows = (0..count as usize).map(|frame| {
+    let stated = frames.len() * frames.nodes().len();
+    let count = FrameBudget::stated_by(&Limits::default(), stated as u64)
+        .frames((seconds * frames.rate + 1e-6).floor(), frames.nodes().len())?;
+    let rows = (0..count).map(|frame| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
         // A time that was computed there and back is not whole by its last bits.
         let tick = if (tick - tick.round()).abs() < 1e-6 {

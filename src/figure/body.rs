@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{NodeId, NodeKind, Scene, Side, Topic};
 
@@ -51,6 +52,8 @@ pub struct Body {
 impl Body {
     /// The body of the figure of a scene.
     pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
+        // Whoever follows the body goes through its frames.
+        FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
                 .help("name its bones in a map, or choose another file; markers become a skeleton by --markers auto, or mocap solve")

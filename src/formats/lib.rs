@@ -79,7 +79,7 @@ use std::sync::Arc;
 use mocap_compress::ErrorBound;
 use mocap_figure::Humanoid;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{self, Limits};
+use mocap_scene::limits::{self, FrameBudget, Limits};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, RootOffset, Scene};
@@ -235,7 +235,7 @@ impl FormatInfo {
         self.feature.is_some() && !self.reads
     }
 
-    /// Reads a whole file.
+    /// Reads a whole file. What it states of its length is within the limits, whatever its reader allows.
     ///
     /// # Errors
     /// Those of the reader; [`Code::MissingFeature`] where this build leaves the format out.
@@ -243,7 +243,12 @@ impl FormatInfo {
     pub fn read(&self, source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         match self.is_left_out() {
             true => Err(self.left_out("read")),
-            false => (self.read)(source, options),
+            false => {
+                let scene = (self.read)(source, options)?;
+                let bytes = source.blocks.map_or(source.bytes.len(), Blocks::size);
+                FrameBudget::stated_by(&options.limits, bytes as u64).check(&scene)?;
+                Ok(scene)
+            }
         }
     }
 
@@ -256,7 +261,9 @@ impl FormatInfo {
         let write = self.write?;
         Some(match self.is_left_out() {
             true => Err(self.left_out("write")),
-            false => write(scene, options),
+            false => FrameBudget::of_scene(&Limits::default())
+                .check(scene)
+                .and_then(|()| write(scene, options)),
         })
     }
 

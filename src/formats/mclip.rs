@@ -4,7 +4,7 @@
 
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::limit_exceeded;
+use mocap_scene::limits::{FrameBudget, limit_exceeded};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
@@ -109,12 +109,8 @@ fn check_limits(clip: &PackedClip<'_>, options: &ReadOptions) -> Result<(), Fail
         depths.push(depth);
     }
     // What does not move takes no memory here, but has a value in every row of what is written.
-    let values_a_frame = clip.values_a_frame().max(clip.node_count()) as u64;
-    let most = limits.expanded_values(clip.bytes().len() as u64);
-    if (clip.frame_count() as u64).saturating_mul(values_a_frame) > most {
-        let expected = format!("at most {most} values in a file of this size");
-        let found = format!("{} frames of {values_a_frame}", clip.frame_count());
-        return Err(limit_exceeded(expected, found).into());
-    }
+    let values_a_frame = clip.values_a_frame().max(clip.node_count());
+    let last = (clip.frame_count() as f64 - 1.0).max(clip.duration());
+    FrameBudget::stated_by(limits, clip.bytes().len() as u64).frames(last, values_a_frame)?;
     Ok(())
 }

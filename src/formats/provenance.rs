@@ -89,7 +89,7 @@ impl Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             source: metadata.origin.clone(),
             format: metadata.format,
-            frames: animation.map_or(0, |animation| animation.duration.round() as u64 + 1),
+            frames: animation.map_or(0, |animation| animation.frame_count() as u64),
             frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
             clip_frame_times: Vec::new(),
             root_offset: metadata.root_offset.clone(),

@@ -34,7 +34,7 @@ pub fn check<'a>(
 ) -> Result<()> {
     let bytes: usize = files.iter().map(WrittenFile::len).sum();
     let Some(main) = files.last() else { return Ok(()) };
-    if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, bytes)) {
+    if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, nodes.len(), bytes)) {
         return Ok(());
     }
     let open = |path: &Path| {
@@ -85,12 +85,17 @@ fn is_near_in_nodes(nodes: &[Node]) -> bool {
         || nodes.iter().any(|node| is_far(&node.transform.to_cols_array()))
 }
 
-fn is_near_in_animations<'a>(animations: impl Iterator<Item = &'a Animation> + Clone, bytes: usize) -> bool {
+fn is_near_in_animations<'a>(
+    animations: impl Iterator<Item = &'a Animation> + Clone,
+    nodes: usize,
+    bytes: usize,
+) -> bool {
     let mut values = 0_u64;
     for animation in animations {
         let rate = animation.ticks_per_second;
-        let frames = animation.duration.abs() as u64 + 1;
-        values = values.saturating_add(frames.saturating_mul(VALUES_OF_CHANNEL * animation.channels.len() as u64));
+        let frames = animation.frame_count() as u64;
+        let values_a_frame = (VALUES_OF_CHANNEL * animation.channels.len() as u64).max(nodes as u64);
+        values = values.saturating_add(frames.saturating_mul(values_a_frame));
         let is_near = !(FRAME_RATES.start() * ROOM..=FRAME_RATES.end() / ROOM.sqrt()).contains(&rate)
             || animation.channels.iter().any(|channel| {
                 let positions = channel.position_keys.values.iter();

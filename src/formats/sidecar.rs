@@ -5,6 +5,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use mocap_scene::error::Code;
+use mocap_scene::limits;
 use mocap_scene::scene::{AppliedStep, Scene};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -69,7 +71,9 @@ impl Sidecar {
                 out_metres_per_unit,
                 out_up,
                 ..
-            } => Some((out_metres_per_unit, out_up)),
+            } if limits::positive(Code::InvalidValue, "the unit", out_metres_per_unit).is_ok() => {
+                Some((out_metres_per_unit, out_up))
+            }
             _ => None,
         });
         if let Some((metres, up)) = space.into_iter().next() {

@@ -38,7 +38,8 @@ impl<'a> Clip<'a> {
 
     /// The number of frames; 0 without an animation.
     pub fn frames(&self) -> u64 {
-        self.animation().map_or(0, |animation| animation.duration as u64 + 1)
+        self.animation()
+            .map_or(0, |animation| (animation.duration as u64).saturating_add(1))
     }
 
     /// A summary as one line: `2.9 s, 344 frames at 120 fps, 31 joints`.

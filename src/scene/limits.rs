@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use crate::error::{Code, Diagnostic};
 use crate::options::setters;
+use crate::scene::Scene;
 
 /// Upper bounds for what a reader accepts, each checked before anything is allocated for it.
 ///
@@ -29,9 +30,8 @@ pub struct Limits {
     pub max_depth: usize,
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
-    /// Animated values of one file: frames times channels. Default: 2^30. For FBX and glTF, in which few bytes can
-    /// state a long take, the limit is at most 4 million and 256 more for each byte of the file. For another frame rate
-    /// it is at most 4 million and 256 more for each value of the motion.
+    /// Animated values of one file: frames times channels. Default: 2^30. Few bytes can state a long take, so the limit
+    /// is at most 4 million and 256 more for each byte of the file; at another frame rate, for each value of the motion.
     pub max_values: u64,
 }
 
@@ -70,6 +70,70 @@ impl Limits {
         self.max_values.min(ANY.saturating_add(stated.saturating_mul(EACH)))
     }
 }
+
+/// The values that a motion may still have: each number of each frame is one.
+///
+/// Frames come from a stated time or count by [`FrameBudget::frames`] alone, so that none is used unchecked.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct FrameBudget {
+    left: u64,
+}
+
+impl FrameBudget {
+    /// For a motion that `stated` bytes of a file state, or `stated` values at another frame rate.
+    pub fn stated_by(limits: &Limits, stated: u64) -> Self {
+        Self {
+            left: limits.expanded_values(stated),
+        }
+    }
+
+    /// For a motion in memory, which may be as long as a caller wants.
+    pub fn of_scene(limits: &Limits) -> Self {
+        Self {
+            left: limits.max_values,
+        }
+    }
+
+    /// Takes the values of the frames from 0 to `last` out of the budget. Returns the number of these frames.
+    #[allow(
+        clippy::result_large_err,
+        reason = "every caller makes an error of it, which is boxed"
+    )]
+    pub fn frames(&mut self, last: f64, values_a_frame: usize) -> Result<usize, Diagnostic> {
+        /// Whole numbers up to here have no gaps in 64 bits.
+        const WHOLE: f64 = (1_u64 << 53) as f64;
+        let values = values_a_frame.max(1) as u64;
+        let last = not_negative(Code::InvalidValue, "the number of the last frame", last)?.floor();
+        let frames = (last as u64).saturating_add(1);
+        let left = self.left.checked_sub(frames.saturating_mul(values));
+        match left.filter(|_| last < WHOLE) {
+            Some(left) => {
+                self.left = left;
+                Ok(frames as usize)
+            }
+            None => {
+                let most = self.left / values;
+                let expected = format!("at most {most} frames of {values} values, for a motion of this size");
+                Err(limit_exceeded(expected, format!("{} frames", last + 1.0)).help(SHORTER))
+            }
+        }
+    }
+
+    /// Holds every animation of a scene against the budget, with a value for each node at each frame.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where a duration is negative or not finite, and [`Code::LimitExceeded`].
+    pub fn check(mut self, scene: &Scene) -> crate::Result<()> {
+        for animation in &scene.animations {
+            self.frames(animation.duration.round(), scene.nodes.len())?;
+        }
+        Ok(())
+    }
+}
+
+/// What helps against a motion that is too long.
+const SHORTER: &str = "correct the time or the frame rate, or take a part of the motion";
 
 /// The farthest a joint may be from its parent, in the file's unit: kinematics squares and adds such numbers, and the
 /// results must still be finite in 32 bits.

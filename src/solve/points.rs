@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Topic, UpAxis};
 
@@ -28,7 +29,8 @@ impl Points {
             .filter(|node| scene.nodes[*node].kind != NodeKind::Group)
             .collect();
         let found = find(scene, &nodes, set)?;
-        let frames = animation.frame_count();
+        let mut budget = FrameBudget::of_scene(&Limits::default());
+        let frames = budget.frames(animation.duration.round(), scene.nodes.len())?;
         let mut points = Self {
             frames,
             tracks: Vec::new(),

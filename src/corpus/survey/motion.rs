@@ -8,8 +8,8 @@ use glam::{Quat, Vec3};
 use mocap_edit::DetectedContacts;
 use mocap_figure::Figure;
 use mocap_figure::contacts::ContactRule;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::Limits;
+use mocap_scene::error::Result;
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 
@@ -59,17 +59,14 @@ impl Motion {
     /// # Errors
     /// [`Code::LimitExceeded`] where it has more values than the limits allow.
     pub(crate) fn new(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
-        let (frames, nodes) = (animation.frame_count(), scene.nodes.len());
+        let nodes = scene.nodes.len();
         let stated: usize = animation
             .channels
             .iter()
             .map(|channel| channel.rotation_keys.len())
             .sum();
-        let most = Limits::default().expanded_values(stated as u64);
-        if (frames as u64).saturating_mul(nodes as u64) > most {
-            let message = format!("{frames} frames of {nodes} nodes are more than {most} values");
-            return Err(Diagnostic::new(Code::LimitExceeded, message).into());
-        }
+        let frames =
+            FrameBudget::stated_by(&Limits::default(), stated as u64).frames(animation.duration.round(), nodes)?;
         let metres = figure.metres();
         let up = Quat::from_rotation_arc(figure.up_direction(), Vec3::Y);
         let binding = Binding::new(scene, animation);

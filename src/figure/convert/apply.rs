@@ -1,6 +1,7 @@
 //! What a [`Conversion`] does, in its order.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::FrameBudget;
 use mocap_scene::process;
 use mocap_scene::scene::{Animation, Assumption, NodeId, Scene, Topic, UpAxis};
 
@@ -58,6 +59,7 @@ impl Conversion {
     #[doc(hidden)]
     pub fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
         self.check()?;
+        FrameBudget::of_scene(&self.limits).check(scene)?;
         let survey = &figure.survey;
         let drops = match self.first_frame {
             FirstFrame::Keep => false,

@@ -24,7 +24,7 @@ mod refusal;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::limits::{FARTHEST, FrameBudget, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use mocap_scene::scene::{
     Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
 };
@@ -61,9 +61,9 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     };
     scene.metadata.metres_per_unit = metres_per_unit;
     scene.metadata.up = up;
-    let mut values_left = options.limits.expanded_values(bytes.len() as u64);
+    let mut budget = FrameBudget::stated_by(&options.limits, bytes.len() as u64);
     for stack in &file.anim_stacks {
-        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
+        let animation = read_stack(stack, &file, &nodes, options, &mut budget, warnings)?;
         scene.animations.extend(animation);
     }
     if !options.without_meshes {
@@ -231,7 +231,7 @@ fn read_stack(
     file: &ufbx::Scene,
     nodes: &[Kept<'_>],
     options: &ReadOptions,
-    values_left: &mut u64,
+    budget: &mut FrameBudget,
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
     let rate = options.sampling_rate_or(file.settings.frames_per_second)?;
@@ -241,17 +241,9 @@ fn read_stack(
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
         return Ok(None);
     }
-    let frames = frames_in(seconds, rate);
-    // A rotation, a translation and a scale.
-    let values = frames.saturating_mul(10 * nodes.len() as u64);
-    let Some(left) = values_left.checked_sub(values) else {
-        let expected = format!("at most {values_left} values in a file of this size");
-        let found = format!("{values}: {frames} frames of {} nodes", nodes.len());
-        return Err(Box::new(limit_exceeded(expected, found).help(
-            "convert it to fewer frames a second, as with --fps 30, or write a shorter take",
-        )));
-    };
-    *values_left = left;
+    // One frame at the start and one after each frame time, up to the one nearest to the end. A frame of a node has a
+    // rotation, a translation and a scale.
+    let frames = budget.frames((seconds * rate).round(), 10 * nodes.len())?;
     let moving = nodes.iter().filter(|node| !node.is_end_site);
     let channels = moving.map(|node| {
         let transforms = (0..frames).map(|frame| {
@@ -267,11 +259,6 @@ fn read_stack(
         duration: (frames - 1) as f64,
         channels: channels.collect(),
     }))
-}
-
-/// One frame at the start and one after each frame time, up to the one nearest to the end.
-fn frames_in(seconds: f64, rate: f64) -> u64 {
-    (seconds * rate).round() as u64 + 1
 }
 
 fn read_channel(

@@ -18,7 +18,7 @@
 use std::collections::{HashMap, HashSet};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{self, limit_exceeded};
+use mocap_scene::limits::{self, FrameBudget};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{
     Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, Node, NodeId, NodeKind, Scene, Topic,
@@ -142,8 +142,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     for (index, (_, tracks)) in clips.iter_mut().enumerate() {
         scene.warnings.extend(keep_one_pose(tracks, index));
     }
-    let most = options.limits.expanded_values(source.bytes.len() as u64);
-    let mut left = most;
+    let mut budget = FrameBudget::stated_by(&options.limits, source.bytes.len() as u64);
     for (index, (name, tracks)) in clips.into_iter().enumerate() {
         let own = file
             .provenance_of(index)
@@ -155,13 +154,9 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         let step = own.or(of_clip).filter(|step| fits(*step, &tracks));
         let step = step.unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
-        let end = end_of(&tracks);
-        let frames = ((f64::from(end) / step).floor() as u64).saturating_add(1);
-        left = left.checked_sub(frames.saturating_mul(values_a_frame)).ok_or_else(|| {
-            let found = format!("{frames} frames of {values_a_frame}");
-            let expected = format!("at most {most} values in a file of this size");
-            limit_exceeded(expected, found).at_pointer(format!("/animations/{index}"))
-        })?;
+        budget
+            .frames(f64::from(end_of(&tracks)).max(0.0) / step, values_a_frame as usize)
+            .map_err(|refusal| refusal.at_pointer(format!("/animations/{index}")))?;
         let mut animation = build_animation(name, tracks, step, &placed, &scene.nodes);
         for keys in scene.weight_keys().filter_map(|animations| animations.get_mut(index)) {
             animation.duration = animation.duration.max(put_at_ticks(keys, step));

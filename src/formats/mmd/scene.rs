@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::limit_exceeded;
+use mocap_scene::limits::FrameBudget;
 use mocap_scene::scene::{
     Animation, Assumption, Channel, Confidence, Face, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, MmdInherits,
     MmdModel, Node, NodeId, NodeKind, Scene, Topic, UNNAMED_MOTION, UpAxis,
@@ -84,15 +84,11 @@ pub(super) fn of_motion(
         });
         return Ok(scene);
     };
-    let frames = u64::from(last) + 1;
     let moving = moving(model, &tracks);
     // Every bone is posed at every frame, whether it moves or not.
     let posed = model.bones.len() + motion.morphs.len();
-    let values = frames.saturating_mul(posed as u64);
+    let frames = FrameBudget::stated_by(&options.limits, bytes).frames(last.into(), posed)? as u64;
     let most = options.limits.expanded_values(bytes);
-    if values > most {
-        return Err(too_long(frames, values, most));
-    }
     let rows = rows(motion, model, &tracks, &moving, frames, most)?;
     let mut channels: Vec<Channel> = Vec::with_capacity(model.bones.len());
     let mut by_node: Vec<usize> = (0..model.bones.len()).collect();
@@ -447,11 +443,4 @@ fn add_morphs(scene: &mut Scene, motion: &Motion, last: u32, channels: &mut Vec<
             scaling_keys: Keys::constant(Vec3::ONE),
         });
     }
-}
-
-/// The error of a motion with more values than the limits allow.
-fn too_long(frames: u64, values: u64, most: u64) -> Failure {
-    let expected = format!("at most {most} values");
-    let found = format!("{values} in {frames} frames");
-    limit_exceeded(expected, found).into()
 }

@@ -13,7 +13,7 @@ use std::collections::HashSet;
 use glam::{DQuat, DVec3, Vec3};
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{Limits, limit_exceeded};
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, FaceTrack, Pose};
 use mocap_scene::scene::{Animation, Channel, Face, Format, NodeKind, Scene};
 
@@ -134,14 +134,8 @@ fn check_length(animation: &Animation, bones: usize) -> Result<()> {
     let stated: u64 = animation.channels.iter().map(keys).sum();
     let seconds = animation.duration / animation.ticks_per_second;
     // A frame has seven numbers of each bone.
-    let values = (seconds * FRAME_RATE).ceil() * (7 * bones) as f64;
-    let most = Limits::default().expanded_values(stated);
-    if values <= most as f64 {
-        return Ok(());
-    }
-    let expected = format!("at most {most} values at {FRAME_RATE} frames a second, for a motion of {stated} keys");
-    let found = format!("{values:.0} in {seconds:.0} s");
-    Err(limit_exceeded(expected, found).help("cut it: --trim 0..60").into())
+    FrameBudget::stated_by(&Limits::default(), stated).frames((seconds * FRAME_RATE).ceil(), 7 * bones)?;
+    Ok(())
 }
 
 /// The ticks of the frames of the file, the end of the motion included.

@@ -14,7 +14,7 @@ mod tokens;
 
 use std::collections::HashMap;
 
-use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::error::{Code, Diagnostic, Location};
 use mocap_scene::limits::{Limits, limit_exceeded};
 
 use self::tokens::{Tokens, is_word, text_of};
@@ -30,6 +30,8 @@ pub(super) struct Value {
     pub(super) numbers: Vec<f64>,
     /// Texts, tokens, paths and names of files.
     pub(super) texts: Vec<String>,
+    /// The offset in the text: of the time, where it is the value at one.
+    pub(super) offset: usize,
 }
 
 #[derive(Debug, Default)]
@@ -50,12 +52,18 @@ pub(super) struct Prim {
 
 /// The prims of a layer, a parent before its children.
 #[derive(Debug, Default)]
-pub(super) struct Layer {
+pub(super) struct Layer<'a> {
+    pub(super) text: &'a [u8],
     pub(super) metadata: Metadata,
     pub(super) prims: Vec<Prim>,
 }
 
-impl Layer {
+impl Layer<'_> {
+    /// Where a value stands.
+    pub(super) fn locate(&self, value: &Value) -> Location {
+        Tokens::locate(self.text, value.offset)
+    }
+
     /// The path of a prim.
     pub(super) fn path(&self, mut prim: usize) -> String {
         let mut names = vec![self.prims[prim].name.as_str()];
@@ -69,8 +77,8 @@ impl Layer {
 }
 
 /// The layer; of the attributes, only those that this crate reads.
-pub(super) fn parse(text: &[u8], limits: &Limits) -> Result<Layer, Failure> {
-    Parser::new(text, limits).layer()
+pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits) -> Result<Layer<'a>, Failure> {
+    Parser::new(text, limits).layer(text)
 }
 
 /// The metadata of a layer alone.
@@ -107,8 +115,9 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn layer(&mut self) -> Result<Layer, Failure> {
+    fn layer(&mut self, text: &'a [u8]) -> Result<Layer<'a>, Failure> {
         let mut layer = Layer {
+            text,
             metadata: self.metadata_of_layer()?,
             ..Layer::default()
         };
@@ -239,12 +248,13 @@ impl<'a> Parser<'a> {
                 }
                 Some(b',') => self.tokens.pass(1),
                 _ => {
+                    let offset = self.tokens.offset();
                     let time = self.tokens.number()?;
                     self.tokens.expect(b':')?;
                     let value = self.value()?;
                     if is_read {
                         self.count(&value)?;
-                        samples.push((time, value));
+                        samples.push((time, Value { offset, ..value }));
                     }
                 }
             }
@@ -268,7 +278,11 @@ impl<'a> Parser<'a> {
 
     /// A value: a number, a text, or a list of them, with all lists within it.
     fn value(&mut self) -> Result<Value, Failure> {
-        let mut value = Value::default();
+        self.tokens.peek();
+        let mut value = Value {
+            offset: self.tokens.offset(),
+            ..Value::default()
+        };
         let mut depth = 0_usize;
         loop {
             let Some(next) = self.tokens.peek() else {

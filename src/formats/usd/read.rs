@@ -115,12 +115,12 @@ fn make_joint(scene: &mut Scene, node: NodeId) {
     }
 }
 
-fn metadata_number(layer: &Layer, name: &str) -> Option<f64> {
+fn metadata_number(layer: &Layer<'_>, name: &str) -> Option<f64> {
     layer.metadata.get(name)?.numbers.first().copied()
 }
 
 /// Metres in a unit: the centimetre where the layer states none, as USD has it.
-fn metres(layer: &Layer) -> Result<f64, Failure> {
+fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
     const DEFAULT: f64 = 0.01;
     let stated = metadata_number(layer, "metersPerUnit").unwrap_or(DEFAULT);
     Ok(mocap_scene::limits::positive(
@@ -131,7 +131,7 @@ fn metres(layer: &Layer) -> Result<f64, Failure> {
 }
 
 /// The axis that points up: +Y where the layer states none, as USD has it.
-fn up(layer: &Layer) -> Result<UpAxis, Failure> {
+fn up(layer: &Layer<'_>) -> Result<UpAxis, Failure> {
     let stated = layer.metadata.get("upAxis").and_then(|value| value.texts.first());
     match stated.map(String::as_str) {
         None | Some("Y") => Ok(UpAxis::Y),

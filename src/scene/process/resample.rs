@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::rate::rate_before;
 use crate::error::{Code, Result};
-use crate::limits::{self, Limits, limit_exceeded};
+use crate::limits::{self, FrameBudget, Limits};
 use crate::scene::{Animation, AppliedStep, Keys, Scene};
 
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
@@ -40,34 +40,29 @@ impl Scene {
 
 /// A frame rate of the caller decides the memory, so what it asks for is counted before anything is allocated.
 fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
-    let (mut values, mut new_values) = (0_u64, 0_u64);
+    let mut values = 0_u64;
+    let mut asked = Vec::with_capacity(scene.animations.len());
     for animation in &scene.animations {
         let keys = animation.channels.iter().flat_map(|channel| {
             let (positions, scales) = (channel.position_keys.len(), channel.scaling_keys.len());
             [(positions, 3), (channel.rotation_keys.len(), 4), (scales, 3)]
         });
         // A frame has a tick, too.
-        let (mut kept, mut values_a_frame) = (0_u64, 1_u64);
+        let mut values_a_frame = 1;
         for (keys, width) in keys {
-            kept = kept.saturating_add(keys as u64 * width);
+            values = values.saturating_add((keys * width) as u64);
             if keys > 1 {
                 values_a_frame += width;
             }
         }
-        let old_per_new = old_per_new(animation, frames_per_second);
-        let frames = (animation.duration / old_per_new) as u64;
-        values = values.saturating_add(kept);
-        new_values = new_values.saturating_add(frames.saturating_add(1).saturating_mul(values_a_frame));
+        let last = (animation.duration / old_per_new(animation, frames_per_second) + SAME_TICK).floor();
+        asked.push((last, values_a_frame));
     }
-    let most = limits.expanded_values(values);
-    if new_values <= most {
-        return Ok(());
+    let mut budget = FrameBudget::stated_by(limits, values);
+    for (last, values_a_frame) in asked {
+        budget.frames(last, values_a_frame)?;
     }
-    let expected = format!("at most {most} values at another frame rate, for a motion of {values}");
-    let found = format!("{new_values} at {frames_per_second} frames per second");
-    Err(limit_exceeded(expected, found)
-        .help("ask for fewer frames per second, or for a part of the motion")
-        .into())
+    Ok(())
 }
 
 /// Frames before resampling in a frame after it.

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::math::median::wide_median;
 use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 
@@ -49,7 +50,8 @@ impl Take {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
         };
-        let frames = animation.frame_count();
+        let mut budget = FrameBudget::of_scene(&Limits::default());
+        let frames = budget.frames(animation.duration.round(), scene.nodes.len())?;
         let is_marker = |index: &usize| scene.nodes[*index].kind != NodeKind::Group;
         let nodes: Vec<usize> = (0..scene.nodes.len()).filter(is_marker).collect();
         let label = |index: &usize| scene.nodes[*index].name.clone();

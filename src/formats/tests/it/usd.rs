@@ -226,6 +226,59 @@ fn refusals_say_what_to_do() {
     refused(deep.as_bytes(), Code::LimitExceeded, "prims within each other");
 }
 
+/// The numbers are those of a fuzzer: a time code of 1e20 made a BVH without end.
+#[test]
+fn a_time_that_makes_a_take_too_long_is_refused_where_it_stands() {
+    let arm = fs::read_to_string(ARM).unwrap();
+    let last_key = "149: [(0.8660254";
+    let first_key = "101: [(0.8660254";
+    let cases = [
+        (last_key, "1e20: [(0.8660254", "1e20"),
+        (last_key, "1e9: [(0.8660254", "1e9"),
+        (last_key, "1e7: [(0.8660254", "1e7"),
+        (first_key, "-1e12: [(0.8660254", "-1e12"),
+        (last_key, "1e308: [(0.8660254", "1e308"),
+        (last_key, "nan: [(0.8660254", "nan"),
+        ("startTimeCode = 101", "startTimeCode = -1e12", "-1e12"),
+    ];
+    for (from, to, word) in cases {
+        assert!(arm.contains(from), "{from}");
+        let text = arm.replacen(from, to, 1);
+        let error = read(&text).unwrap_err();
+        let place = error.diagnostic().location.as_ref().unwrap();
+        let line = 1 + text[..text.find(to).unwrap()].matches('\n').count();
+        assert_eq!(place.line, line, "{to}: {error}");
+        let found: String = place
+            .text
+            .chars()
+            .skip(place.column - place.text_column)
+            .take(place.length)
+            .collect();
+        assert_eq!(found, word, "{error}");
+        let is_number = word != "nan";
+        assert_eq!(error.code() == Code::LimitExceeded, is_number, "{error}");
+        assert_eq!(error.diagnostic().help.is_some(), is_number, "{error}");
+    }
+    // Five hours are long and possible.
+    assert!(read(&arm.replacen(last_key, "900000: [(0.8660254", 1)).is_ok());
+    // A motion of this program states its duration.
+    let scene = read(&arm).unwrap();
+    let written = Exporter::new()
+        .write(&scene, Format::Usd)
+        .unwrap()
+        .into_bytes()
+        .unwrap();
+    let text = String::from_utf8(written).unwrap();
+    let (before, after) = text.split_once("mocap:duration = ").unwrap();
+    let (_, after) = after.split_once('\n').unwrap();
+    let error = read(&format!("{before}mocap:duration = 1e15\n{after}")).unwrap_err();
+    assert_eq!(error.code(), Code::LimitExceeded);
+    assert_eq!(
+        error.diagnostic().location.as_ref().unwrap().line,
+        1 + before.matches('\n').count()
+    );
+}
+
 #[test]
 fn prefixes_and_changed_bytes_give_an_error_or_a_valid_scene() {
     let arm = fs::read(ARM).unwrap();

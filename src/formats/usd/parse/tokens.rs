@@ -123,6 +123,16 @@ impl<'a> Tokens<'a> {
         }
     }
 
+    /// The word at an offset of a text.
+    pub(super) fn locate(text: &[u8], offset: usize) -> Location {
+        let mut cursor = Cursor::new(text);
+        cursor.set_offset(offset);
+        let word = cursor.take_while(|byte| is_word(byte) || matches!(byte, b'+' | b'-'));
+        // The colon behind a time is of no number.
+        let bytes = word.bytes.strip_suffix(b":").unwrap_or(word.bytes);
+        cursor.locate(Word { bytes, ..word })
+    }
+
     /// The end of the text.
     pub(super) fn end(&self) -> Location {
         self.cursor.locate_end()

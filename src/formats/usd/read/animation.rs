@@ -2,14 +2,14 @@
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::is_plausible;
+use mocap_scene::limits::{FrameBudget, is_plausible};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 use super::metadata_number;
 use super::skeleton::{Skeleton, texts};
-use crate::usd::parse::{Attribute, Layer, Prim};
+use crate::usd::parse::{Attribute, Layer, Prim, Value};
 use crate::usd::{DURATION, RATE};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
@@ -21,12 +21,13 @@ const DEFAULT_RATE: f64 = 24.0;
 const WHOLE: f64 = 1e-9;
 
 pub(super) fn read(
-    layer: &Layer,
+    layer: &Layer<'_>,
     skeleton: &Skeleton,
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Vec<Animation>, Failure> {
     let mut found = Vec::new();
+    let mut budget = FrameBudget::stated_by(&options.limits, layer.text.len() as u64);
     for (index, prim) in layer
         .prims
         .iter()
@@ -35,6 +36,12 @@ pub(super) fn read(
     {
         let is_bound = skeleton.source.as_deref() == Some(&layer.path(index));
         let times = Times::of(layer, prim, options)?;
+        if texts(prim, "joints")
+            .iter()
+            .any(|joint| skeleton.joints.contains_key(joint))
+        {
+            times.check(layer, prim, skeleton.nodes.len(), &mut budget)?;
+        }
         if let Some(animation) = times.animation(prim, skeleton, warnings)? {
             found.push((!is_bound, animation));
         }
@@ -42,6 +49,15 @@ pub(super) fn read(
     // Stable: the others stay in the order of the file.
     found.sort_by_key(|(is_other, _)| *is_other);
     Ok(found.into_iter().map(|(_, animation)| animation).collect())
+}
+
+/// The values of all attributes at times.
+fn samples(prim: &Prim) -> impl Iterator<Item = &(f64, Value)> {
+    prim.attributes.values().flat_map(|attribute| &attribute.samples)
+}
+
+fn attribute_value<'a>(prim: &'a Prim, name: &str) -> Option<&'a Value> {
+    prim.attributes.get(name)?.value.as_ref()
 }
 
 /// The ticks of an attribute, and its numbers at each, N for every joint.
@@ -58,8 +74,8 @@ struct Times {
 }
 
 impl Times {
-    fn of(layer: &Layer, prim: &Prim, options: &ReadOptions) -> Result<Self, Failure> {
-        let own = |name: &str| Some(*prim.attributes.get(name)?.value.as_ref()?.numbers.first()?);
+    fn of(layer: &Layer<'_>, prim: &Prim, options: &ReadOptions) -> Result<Self, Failure> {
+        let own = |name: &str| attribute_value(prim, name)?.numbers.first().copied();
         let codes = metadata_number(layer, "timeCodesPerSecond").or(metadata_number(layer, "framesPerSecond"));
         let codes = codes.unwrap_or(DEFAULT_RATE);
         let stated = own(RATE).unwrap_or(codes);
@@ -69,13 +85,7 @@ impl Times {
             let message = format!("timeCodesPerSecond must be finite and above 0, got {codes}");
             return Err(Diagnostic::new(Code::FrameTime, message).into());
         }
-        let times = || {
-            prim.attributes
-                .values()
-                .flat_map(|attribute| &attribute.samples)
-                .map(|(time, _)| *time)
-        };
-        let start = times().fold(f64::INFINITY, f64::min);
+        let start = samples(prim).map(|(time, _)| *time).fold(f64::INFINITY, f64::min);
         let start = if start.is_finite() { start } else { 0.0 };
         Ok(Self {
             ticks,
@@ -85,6 +95,36 @@ impl Times {
             rate,
             duration: own(DURATION).filter(|duration| duration.is_finite() && *duration >= 0.0),
         })
+    }
+
+    /// Holds the length of an animation against the limits. An error says where the value stands that makes it so long.
+    fn check(&self, layer: &Layer<'_>, prim: &Prim, nodes: usize, budget: &mut FrameBudget) -> Result<(), Failure> {
+        let by_time = |a: &&(f64, Value), b: &&(f64, Value)| a.0.total_cmp(&b.0).then(a.1.offset.cmp(&b.1.offset));
+        let mut stated = Vec::new();
+        if let Some(((first, at_first), (last, at_last))) =
+            samples(prim).min_by(by_time).zip(samples(prim).max_by(by_time))
+        {
+            let farther = if first.abs() > last.abs() { at_first } else { at_last };
+            let codes = |from: f64| format!("time codes from {from} to {last}");
+            stated.push((codes(*first), (last - first) * self.ticks, farther));
+            let start = layer.metadata.get("startTimeCode").unwrap_or(farther);
+            stated.push((codes(self.start), self.tick(*last), start));
+        }
+        if let (Some(ticks), Some(value)) = (self.duration, attribute_value(prim, DURATION)) {
+            stated.push((format!("{DURATION} of {ticks}"), ticks, value));
+        }
+        let mut longest = 0.0_f64;
+        for (what, last, value) in stated {
+            let mut trial = *budget;
+            trial.frames(last.round(), nodes).map_err(|mut refusal| {
+                let frames = refusal.found.unwrap_or_else(|| last.to_string());
+                refusal.found = Some(format!("{frames}: {what}"));
+                refusal.at(layer.locate(value))
+            })?;
+            longest = longest.max(last);
+        }
+        budget.frames(longest.round(), nodes)?;
+        Ok(())
     }
 
     fn tick(&self, time: f64) -> f64 {
@@ -175,7 +215,7 @@ impl Times {
         samples.retain(|(_, value)| !value.numbers.is_empty());
         let mut rows = Vec::with_capacity(samples.len());
         for (tick, value) in &samples {
-            if value.numbers.len() != N * joints || !tick.is_finite() {
+            if value.numbers.len() != N * joints {
                 let message = format!("{name} must have {N} numbers for each joint at every time");
                 let found = format!("{} at tick {tick}", value.numbers.len());
                 let expected = format!("{} numbers", N * joints);

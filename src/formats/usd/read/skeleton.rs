@@ -22,7 +22,7 @@ pub(super) struct Skeleton {
     pub(super) source: Option<String>,
 }
 
-pub(super) fn read(layer: &Layer, options: &ReadOptions, warnings: &mut Warnings) -> Result<Skeleton, Failure> {
+pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Skeleton, Failure> {
     let is_skeleton = |prim: &Prim| prim.kind == "Skeleton" && !texts(prim, "joints").is_empty();
     let mut skeletons = (0..layer.prims.len()).filter(|prim| is_skeleton(&layer.prims[*prim]));
     let refers = |prim: &&Prim| {
@@ -80,7 +80,7 @@ pub(super) fn read(layer: &Layer, options: &ReadOptions, warnings: &mut Warnings
 }
 
 /// The animation that is bound to a skeleton, or to a prim above it.
-fn bound_source(layer: &Layer, skeleton: usize) -> Option<String> {
+fn bound_source(layer: &Layer<'_>, skeleton: usize) -> Option<String> {
     let mut prim = Some(skeleton);
     while let Some(index) = prim {
         let own = texts(&layer.prims[index], "skel:animationSource");
@@ -227,7 +227,7 @@ impl Skeleton {
 }
 
 /// The transform of the prims above a skeleton, and its own.
-fn above(layer: &Layer, skeleton: usize, warnings: &mut Warnings) -> Result<DMat4, Failure> {
+fn above(layer: &Layer<'_>, skeleton: usize, warnings: &mut Warnings) -> Result<DMat4, Failure> {
     let mut whole = DMat4::IDENTITY;
     let mut next = Some(skeleton);
     while let Some(index) = next {

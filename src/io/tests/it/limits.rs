@@ -105,6 +105,29 @@ fn what_a_writer_writes_its_reader_reads() {
     assert!(written > 20 && refused > 20, "{written} written, {refused} refused");
 }
 
+/// A caller can build what no reader gives.
+#[test]
+fn no_format_writes_a_take_without_end() {
+    let mut scene = chain(3, &|joint| format!("j{joint}"), 0.1);
+    let clip = sparse(&scene, 2, 30.0);
+    scene.animations.push(clip);
+    for end in [1e20, 1e12, f64::INFINITY, f64::NAN, -1.0] {
+        let clip = &mut scene.animations[0];
+        clip.duration = end;
+        clip.channels[1].rotation_keys.ticks = Some(vec![0.0, end]);
+        let expected = match end >= 1e12 && end.is_finite() {
+            true => Code::LimitExceeded,
+            false => Code::InvalidValue,
+        };
+        let error = Conversion::new().apply(&mut scene.clone()).unwrap_err();
+        assert_eq!(error.code(), expected, "{end}: {error}");
+        for row in FormatInfo::ALL.iter().filter(|row| row.writes()) {
+            let error = Exporter::new().write(&scene, row.format).unwrap_err();
+            assert_eq!(error.code(), expected, "{end}: {}: {error}", row.name);
+        }
+    }
+}
+
 /// A chain is no body, so that none of the scenes above is a VRM animation.
 #[test]
 fn hips_far_from_the_floor_are_refused_or_read_again_in_a_vrm_animation() {
