@@ -23,7 +23,7 @@ pub mod c3d {
 }
 #[cfg(feature = "fbx")]
 pub mod fbx {
-    pub use crate::fbx::write::time::{SECOND, key_times};
+    pub use crate::fbx::write::time::{SECOND, end, key_times};
 }
 #[cfg(feature = "gltf")]
 pub mod gltf {

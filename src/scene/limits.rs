@@ -31,7 +31,8 @@ pub struct Limits {
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
     /// Animated values of one file: frames times channels. Default: 2^30. Few bytes can state a long take, so the limit
-    /// is at most 4 million and 256 more for each byte of the file; at another frame rate, for each value of the motion.
+    /// is at most 4 million and 256 more for each byte of the file. At another frame rate it is at most 4 million and
+    /// 256 more for each value of the motion.
     pub max_values: u64,
 }
 

@@ -19,7 +19,7 @@ use super::names::Names;
 use super::properties::Properties;
 use super::skeleton::Placed;
 use super::space::Space;
-use super::time::{Rate, key_times, time};
+use super::time::{Rate, end, key_times, time};
 use super::{FbxOptions, FbxReport, unrepresentable};
 
 /// Interpolation along a line.
@@ -60,7 +60,7 @@ pub(super) fn write(
             reduced.add_error(scene, &mut report.achieved);
         }
         let duration = limits::not_negative(Code::Unrepresentable, "the duration in ticks", animation.duration)?;
-        let end = time(duration, rate);
+        let end = end(duration, rate)?;
         let span = Properties::new()
             .time("LocalStart", 0)
             .time("LocalStop", end)

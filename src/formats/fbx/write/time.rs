@@ -65,6 +65,23 @@ pub(super) fn time(tick: f64, rate: f64) -> i64 {
     (tick * SECOND / rate).round() as i64
 }
 
+/// The moment at which a clip ends.
+///
+/// # Errors
+/// [`Code::LimitExceeded`] where FBX has no number for it.
+pub fn end(duration: f64, rate: f64) -> Result<i64> {
+    /// Six years, in seconds.
+    const LONGEST: f64 = i64::MAX as f64 / SECOND;
+    let seconds = duration / rate;
+    if seconds < LONGEST {
+        return Ok(time(duration, rate));
+    }
+    let diagnostic = limits::limit_exceeded(format!("at most {LONGEST:.0} s in FBX"), format!("{seconds:.0} s"));
+    Err(diagnostic
+        .help("take a part of the motion, or state its frame rate")
+        .into())
+}
+
 /// The moments of keys, each later than the one before. None is later than its tick, so that a position that jumps at a
 /// tick has jumped there: between the two keys of a jump there may be no more than a few hundred of FBX's units.
 pub fn key_times(ticks: &[f64], rate: f64) -> impl Iterator<Item = i64> {

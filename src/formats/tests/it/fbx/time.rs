@@ -1,6 +1,7 @@
 //! Key times of FBX.
 
-use mocap_formats::internals::fbx::{SECOND, key_times};
+use mocap::Code;
+use mocap_formats::internals::fbx::{SECOND, end, key_times};
 
 #[test]
 fn key_times_are_never_late_and_never_equal() {
@@ -16,4 +17,11 @@ fn key_times_are_never_late_and_never_equal() {
         key_times(&[1.0, 7.0], 30.0).collect::<Vec<_>>(),
         [1_539_538_600, 10_776_770_200]
     );
+}
+
+#[test]
+fn a_clip_that_fbx_cannot_time_is_refused() {
+    assert_eq!(end(30.0, 30.0).unwrap(), SECOND as i64);
+    // A thousandth of a frame a second for a million frames is 30 years.
+    assert_eq!(end(1e6, 1e-3).unwrap_err().code(), Code::LimitExceeded);
 }
