@@ -2,6 +2,9 @@
 //!
 //! The allocator counts for the whole process, so all cases stand in one test.
 
+#[path = "memory/containers.rs"]
+mod containers;
+
 use std::fs;
 
 use mocap::compress::PackedClip;
@@ -18,14 +21,17 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// bytes) and its own knob (24 vertices, 672 bytes), and while it is made the corners of both.
 const FACTORS: [(SkeletonMesh, usize); 2] = [(SkeletonMesh::None, 32), (SkeletonMesh::Segmented, 128)];
 
+/// Bytes of memory for a byte of any input: what `SECURITY.md` promises.
+const PROMISED: usize = 64;
+
 /// What every import may take, however small the file: tables, messages, the growth of the first lists.
 const BASE: usize = 64 * 1024;
 
 /// The most memory in use at one time while `bytes` are imported, beyond what was in use before.
-fn peak(importer: &Importer, bytes: &[u8]) -> usize {
+fn peak(importer: &Importer, bytes: &[u8], name: &str) -> usize {
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();
-    let result = importer.read(bytes, "claims.bvh");
+    let result = importer.read(bytes, name);
     let peak = ALLOCATOR.peak_usage() - before;
     drop(result);
     peak
@@ -190,7 +196,7 @@ fn memory_is_a_small_multiple_of_the_input() {
     let mut hold = |limits: Limits, name: &str, bytes: &[u8]| {
         for (mesh, factor) in FACTORS {
             let importer = Importer::new().limits(limits).skeleton_mesh(mesh);
-            let (peak, budget) = (peak(&importer, bytes), BASE + factor * bytes.len());
+            let (peak, budget) = (peak(&importer, bytes, "claims.bvh"), BASE + factor * bytes.len());
             if peak > budget {
                 failures += &format!(
                     "{name}, {mesh:?}: {} bytes take {peak}, more than {budget}\n",
@@ -230,5 +236,17 @@ fn memory_is_a_small_multiple_of_the_input() {
         &frames_of_a_still_clip(1_000_000_000),
     );
     hold_a_packed_clip(&mut failures);
+    for (word, bytes) in containers::archives() {
+        let error = Importer::new().read(&bytes, "claims.npz").unwrap_err();
+        assert!(format!("{error:?}").contains(word), "{error}");
+    }
+    for (extension, inputs) in [("pkl", containers::pickles()), ("npz", containers::archives())] {
+        for (name, bytes) in inputs {
+            let peak = peak(&Importer::new(), &bytes, &format!("claims.{extension}"));
+            if peak > BASE + PROMISED * bytes.len() {
+                failures += &format!("{name}.{extension}: {} bytes take {peak}\n", bytes.len());
+            }
+        }
+    }
     assert!(failures.is_empty(), "\n{failures}");
 }

@@ -7,6 +7,10 @@ use super::image_size::image_size;
 
 /// The largest width or height of a texture in pixels.
 const WIDEST: u32 = 4096;
+/// Pixels of all textures of a scene, whatever their files: one of the largest.
+const ANY_PIXELS: usize = 4096 * 4096;
+/// Pixels for each byte of their files: 8 bytes are in use for a pixel while a texture is read.
+const PIXELS_PER_BYTE: usize = 8;
 /// What is drawn of a half transparent surface: what is nearer to opaque.
 const HALF: f32 = 0.5;
 
@@ -18,13 +22,15 @@ pub struct Image {
 }
 
 impl Image {
-    /// The image of a PNG or JPEG file; none of another, of a broken one, and of one that is too large.
-    pub fn read(bytes: &[u8]) -> Option<Self> {
+    /// The image of a PNG or JPEG file; none of another, of a broken one, of one that is too large, and where fewer
+    /// pixels are left.
+    pub fn read(bytes: &[u8], left: &mut usize) -> Option<Self> {
         let (media_type, [width, height]) = image_size(bytes)?;
         if width.max(height) > WIDEST || width.min(height) == 0 {
             return None;
         }
         let (width, height) = (width as usize, height as usize);
+        *left = left.checked_sub(width * height)?;
         let pixels = match media_type {
             "image/png" => of_png(bytes)?,
             "image/jpeg" => of_jpeg(bytes)?,
@@ -89,10 +95,17 @@ impl Images {
             .iter()
             .filter_map(|material| material.surface?.texture)
             .collect();
+        let bytes: usize = scene.textures.iter().map(|texture| texture.bytes.len()).sum();
+        let mut left = bytes.saturating_mul(PIXELS_PER_BYTE).saturating_add(ANY_PIXELS);
         let textures = scene.textures.iter().enumerate();
         Self(
             textures
-                .map(|(index, texture)| named.contains(&index).then(|| Image::read(&texture.bytes)).flatten())
+                .map(|(index, texture)| {
+                    named
+                        .contains(&index)
+                        .then(|| Image::read(&texture.bytes, &mut left))
+                        .flatten()
+                })
                 .collect(),
         )
     }

@@ -1,5 +1,6 @@
 //! Zip archives: `.npz` of NumPy and `.pt` of PyTorch. Each entry is stored or deflated.
 
+use std::collections::HashMap;
 use std::io::Cursor;
 
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,8 +14,11 @@ use crate::Failure;
 /// More entries than a file has whose motion is read.
 const MOST_ENTRIES: usize = 4096;
 
-/// How many times its bytes a deflated entry may have: the format's own maximum.
-const MOST_INFLATED: u64 = 1032;
+/// Bytes that may be inflated of any archive: as many as the values have that [`Limits`] allow of any file.
+const ANY_INFLATED: u64 = 32 << 20;
+
+/// Bytes that may be inflated of a byte of an archive: motions have about 2. Deflate itself makes up to 1032.
+const MOST_INFLATED: u64 = 8;
 
 /// The windows of deflate, as a power of two.
 const WINDOW_BITS: u8 = 15;
@@ -24,6 +28,10 @@ pub(super) struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
     /// Bytes that may still be inflated.
     left: u64,
+    /// Bytes of the archive that entries may still have: entries that overlap would make much of little.
+    stored: u64,
+    /// What was inflated, by the number of the entry: many tensors may be views of one storage.
+    inflated: HashMap<usize, Bytes<'a>>,
 }
 
 fn broken(message: String) -> Failure {
@@ -47,7 +55,9 @@ impl<'a> Archive<'a> {
         Ok(Self {
             bytes,
             zip,
-            left: limits.max_bytes.min(most),
+            left: limits.max_bytes.min(ANY_INFLATED.saturating_add(most)),
+            stored: bytes.len() as u64,
+            inflated: HashMap::new(),
         })
     }
 
@@ -63,6 +73,9 @@ impl<'a> Archive<'a> {
         let Some(index) = self.zip.index_for_name(name) else {
             return Ok(None);
         };
+        if let Some(bytes) = self.inflated.get(&index) {
+            return Ok(Some(bytes.clone()));
+        }
         let refused = |error: String| broken(format!("the entry {name} of the archive cannot be read: {error}"));
         let entry = self
             .zip
@@ -77,9 +90,13 @@ impl<'a> Archive<'a> {
         drop(entry);
         let stored = self.bytes.get(begin..begin.saturating_add(length));
         let stored = stored.ok_or_else(|| refused("it ends beyond the file".to_owned()))?;
+        self.stored = self
+            .stored
+            .checked_sub(length as u64)
+            .ok_or_else(|| refused("it overlaps another".to_owned()))?;
         let bytes = match method {
             CompressionMethod::Stored => Bytes::File(stored),
-            CompressionMethod::DEFLATE => Bytes::made(self.inflate(stored, size).map_err(refused)?),
+            CompressionMethod::DEFLATE => self.inflate(name, stored, size)?,
             other => {
                 return Err(refused(format!(
                     "it is compressed by {other}, expected stored or deflated"
@@ -89,24 +106,33 @@ impl<'a> Archive<'a> {
         if bytes.len() as u64 != size || crc32(0, &bytes) != sum {
             return Err(refused("its length or its check sum is not the stated one".to_owned()));
         }
+        self.inflated.insert(index, bytes.clone());
         Ok(Some(bytes))
     }
 
-    /// What is stated is held against what deflate can make of the bytes, and against the limits, before memory is
-    /// taken for it.
-    fn inflate(&mut self, stored: &[u8], size: u64) -> Result<Vec<u8>, String> {
-        if size > (stored.len() as u64).saturating_mul(MOST_INFLATED) || size > self.left {
-            return Err(format!(
-                "{size} bytes cannot be made of {}, or are more than the limits allow",
-                stored.len()
+    /// What is stated is held against the limits before memory is taken for it.
+    fn inflate(&mut self, name: &str, stored: &[u8], size: u64) -> Result<Bytes<'a>, Failure> {
+        let Some(left) = self.left.checked_sub(size) else {
+            let expected = format!(
+                "at most {} bytes inflated from an archive of {}",
+                self.left,
+                self.bytes.len()
+            );
+            return Err(Box::new(
+                limit_exceeded(expected, format!("{size} bytes in {name}"))
+                    .help("save it without compression, with numpy.savez, or save a part of the motion"),
             ));
-        }
-        self.left -= size;
+        };
+        self.left = left;
         let mut bytes = vec![0; size as usize];
         let mut inflate = Inflate::new(false, WINDOW_BITS);
         match inflate.decompress(stored, &mut bytes, InflateFlush::Finish) {
-            Ok(Status::StreamEnd) if inflate.total_out() == size => Ok(bytes),
-            _ => Err("its compressed bytes are damaged".to_owned()),
+            Ok(Status::StreamEnd) if inflate.total_out() == size => Ok(Bytes::made(bytes)),
+            _ => {
+                let message =
+                    format!("the entry {name} of the archive cannot be read: its compressed bytes are damaged");
+                Err(broken(message))
+            }
         }
     }
 }

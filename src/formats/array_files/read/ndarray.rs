@@ -87,6 +87,9 @@ impl Deref for Bytes<'_> {
 /// Elements that an array may have whatever its bytes are.
 const MOST_EXPANDED: usize = 1 << 18;
 
+/// Elements that an array may have for each of its bytes: a number that is read takes 8 bytes.
+const EXPANDED_PER_BYTE: usize = 4;
+
 /// An array: its elements stand at `strides` from each other.
 #[derive(Clone, Debug)]
 pub struct NdArray<'a> {
@@ -143,7 +146,7 @@ impl<'a> NdArray<'a> {
         });
         let needed = last.saturating_add(1).saturating_mul(self.kind.size());
         // A tensor that PyTorch has expanded has few bytes and many elements.
-        let most = MOST_EXPANDED.saturating_add(self.bytes.len().saturating_mul(256));
+        let most = MOST_EXPANDED.saturating_add(self.bytes.len().saturating_mul(EXPANDED_PER_BYTE));
         if needed <= self.bytes.len() && self.count() <= most {
             return Ok(());
         }

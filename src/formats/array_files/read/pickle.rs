@@ -5,48 +5,25 @@
 //! `pickletools`, protocols 0 to 5.
 //!
 //! Objects stand in one list and refer to each other by their index, so that a pickle that repeats an object within
-//! itself a thousand times takes no more memory than its bytes.
+//! itself a thousand times takes no more memory than its bytes. One operation is a byte or more and makes one object at
+//! most: an object takes less than 64 bytes.
 
 mod build;
 mod machine;
 mod named;
+mod objects;
 
 use mocap_scene::error::{Code, Diagnostic};
 
 pub(super) use self::named::entries;
-use super::ndarray::{Bytes, Kind, NdArray};
+use self::objects::{Id, Objects};
+use super::ndarray::Bytes;
 use crate::Failure;
-
-/// The index of an object.
-type Id = usize;
-
-/// What a pickle builds.
-#[derive(Clone, Debug)]
-enum Object<'a> {
-    None,
-    Number(f64),
-    Text(&'a str),
-    Bytes(Bytes<'a>),
-    Tuple(Vec<Id>),
-    List(Vec<Id>),
-    Dict(Vec<(Id, Id)>),
-    /// A function or a class, by its name.
-    Global(String),
-    /// NumPy's type of an element; the type of objects has none.
-    Dtype(Option<Kind>, bool),
-    Array(NdArray<'a>),
-    /// An array without its state.
-    NewArray,
-    /// A storage of PyTorch: the type of its elements, and its bytes.
-    Storage(Kind, Bytes<'a>),
-    /// An object that is looked into: a sparse matrix with its state, or an array of objects with the list of them.
-    Record(Option<Id>),
-}
 
 /// The objects of a pickle, the last of which is the result.
 #[derive(Debug)]
 pub(super) struct Pickle<'a> {
-    objects: Vec<Object<'a>>,
+    objects: Objects<'a>,
     result: Id,
     /// Bytes of the pickle.
     size: usize,

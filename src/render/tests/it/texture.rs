@@ -42,14 +42,15 @@ fn what_is_transparent_is_not_there() {
 #[test]
 fn images_that_are_broken_or_too_large_are_not_read() {
     let png = png_of(2, 1, png::ColorType::Rgb, &[1, 2, 3, 4, 5, 6]);
-    let read = Image::read(&png).unwrap();
+    let read = Image::read(&png, &mut 2).unwrap();
     assert_eq!(
         (read.width, read.height, read.pixels),
         (2, 1, vec![[1, 2, 3, 255], [4, 5, 6, 255]])
     );
-    assert!((0..png.len() - 12).all(|length| Image::read(&png[..length]).is_none()));
+    assert!((0..png.len() - 12).all(|length| Image::read(&png[..length], &mut 2).is_none()));
+    assert!(Image::read(&png, &mut 1).is_none());
     let mut wide = png.clone();
     wide[16..20].copy_from_slice(&100_000_u32.to_be_bytes());
-    assert!(Image::read(&wide).is_none());
-    assert!(Image::read(b"RIFF    WEBP").is_none());
+    assert!(Image::read(&wide, &mut { usize::MAX }).is_none());
+    assert!(Image::read(b"RIFF    WEBP", &mut 2).is_none());
 }

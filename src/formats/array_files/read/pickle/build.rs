@@ -1,7 +1,10 @@
 //! What the known names build.
 
+use std::collections::HashMap;
+
 use super::super::ndarray::{Bytes, Kind, NdArray};
-use super::{Id, Object, refused};
+use super::objects::{Id, Object, Objects};
+use super::refused;
 use crate::Failure;
 
 /// Classes whose objects are kept as the dictionary of their state: sparse matrices of SciPy.
@@ -26,7 +29,7 @@ pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure
         name => module == "torch" && storage_kind(name).is_some(),
     };
     match known {
-        true => Ok(Object::Global(name.to_owned())),
+        true => Ok(Object::Global(name.into())),
         false => Err(refused(&format!("{module}.{name}"))),
     }
 }
@@ -48,52 +51,39 @@ fn storage_kind(name: &str) -> Option<Kind> {
     })
 }
 
-pub(super) fn text<'o>(objects: &'o [Object<'_>], id: Id) -> Option<&'o str> {
-    match &objects[id] {
-        Object::Text(text) => Some(text),
-        _ => None,
-    }
-}
-
-fn number(objects: &[Object<'_>], id: Id) -> Option<f64> {
-    match objects[id] {
-        Object::Number(number) => Some(number),
-        _ => None,
-    }
-}
-
 /// The whole numbers of a tuple or a list.
-fn sizes(objects: &[Object<'_>], id: Id) -> Option<Vec<usize>> {
-    const MOST_AXES: usize = 64;
-    let items = items(objects, id).filter(|items| items.len() <= MOST_AXES)?;
+fn sizes(objects: &Objects<'_>, id: Id) -> Option<Vec<usize>> {
+    /// More than any motion has, and few enough for an array that five bytes repeat.
+    const MOST_AXES: usize = 6;
+    let items = objects.items(id).filter(|items| items.len() <= MOST_AXES)?;
     let size = |id: &Id| {
-        number(objects, *id)
+        objects
+            .number(*id)
             .filter(|size| (0.0..9e15).contains(size))
             .map(|size| size as usize)
     };
     items.iter().map(size).collect()
 }
 
-pub(super) fn items<'o>(objects: &'o [Object<'_>], id: Id) -> Option<&'o [Id]> {
-    match &objects[id] {
-        Object::Tuple(items) | Object::List(items) => Some(items),
-        _ => None,
-    }
-}
-
 /// The result of a call.
-pub(super) fn call<'a>(objects: &[Object<'a>], function: Id, arguments: Id) -> Result<Object<'a>, String> {
+pub(super) fn call<'a>(
+    objects: &Objects<'a>,
+    encoded: &mut HashMap<Id, Bytes<'a>>,
+    function: Id,
+    arguments: Id,
+) -> Result<Object<'a>, String> {
     let Object::Global(name) = &objects[function] else {
         return Err("what is called is no function".to_owned());
     };
-    let arguments = items(objects, arguments).ok_or("the arguments are no tuple")?;
+    let arguments = objects.items(arguments).ok_or("the arguments are no tuple")?;
     let wrong = || format!("the arguments of {name} are not those that it takes");
-    match name.as_str() {
+    let name = &**name;
+    match name {
         "_reconstruct" => Ok(Object::NewArray),
         "OrderedDict" => Ok(Object::Dict(Vec::new())),
         "Size" => Ok(Object::Record(Some(*arguments.first().ok_or_else(wrong)?))),
         "dtype" => {
-            let letters = arguments.first().and_then(|id| text(objects, *id)).ok_or_else(wrong)?;
+            let letters = arguments.first().and_then(|id| objects.text(*id)).ok_or_else(wrong)?;
             dtype(letters).ok_or_else(|| format!("arrays of the type \"{letters}\" are not read"))
         }
         "scalar" => {
@@ -105,7 +95,7 @@ pub(super) fn call<'a>(objects: &[Object<'a>], function: Id, arguments: Id) -> R
                 return Err(wrong());
             };
             let shape = sizes(objects, *shape).ok_or_else(wrong)?;
-            let is_fortran = text(objects, *order) == Some("F");
+            let is_fortran = objects.text(*order) == Some("F");
             array(objects, *kind, shape, is_fortran, *buffer).ok_or_else(wrong)?
         }
         // As `mocap robot` writes arrays.
@@ -125,15 +115,29 @@ pub(super) fn call<'a>(objects: &[Object<'a>], function: Id, arguments: Id) -> R
         }
         // Python 3 writes bytes as a text of Latin letters in old protocols.
         "encode" => {
-            let letters = arguments.first().and_then(|id| text(objects, *id)).ok_or_else(wrong)?;
-            let bytes: Option<Vec<u8>> = letters.chars().map(|letter| u8::try_from(letter).ok()).collect();
-            Ok(Object::Bytes(Bytes::made(bytes.ok_or_else(wrong)?)))
+            let id = *arguments.first().ok_or_else(wrong)?;
+            let letters = objects.text(id).ok_or_else(wrong)?;
+            Ok(Object::Bytes(latin(letters, id, encoded).ok_or_else(wrong)?))
         }
         "_rebuild_tensor_v2" => tensor(objects, arguments).ok_or_else(wrong)?,
         "_rebuild_parameter" => Ok(Object::Record(Some(*arguments.first().ok_or_else(wrong)?))),
         name if RECORDS.contains(&name) => Ok(Object::Record(None)),
         _ => Err(wrong()),
     }
+}
+
+/// The bytes of a text of Latin letters. A text that is remembered is encoded once, however often it is asked for.
+fn latin<'a>(letters: &'a str, id: Id, encoded: &mut HashMap<Id, Bytes<'a>>) -> Option<Bytes<'a>> {
+    if letters.is_ascii() {
+        return Some(Bytes::File(letters.as_bytes()));
+    }
+    if let Some(bytes) = encoded.get(&id) {
+        return Some(bytes.clone());
+    }
+    let bytes: Option<Vec<u8>> = letters.chars().map(|letter| u8::try_from(letter).ok()).collect();
+    let bytes = Bytes::made(bytes?);
+    encoded.insert(id, bytes.clone());
+    Some(bytes)
 }
 
 /// NumPy's type of these letters, as in `f8`.
@@ -152,7 +156,7 @@ fn dtype<'a>(letters: &str) -> Option<Object<'a>> {
 type Built<'a> = Result<Object<'a>, String>;
 
 /// An array of NumPy of the type `kind` and the bytes of `buffer`.
-fn array<'a>(objects: &[Object<'a>], kind: Id, shape: Vec<usize>, is_fortran: bool, buffer: Id) -> Option<Built<'a>> {
+fn array<'a>(objects: &Objects<'a>, kind: Id, shape: Vec<usize>, is_fortran: bool, buffer: Id) -> Option<Built<'a>> {
     let (Object::Dtype(kind, big_endian), Object::Bytes(bytes)) = (&objects[kind], &objects[buffer]) else {
         return None;
     };
@@ -161,14 +165,16 @@ fn array<'a>(objects: &[Object<'a>], kind: Id, shape: Vec<usize>, is_fortran: bo
 
 fn of_bytes<'a>(kind: (Kind, bool), shape: Vec<usize>, is_fortran: bool, bytes: &Bytes<'a>) -> Built<'a> {
     let array = NdArray::new("of the pickle", kind, shape, is_fortran, bytes.clone());
-    array.map(Object::Array).map_err(|failure| failure.message.clone())
+    array
+        .map(|array| Object::Array(Box::new(array)))
+        .map_err(|failure| failure.message.clone())
 }
 
 /// The array of one axis of all bytes of a buffer.
-fn flat<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
+fn flat<'a>(objects: &Objects<'a>, arguments: &[Id]) -> Option<Built<'a>> {
     let [buffer, kind] = arguments else { return None };
     let (Object::Bytes(bytes), Some(Object::Dtype(Some(kind), big_endian))) =
-        (&objects[*buffer], dtype(text(objects, *kind)?))
+        (&objects[*buffer], dtype(objects.text(*kind)?))
     else {
         return None;
     };
@@ -177,14 +183,15 @@ fn flat<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
 }
 
 /// A tensor: the storage, the offset of its first element, its shape and its strides.
-fn tensor<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
+fn tensor<'a>(objects: &Objects<'a>, arguments: &[Id]) -> Option<Built<'a>> {
     let [storage, offset, shape, strides, ..] = arguments else {
         return None;
     };
-    let Object::Storage(kind, bytes) = &objects[*storage] else {
+    let Object::Storage(storage) = &objects[*storage] else {
         return None;
     };
-    let offset = number(objects, *offset).filter(|offset| (0.0..9e15).contains(offset))? as usize;
+    let (kind, bytes) = &**storage;
+    let offset = objects.number(*offset).filter(|offset| (0.0..9e15).contains(offset))? as usize;
     let (shape, strides) = (sizes(objects, *shape)?, sizes(objects, *strides)?);
     let begin = offset.saturating_mul(kind.size()).min(bytes.len());
     if shape.len() != strides.len() {
@@ -199,15 +206,15 @@ fn tensor<'a>(objects: &[Object<'a>], arguments: &[Id]) -> Option<Built<'a>> {
         bytes,
     };
     let checked = array.check("of the pickle").map_err(|failure| failure.message.clone());
-    Some(checked.map(|()| Object::Array(array)))
+    Some(checked.map(|()| Object::Array(Box::new(array))))
 }
 
 /// What an object becomes with its state; `None` where the state says nothing that is wanted.
-pub(super) fn set_state<'a>(objects: &[Object<'a>], object: Id, state: Id) -> Result<Option<Object<'a>>, String> {
+pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Result<Option<Object<'a>>, String> {
     match &objects[object] {
         Object::NewArray => {
             let wrong = || "the state of an array is not one of NumPy".to_owned();
-            let Some([.., shape, kind, order, data]) = items(objects, state) else {
+            let Some([.., shape, kind, order, data]) = objects.items(state) else {
                 return Err(wrong());
             };
             let shape = sizes(objects, *shape).ok_or_else(wrong)?;
@@ -215,14 +222,14 @@ pub(super) fn set_state<'a>(objects: &[Object<'a>], object: Id, state: Id) -> Re
             if let Object::Dtype(None, _) = &objects[*kind] {
                 return Ok(Some(Object::Record(Some(*data))));
             }
-            let is_fortran = number(objects, *order) == Some(1.0);
+            let is_fortran = objects.number(*order) == Some(1.0);
             array(objects, *kind, shape, is_fortran, *data)
                 .ok_or_else(wrong)?
                 .map(Some)
         }
         // (version, byte order, ...)
         Object::Dtype(kind, _) => {
-            let order = items(objects, state).and_then(|state| text(objects, *state.get(1)?));
+            let order = objects.items(state).and_then(|state| objects.text(*state.get(1)?));
             Ok(Some(Object::Dtype(*kind, order == Some(">"))))
         }
         Object::Record(_) => Ok(Some(Object::Record(Some(state)))),
@@ -232,15 +239,15 @@ pub(super) fn set_state<'a>(objects: &[Object<'a>], object: Id, state: Id) -> Re
 }
 
 /// The type and the key of a storage, from ("storage", type, key, device, elements).
-pub(super) fn storage(objects: &[Object<'_>], id: Id) -> Result<(Kind, String), String> {
+pub(super) fn storage(objects: &Objects<'_>, id: Id) -> Result<(Kind, String), String> {
     let wrong = || "what it refers to is no storage of PyTorch".to_owned();
-    let Some([word, kind, key, ..]) = items(objects, id) else {
+    let Some([word, kind, key, ..]) = objects.items(id) else {
         return Err(wrong());
     };
     let Object::Global(kind) = &objects[*kind] else {
         return Err(wrong());
     };
-    match (text(objects, *word), storage_kind(kind), text(objects, *key)) {
+    match (objects.text(*word), storage_kind(kind), objects.text(*key)) {
         (Some("storage"), Some(kind), Some(key)) => Ok((kind, key.to_owned())),
         _ => Err(wrong()),
     }

@@ -5,17 +5,24 @@ use std::collections::HashMap;
 use mocap_scene::error::{Code, Diagnostic};
 
 use super::super::ndarray::Bytes;
-use super::{Id, Object, Pickle, Storages, broken, build};
+use super::objects::{Id, Object, Objects};
+use super::{Pickle, Storages, broken, build};
 use crate::Failure;
+
+const TOO_MANY: &str = "it has more objects than can be counted";
 
 pub(super) struct Machine<'s, 'a> {
     bytes: &'a [u8],
     at: usize,
-    objects: Vec<Object<'a>>,
+    objects: Objects<'a>,
     stack: Vec<Id>,
     /// How high the stack was at each mark.
     marks: Vec<usize>,
-    memo: HashMap<u64, Id>,
+    memo: HashMap<u32, Id>,
+    /// The values that nothing can change, which stand in the list once: none, true, false, the empty tuple.
+    constants: HashMap<u8, Id>,
+    /// The bytes of texts that were encoded.
+    encoded: HashMap<Id, Bytes<'a>>,
     storages: Storages<'s, 'a>,
 }
 
@@ -24,10 +31,12 @@ impl<'s, 'a> Machine<'s, 'a> {
         Self {
             bytes,
             at: 0,
-            objects: Vec::new(),
+            objects: Objects::default(),
             stack: Vec::new(),
             marks: Vec::new(),
             memo: HashMap::new(),
+            constants: HashMap::new(),
+            encoded: HashMap::new(),
             storages,
         }
     }
@@ -44,20 +53,38 @@ impl<'s, 'a> Machine<'s, 'a> {
                     size: self.bytes.len(),
                 });
             }
-            let done = self.scalar(operation)? || self.collection(operation)? || self.memo(operation)?;
+            let done = self.constant(operation)?
+                || self.scalar(operation)?
+                || self.collection(operation)?
+                || self.memo(operation)?;
             if !done {
                 self.object(operation)?;
             }
         }
     }
 
+    /// Operations of one byte that push a value that nothing can change.
+    fn constant(&mut self, operation: u8) -> Result<bool, Failure> {
+        if let Some(id) = self.constants.get(&operation) {
+            self.stack.push(*id);
+            return Ok(true);
+        }
+        let object = match operation {
+            b'N' => Object::None,
+            0x88 => Object::Number(1.0),
+            0x89 => Object::Number(0.0),
+            b')' => self.tuple(&[])?,
+            _ => return Ok(false),
+        };
+        let id = self.push(object)?;
+        self.constants.insert(operation, id);
+        Ok(true)
+    }
+
     /// Operations that push a number or a text.
     fn scalar(&mut self, operation: u8) -> Result<bool, Failure> {
         let number = |value: f64| Object::Number(value);
         let object = match operation {
-            b'N' => Object::None,
-            0x88 => number(1.0),
-            0x89 => number(0.0),
             b'K' => number(f64::from(self.byte()?)),
             b'M' => number(self.unsigned(2)? as f64),
             b'J' => number(f64::from((self.unsigned(4)? as u32).cast_signed())),
@@ -83,7 +110,7 @@ impl<'s, 'a> Machine<'s, 'a> {
             0x8e | 0x96 => self.raw(8)?,
             _ => return Ok(false),
         };
-        self.push(object);
+        self.push(object)?;
         Ok(true)
     }
 
@@ -91,25 +118,26 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn collection(&mut self, operation: u8) -> Result<bool, Failure> {
         match operation {
             b'(' => self.marks.push(self.stack.len()),
-            b']' => self.push(Object::List(Vec::new())),
-            b')' => self.push(Object::Tuple(Vec::new())),
-            b'}' => self.push(Object::Dict(Vec::new())),
+            b']' => drop(self.push(Object::List(Vec::new()))?),
+            b'}' => drop(self.push(Object::Dict(Vec::new()))?),
             b'l' => {
                 let items = self.above_mark()?;
-                self.push(Object::List(items));
+                self.push(Object::List(items))?;
             }
             b't' => {
                 let items = self.above_mark()?;
-                self.push(Object::Tuple(items));
+                let tuple = self.tuple(&items)?;
+                self.push(tuple)?;
             }
             b'd' => {
                 let items = self.above_mark()?;
-                self.push(Object::Dict(pairs(&items)));
+                self.push(Object::Dict(pairs(&items)))?;
             }
             0x85..=0x87 => {
                 let count = usize::from(operation - 0x84);
                 let items = self.top(count)?;
-                self.push(Object::Tuple(items));
+                let tuple = self.tuple(&items)?;
+                self.push(tuple)?;
             }
             b'a' => {
                 let item = self.pop()?;
@@ -136,31 +164,31 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn memo(&mut self, operation: u8) -> Result<bool, Failure> {
         match operation {
             b'q' => {
-                let key = self.unsigned(1)?;
+                let key = self.unsigned(1)? as u32;
                 self.remember(key)?;
             }
             b'r' => {
-                let key = self.unsigned(4)?;
+                let key = self.unsigned(4)? as u32;
                 self.remember(key)?;
             }
             b'p' => {
-                let key = self.decimal()? as u64;
+                let key = self.decimal_key()?;
                 self.remember(key)?;
             }
             0x94 => {
-                let key = self.memo.len() as u64;
+                let key = self.memo.len() as u32;
                 self.remember(key)?;
             }
             b'h' => {
-                let key = self.unsigned(1)?;
+                let key = self.unsigned(1)? as u32;
                 self.recall(key)?;
             }
             b'j' => {
-                let key = self.unsigned(4)?;
+                let key = self.unsigned(4)? as u32;
                 self.recall(key)?;
             }
             b'g' => {
-                let key = self.decimal()? as u64;
+                let key = self.decimal_key()?;
                 self.recall(key)?;
             }
             0x80 => drop(self.byte()?),
@@ -182,22 +210,22 @@ impl<'s, 'a> Machine<'s, 'a> {
             b'c' => {
                 let (module, name) = (self.line()?, self.line()?);
                 let global = build::global(module, name)?;
-                self.push(global);
+                self.push(global)?;
             }
             0x93 => {
                 let items = self.top(2)?;
-                let [module, name] = [0, 1].map(|index| build::text(&self.objects, items[index]).map(str::to_owned));
+                let [module, name] = [0, 1].map(|index| self.objects.text(items[index]));
                 let (Some(module), Some(name)) = (module, name) else {
                     return Err(broken(self.at, "a name is no text"));
                 };
-                let global = build::global(&module, &name)?;
-                self.push(global);
+                let global = build::global(module, name)?;
+                self.push(global)?;
             }
             b'R' | 0x81 => {
                 let items = self.top(2)?;
-                let object = build::call(&self.objects, items[0], items[1]);
+                let object = build::call(&self.objects, &mut self.encoded, items[0], items[1]);
                 let object = object.map_err(|message| broken(self.at, &message))?;
-                self.push(object);
+                self.push(object)?;
             }
             b'b' => {
                 let state = self.pop()?;
@@ -213,7 +241,7 @@ impl<'s, 'a> Machine<'s, 'a> {
                 let named = build::storage(&self.objects, id);
                 let (kind, key) = named.map_err(|message| broken(self.at, &message))?;
                 let bytes = (self.storages)(&key)?;
-                self.push(Object::Storage(kind, bytes));
+                self.push(Object::Storage(Box::new((kind, bytes))))?;
             }
             other => {
                 let message = format!("the operation {other:#04x} is not known");
@@ -223,9 +251,14 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(())
     }
 
-    fn push(&mut self, object: Object<'a>) {
-        self.stack.push(self.objects.len());
-        self.objects.push(object);
+    fn push(&mut self, object: Object<'a>) -> Result<Id, Failure> {
+        let id = self.objects.push(object).ok_or_else(|| broken(self.at, TOO_MANY))?;
+        self.stack.push(id);
+        Ok(id)
+    }
+
+    fn tuple(&mut self, items: &[Id]) -> Result<Object<'a>, Failure> {
+        self.objects.tuple(items).ok_or_else(|| broken(self.at, TOO_MANY))
     }
 
     /// The lowest index of the stack that may be taken.
@@ -277,13 +310,13 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(())
     }
 
-    fn remember(&mut self, key: u64) -> Result<(), Failure> {
+    fn remember(&mut self, key: u32) -> Result<(), Failure> {
         let top = self.last()?;
         self.memo.insert(key, top);
         Ok(())
     }
 
-    fn recall(&mut self, key: u64) -> Result<(), Failure> {
+    fn recall(&mut self, key: u32) -> Result<(), Failure> {
         let id = self.memo.get(&key).copied();
         self.stack
             .push(id.ok_or_else(|| broken(self.at, "what it repeats was not remembered"))?);
@@ -336,6 +369,12 @@ impl<'s, 'a> Machine<'s, 'a> {
         let line = std::str::from_utf8(&rest[..end]).map_err(|_| broken(self.at, "a line is no text"))?;
         self.at += end + 1;
         Ok(line.trim_end_matches('\r'))
+    }
+
+    /// The number under which an object is remembered.
+    fn decimal_key(&mut self) -> Result<u32, Failure> {
+        let key = self.line()?.parse();
+        key.map_err(|_| broken(self.at, "what it remembers has no whole number"))
     }
 
     /// A number in decimal digits, as protocol 0 has them. `I01` is true.

@@ -1,7 +1,8 @@
 //! The arrays of a pickle, by the path of dictionaries that leads to each.
 
 use super::super::ndarray::{Bytes, Entries, Kind, NdArray};
-use super::{Id, Object, Pickle};
+use super::Pickle;
+use super::objects::{Id, Object, Objects};
 
 /// Dictionaries within dictionaries that are looked into.
 const DEEPEST: usize = 4;
@@ -18,14 +19,14 @@ pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
     let mut finder = Finder {
         objects: &pickle.objects,
         found: Entries::default(),
-        left: pickle.size.saturating_mul(8).saturating_add(MOST),
+        left: pickle.size.saturating_mul(2).saturating_add(MOST),
     };
     finder.visit(String::new(), pickle.result, 0);
     finder.found
 }
 
 struct Finder<'p, 'a> {
-    objects: &'p [Object<'a>],
+    objects: &'p Objects<'a>,
     found: Entries<'a>,
     /// Objects and bytes that may still be looked at: a pickle can hold one object a thousand times.
     left: usize,
@@ -38,7 +39,7 @@ impl<'a> Finder<'_, 'a> {
         }
         self.left -= 1;
         match &self.objects[id] {
-            Object::Array(array) => self.found.arrays.push((name, array.clone())),
+            Object::Array(array) => self.found.arrays.push((name, NdArray::clone(array))),
             Object::Number(number) => {
                 let bytes = number.to_le_bytes().to_vec();
                 self.add(name, Kind::Float(8), Vec::new(), bytes);
@@ -55,7 +56,10 @@ impl<'a> Finder<'_, 'a> {
                 }
             }
             Object::Record(Some(state)) => self.visit(name, *state, depth + 1),
-            Object::List(items) | Object::Tuple(items) => self.list(name, items, depth),
+            Object::List(_) | Object::Tuple(_) => {
+                let items = self.objects.items(id).unwrap_or_default();
+                self.list(name, items, depth);
+            }
             _ => {}
         }
     }
@@ -65,18 +69,14 @@ impl<'a> Finder<'_, 'a> {
             return;
         }
         self.left -= items.len();
-        let number = |id: &Id| match self.objects[*id] {
-            Object::Number(number) => Some(number),
-            _ => None,
-        };
-        let text = |id: &Id| match &self.objects[*id] {
-            Object::Text(text) => Some(*text),
-            _ => None,
-        };
-        if let Some(numbers) = items.iter().map(number).collect::<Option<Vec<f64>>>() {
-            let bytes = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let objects = self.objects;
+        if items.iter().all(|id| objects.number(*id).is_some()) {
+            let numbers = items.iter().filter_map(|id| objects.number(*id));
+            let mut bytes = Vec::with_capacity(8 * items.len());
+            numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
             self.add(name, Kind::Float(8), vec![items.len()], bytes);
-        } else if let Some(texts) = items.iter().map(text).collect::<Option<Vec<&str>>>() {
+        } else if items.iter().all(|id| objects.text(*id).is_some()) {
+            let texts: Vec<&str> = items.iter().filter_map(|id| objects.text(*id)).collect();
             self.add_texts(name, vec![items.len()], &texts);
         } else if items.len() <= MOST {
             for (index, item) in items.iter().enumerate() {
