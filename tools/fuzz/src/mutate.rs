@@ -59,6 +59,81 @@ const EDGES: &[&[u8]] = &[
     b"\xff\xff\xff\xff\xff\xff\xff\xff",
 ];
 
+/// Counts and times beyond every motion, as a text states them.
+const EXTREMES: &[&str] = &[
+    "1e20",
+    "1e9",
+    "1e7",
+    "1e6",
+    "-1e12",
+    "1e-20",
+    "1e308",
+    "nan",
+    "-1",
+    "10000000",
+    "2147483647",
+    "4294967295",
+    "9223372036854775807",
+    "-9223372036854775808",
+    "18446744073709551615",
+];
+
+/// The same where numbers are bytes: of 64 bits, and what fits into 32.
+const EXTREME_INTEGERS: &[i64] = &[
+    10_000_000,
+    1_000_000_000,
+    1_000_000_000_000,
+    -1_000_000_000_000,
+    i32::MAX as i64,
+    i32::MIN as i64,
+    u32::MAX as i64,
+    i64::MAX,
+    i64::MIN,
+    -1,
+];
+const EXTREME_FLOATS: &[f64] = &[1e20, 1e9, 1e7, 1e6, -1e12, 1e-20, 1e308, f64::NAN];
+
+/// A seed with an extreme number, or a few, in place of those that it states.
+pub(crate) fn extreme(seed: &[u8], random: &mut Rng) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    let is_text = !bytes.iter().take(1024).any(|byte| *byte == 0);
+    for _ in 0..random.usize(1..=2) {
+        match is_text {
+            true => replace_number(&mut bytes, choose(EXTREMES, random).as_bytes(), random),
+            false => {
+                let place = random.usize(..=bytes.len());
+                overwrite(&mut bytes, place, &extreme_bytes(random));
+            }
+        }
+    }
+    bytes
+}
+
+fn extreme_bytes(random: &mut Rng) -> Vec<u8> {
+    let float = *choose(EXTREME_FLOATS, random);
+    let integer = *choose(EXTREME_INTEGERS, random);
+    match random.u8(..4) {
+        0 => float.to_le_bytes().to_vec(),
+        1 => (float as f32).to_le_bytes().to_vec(),
+        2 => integer.to_le_bytes().to_vec(),
+        _ => (integer as i32).to_le_bytes().to_vec(),
+    }
+}
+
+/// Puts `with` in place of a number of the text, whatever separates it from others.
+fn replace_number(bytes: &mut Vec<u8>, with: &[u8], random: &mut Rng) {
+    let from = random.usize(..=bytes.len());
+    let is_of_number = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+');
+    let Some(start) = bytes[from..].iter().position(u8::is_ascii_digit) else {
+        return;
+    };
+    // From the beginning of the number in which the place is.
+    let before = bytes[..from + start].iter().rposition(|byte| !is_of_number(byte));
+    let start = before.map_or(0, |before| before + 1);
+    let length = bytes[start..].iter().take_while(|byte| is_of_number(byte)).count();
+    bytes.splice(start..start + length, with.iter().copied());
+}
+
 /// A seed with some changes.
 pub(crate) fn mutate(pool: &[Vec<u8>], words: &[&str], random: &mut Rng) -> Vec<u8> {
     let mut bytes = choose(pool, random).clone();

@@ -113,6 +113,7 @@ pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(
         let structured = random.bool().then(|| structure::mutate(input.name, seed, &mut random));
         let bytes = match structured.flatten() {
             Some(bytes) => bytes,
+            None if random.u8(..4) == 0 => mutate::extreme(seed, &mut random),
             None => mutate::mutate(from, input.words, &mut random),
         };
         let (is_read, is_new) = news
@@ -153,6 +154,9 @@ pub(crate) fn whole_corpus(input: &'static Input, changes: usize) -> Result<(), 
         try_input(input, bytes)?;
         let alone = std::slice::from_ref(bytes);
         let mut random = fastrand::Rng::with_seed(hash(bytes));
+        if changes > 0 {
+            try_input(input, &mutate::extreme(bytes, &mut random))?;
+        }
         for _ in 0..changes {
             let changed = structure::mutate(input.name, bytes, &mut random).filter(|_| random.bool());
             let changed = changed.unwrap_or_else(|| mutate::mutate(alone, input.words, &mut random));

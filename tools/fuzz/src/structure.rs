@@ -27,7 +27,7 @@ pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec
 
 /// A number that a count, an offset or an index may have, near `now` or at an edge.
 fn number(now: u64, random: &mut Rng) -> u64 {
-    const EDGES: [u64; 12] = [
+    const EDGES: [u64; 15] = [
         0,
         1,
         2,
@@ -36,6 +36,9 @@ fn number(now: u64, random: &mut Rng) -> u64 {
         256,
         65_535,
         65_536,
+        1_000_000,
+        10_000_000,
+        1_000_000_000,
         i32::MAX as u64,
         u32::MAX as u64,
         1 << 53,
@@ -53,7 +56,7 @@ fn number(now: u64, random: &mut Rng) -> u64 {
 
 /// A number at the edge of what can be computed with.
 fn float(random: &mut Rng) -> f32 {
-    const EDGES: [f32; 14] = [
+    const EDGES: [f32; 18] = [
         0.0,
         -0.0,
         1.0,
@@ -64,6 +67,10 @@ fn float(random: &mut Rng) -> f32 {
         1e-12,
         9e17,
         1.1e18,
+        1e6,
+        1e9,
+        1e20,
+        -1e12,
         3e38,
         f32::INFINITY,
         f32::NEG_INFINITY,
