@@ -1,13 +1,15 @@
 //! Makes a list of files from paths of files and folders, and from wildcards.
 
+use std::ffi::OsStr;
+use std::fmt::Write;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-use mocap::files::check_confined;
 use mocap::{Code, Diagnostic, FormatInfo};
-use walkdir::WalkDir;
 
+use super::pattern::{Pattern, has_wildcard};
+use super::walk::{Found, Search};
 use crate::args::InputArgs;
 use crate::{Failure, report};
 
@@ -16,7 +18,7 @@ use crate::{Failure, report};
 pub struct Input {
     pub path: PathBuf,
     /// The path below the folder or the wildcards in which it was found, with `/` as separator; for a file named by the
-    /// user, its name.
+    /// user, its name. A byte that is no UTF-8 is `%` and two digits, so that no two names become one.
     pub relative: String,
     /// Its size when it was found.
     pub bytes: u64,
@@ -28,7 +30,7 @@ impl Input {
     fn new(path: PathBuf, folder: &Path) -> Self {
         let below = path.strip_prefix(folder).unwrap_or(&path);
         let parts = below.components().filter_map(|part| match part {
-            Component::Normal(name) => Some(name.to_string_lossy()),
+            Component::Normal(name) => Some(text_of(name)),
             _ => None,
         });
         Self {
@@ -64,6 +66,21 @@ impl Input {
     }
 }
 
+/// The text of a name, with `%` and two digits for a byte that is no UTF-8.
+fn text_of(name: &OsStr) -> String {
+    let mut text = String::new();
+    for chunk in name.as_encoded_bytes().utf8_chunks() {
+        text += chunk.valid();
+        for byte in chunk.invalid() {
+            let _ = write!(text, "%{byte:02X}");
+        }
+    }
+    text
+}
+
+/// Inputs of one call. More would fill the memory before the first is read.
+const MOST_INPUTS: usize = 1_000_000;
+
 /// The files that `paths` name, sorted by their relative paths: files with any extension; in folders and from wildcards
 /// only files with the extension of a known format, and entries that cannot be read.
 ///
@@ -78,24 +95,27 @@ pub(crate) fn find_except(
     args: &InputArgs,
     is_excluded: impl Fn(&Path) -> bool,
 ) -> Result<Vec<Input>, Failure> {
-    let mut found = Found::default();
+    let mut gathered = Gathered::default();
     for path in paths {
-        let before = found.inputs.len();
+        let before = gathered.inputs.len();
         if path.is_dir() {
-            add_folder(path, path, &is_excluded, &mut found);
+            gathered.search(path, &Pattern::default(), &is_excluded)?;
         } else if is_pattern(path) {
-            add_matches(path, &is_excluded, &mut found)?;
+            let (base, pattern) = Pattern::of(path)?;
+            if base.as_os_str().is_empty() || base.is_dir() {
+                gathered.search(&base, &pattern, &is_excluded)?;
+            }
         } else {
-            found.inputs.push(Input::named(path));
+            gathered.add(Input::named(path))?;
         }
-        if found.inputs.len() == before && !args.allow_empty {
-            found.say_tables();
+        if gathered.inputs.len() == before && !args.allow_empty {
+            gathered.say_what_is_left_out();
             let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());
             return Err(Failure::Usage(message));
         }
     }
-    found.say_tables();
-    let mut inputs = found.inputs;
+    gathered.say_what_is_left_out();
+    let mut inputs = gathered.inputs;
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
     inputs.dedup_by(|a, b| a.path == b.path);
     Ok(inputs)
@@ -103,16 +123,55 @@ pub(crate) fn find_except(
 
 /// What was found in folders and by wildcards.
 #[derive(Default)]
-struct Found {
+struct Gathered {
     inputs: Vec<Input>,
     /// Tables that are no motion, as most are: lists of clips, reports.
     tables: Vec<PathBuf>,
+    /// Links to folders that were searched by another path.
+    again: Vec<PathBuf>,
 }
 
-impl Found {
+impl Gathered {
+    fn add(&mut self, input: Input) -> Result<(), Failure> {
+        if self.inputs.len() == MOST_INPUTS {
+            let message = format!("more than {MOST_INPUTS} files are found; name a folder with fewer");
+            return Err(Failure::Usage(message));
+        }
+        self.inputs.push(input);
+        Ok(())
+    }
+
+    /// Adds the motion files below `base` that match, and the entries that cannot be read. Their relative paths begin
+    /// in `base`.
+    fn search(&mut self, base: &Path, pattern: &Pattern, is_excluded: &dyn Fn(&Path) -> bool) -> Result<(), Failure> {
+        let search = Search {
+            base,
+            pattern,
+            is_excluded,
+        };
+        search.run(|found| match found {
+            Found::File(path) if has_known_extension(&path) => self.add_file(path, base),
+            Found::File(_) => Ok(()),
+            Found::Again(path) => {
+                self.again.push(path);
+                Ok(())
+            }
+            // What has the extension of no motion is ignored, as it would be if it could be read.
+            Found::Problem(path, problem)
+                if path.extension().is_none() || has_known_extension(&path) || path.is_dir() =>
+            {
+                self.add(Input {
+                    problem: Some(problem),
+                    ..Input::new(path, base)
+                })
+            }
+            Found::Problem(..) => Ok(()),
+        })
+    }
+
     /// Adds a file with a known extension. Of tables only those are motions whose columns say so; a Parquet file has
     /// any number of clips, and must be named.
-    fn add(&mut self, path: PathBuf, base: &Path) {
+    fn add_file(&mut self, path: PathBuf, base: &Path) -> Result<(), Failure> {
         const HEAD: u64 = 64 << 10;
         let has = |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
         let is_motion = || {
@@ -123,97 +182,48 @@ impl Found {
         };
         if has("parquet") || has("csv") && !is_motion() {
             self.tables.push(path);
-        } else {
-            self.inputs.push(Input::new(path, base));
+            return Ok(());
         }
+        self.add(Input::new(path, base))
     }
 
-    /// Names the tables that are left out.
-    fn say_tables(&mut self) {
-        const NAMED: usize = 3;
-        let Some(first) = self.tables.first() else { return };
-        let names = self.tables.iter().take(NAMED).map(|path| path.display().to_string());
-        let mut names = names.collect::<Vec<_>>().join(", ");
-        if self.tables.len() > NAMED {
-            names += ", ...";
+    /// Names the tables that are left out, and the links.
+    fn say_what_is_left_out(&mut self) {
+        if let Some(first) = self.tables.first() {
+            let how = match first.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet")) {
+                true => "; a Parquet file of motions is read where it is named",
+                false => "",
+            };
+            say_left_out(
+                &self.tables,
+                "is a table and no motion",
+                "are tables and no motions",
+                how,
+            );
         }
-        let how = match first.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet")) {
-            true => "; a Parquet file of motions is read where it is named",
-            false => "",
-        };
-        report::say(&match self.tables.len() {
-            1 => format!("left out, for it is a table and no motion: {names}{how}"),
-            count => format!("left out, for they are tables and no motions: {count}: {names}{how}"),
-        });
+        let why =
+            ["leads to a folder that", "lead to folders that"].map(|lead| format!("{lead} another path has already"));
+        say_left_out(&self.again, &why[0], &why[1], "");
         self.tables.clear();
+        self.again.clear();
     }
 }
 
-/// Adds the motion files at any depth of `folder`, and the entries that cannot be read.
-fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, found: &mut Found) {
-    let entries = WalkDir::new(folder).follow_links(true).into_iter();
-    for entry in
-        entries.filter_entry(|entry| is_allowed(entry.path()) && (entry.depth() == 0 || !is_excluded(entry.path())))
-    {
-        match entry {
-            Ok(entry) => {
-                if entry.file_type().is_file() && has_known_extension(entry.path()) {
-                    found.add(entry.into_path(), base);
-                }
-            }
-            Err(error) => {
-                let path = error.path().unwrap_or(folder).to_owned();
-                // A link without a target whose extension is unknown is ignored, as its target would be.
-                if path.extension().is_none() || has_known_extension(&path) || path.is_dir() {
-                    found.inputs.push(Input {
-                        problem: Some(problem(&error)),
-                        ..Input::new(path, base)
-                    });
-                }
-            }
-        }
+fn say_left_out(paths: &[PathBuf], why_one: &str, why_several: &str, how: &str) {
+    const NAMED: usize = 3;
+    let names = paths
+        .iter()
+        .take(NAMED)
+        .map(|path| report::visible(&path.to_string_lossy()).into_owned());
+    let mut names = names.collect::<Vec<_>>().join(", ");
+    if paths.len() > NAMED {
+        names += ", ...";
     }
-}
-
-fn problem(error: &walkdir::Error) -> String {
-    match (error.loop_ancestor(), error.io_error()) {
-        (Some(ancestor), _) => format!("the link points to {}, which contains it", ancestor.display()),
-        (None, Some(error)) if error.kind() == io::ErrorKind::NotFound => {
-            "the target of the link does not exist".to_owned()
-        }
-        (None, Some(error)) => error.to_string(),
-        (None, None) => error.to_string(),
+    match paths.len() {
+        0 => {}
+        1 => report::say(&format!("left out, for it {why_one}: {names}{how}")),
+        count => report::say(&format!("left out, for they {why_several}: {count}: {names}{how}")),
     }
-}
-
-/// Adds the files that a wildcard pattern matches; their relative paths begin at its first wildcard.
-fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, found: &mut Found) -> Result<(), Failure> {
-    let base: PathBuf = pattern
-        .components()
-        .take_while(|part| !has_wildcard(Path::new(part)))
-        .collect();
-    let text = pattern
-        .to_str()
-        .ok_or_else(|| Failure::Usage(format!("{} is not UTF-8", pattern.display())))?;
-    let matches = glob::glob(text).map_err(|error| Failure::Usage(format!("{text}: {error}")))?;
-    for entry in matches {
-        match entry {
-            Ok(path) if is_excluded(&path) || !is_allowed(&path) => {}
-            Ok(path) if path.is_dir() => add_folder(&path, &base, is_excluded, found),
-            Ok(path) if has_known_extension(&path) => found.add(path, &base),
-            Ok(_) => {}
-            Err(error) => found.inputs.push(Input {
-                problem: Some(error.error().to_string()),
-                ..Input::new(error.path().to_owned(), &base)
-            }),
-        }
-    }
-    Ok(())
-}
-
-/// Whether a program that is confined to a folder may know of an entry.
-fn is_allowed(path: &Path) -> bool {
-    check_confined(path).is_ok()
 }
 
 /// Whether a path is no file, and its wildcards may match some.
@@ -224,10 +234,6 @@ fn is_pattern(path: &Path) -> bool {
 /// Whether a path may name several files.
 pub(crate) fn names_several(path: &Path) -> bool {
     path.is_dir() || is_pattern(path)
-}
-
-fn has_wildcard(path: &Path) -> bool {
-    path.to_string_lossy().contains(['*', '?', '['])
 }
 
 fn has_known_extension(path: &Path) -> bool {

@@ -140,3 +140,36 @@ fn links_out_of_a_folder_are_followed_by_the_program_and_not_by_a_server() {
     assert_eq!(answer["result"]["isError"], true, "{answer}");
     assert!(answer.to_string().contains("leads out of"), "{answer}");
 }
+
+/// A search that follows links into themselves never ends, and one that follows links out tells what is there.
+#[cfg(unix)]
+#[test]
+fn searches_end_and_stay_in_the_folder() {
+    use std::os::unix::fs::symlink;
+    let outside = Folder::with(&["secret/secret.bvh", "secret.bvh"]);
+    let root = Folder::with(&["in/a.bvh"]);
+    symlink(".", root.path("in/x")).unwrap();
+    symlink(".", root.path("in/y")).unwrap();
+    symlink("/", root.path("in/sys_root")).unwrap();
+    symlink(outside.path("secret"), root.path("in/linked")).unwrap();
+    symlink(outside.path("secret.bvh"), root.path("in/one.bvh")).unwrap();
+    symlink(outside.path("none.bvh"), root.path("in/gone.bvh")).unwrap();
+    let mut requests = Vec::new();
+    for inputs in ["in", ".", "in/**/*.bvh", "**", "*/*", "in/**", "in/*/*/*.bvh"] {
+        requests.push(call("check", json!({"inputs": [inputs]})));
+        requests.push(call("survey", json!({"inputs": [inputs]})));
+        requests.push(call(
+            "convert",
+            json!({"inputs": [inputs], "output": "out/", "dry-run": true}),
+        ));
+    }
+    for (answer, (_, request)) in answers(&root, &requests).iter().zip(&requests) {
+        let text = answer.to_string();
+        for word in ["secret", "linked", "one.bvh", "gone.bvh", "sys_root"] {
+            assert!(!text.contains(word), "{request}: {text}");
+        }
+        // The loops are told; the file is there once.
+        let is_deep = request.to_string().contains("/*/*/");
+        assert!(is_deep || text.contains("a.bvh"), "{request}: {text}");
+    }
+}

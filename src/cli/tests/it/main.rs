@@ -24,6 +24,8 @@ mod frame_rates;
 mod graph;
 mod help;
 #[cfg(unix)]
+mod inputs;
+#[cfg(unix)]
 mod interrupted;
 mod jobs;
 mod kept_characters;

@@ -107,12 +107,5 @@ impl IndexMut<Id> for Objects<'_> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_object_is_small() {
-        assert!(size_of::<Object<'_>>() <= 32, "{}", size_of::<Object<'_>>());
-    }
-}
+/// What a pickle may take of memory for each of its bytes follows from this size.
+const _: () = assert!(size_of::<Object<'_>>() <= 32);

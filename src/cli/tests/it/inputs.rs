@@ -1,0 +1,132 @@
+//! Which files folders and wildcards name: links, loops, strange names.
+
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::program::{Folder, words};
+
+/// The inputs and the errors of a manifest.
+fn rows(folder: &Folder, name: &str) -> Vec<(String, String)> {
+    let text = |value: &Value| value.as_str().unwrap_or("").to_owned();
+    let records = folder.records(name);
+    records
+        .iter()
+        .map(|row| (text(&row["input"]), text(&row["error"])))
+        .collect()
+}
+
+/// With one such link a search for wildcards found the file in 41 ways, with two it never ended.
+#[test]
+fn a_link_to_its_own_folder_gives_no_output_twice() {
+    let folder = Folder::with(&["in/a.bvh"]);
+    symlink(".", folder.path("in/self")).unwrap();
+    symlink("../in", folder.path("in/again")).unwrap();
+    let start = Instant::now();
+    for (number, inputs) in ["in", "in/**/*.bvh", "in/**", "i?"].iter().enumerate() {
+        let output = folder.run(&format!("convert {inputs} -o out{number}"));
+        // Each link is told as a row, and what it leads to has its output.
+        assert_eq!(output.status.code(), Some(3), "{inputs}: {}", words(&output));
+        let rows = rows(&folder, &format!("out{number}"));
+        let (done, told): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, error)| error.is_empty());
+        assert!(
+            matches!(&done[..], [(input, _)] if input.ends_with("a.bvh")),
+            "{rows:?}"
+        );
+        assert!(
+            told.len() == 2 && told.iter().all(|(_, error)| error.contains("which contains it")),
+            "{rows:?}"
+        );
+    }
+    folder.succeeds("convert in/*.bvh -o flat");
+    assert_eq!(rows(&folder, "flat").len(), 1);
+    assert!(start.elapsed() < Duration::from_secs(60));
+}
+
+/// Data sets are often linked into a folder. The folder itself comes before a link to it, whatever their names.
+#[test]
+fn links_to_data_elsewhere_are_followed_once() {
+    let folder = Folder::with(&["data/set/a.bvh", "in/own/b.bvh"]);
+    symlink(folder.path("data/set"), folder.path("in/set")).unwrap();
+    symlink("../data/set", folder.path("in/twice")).unwrap();
+    symlink("own", folder.path("in/a_link")).unwrap();
+    symlink("../data/set/a.bvh", folder.path("in/one.bvh")).unwrap();
+    for inputs in ["in", "in/**/*.bvh"] {
+        let said = folder.succeeds(&format!("convert {inputs} -o out"));
+        let found = rows(&folder, "out");
+        let names: Vec<&str> = found.iter().map(|(input, _)| input.as_str()).collect();
+        assert_eq!(names, ["one.bvh", "own/b.bvh", "set/a.bvh"]);
+        assert!(said.contains("in/a_link, in/twice"), "{said}");
+        fs::remove_dir_all(folder.path("out")).unwrap();
+    }
+    // A wildcard that matches the link alone reads it under this name.
+    folder.succeeds("convert in/a_*/*.bvh -o out");
+    assert_eq!(rows(&folder, "out")[0].0, "a_link/b.bvh");
+}
+
+/// Only Linux has such names.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_look_alike_are_two_files() {
+    let folder = Folder::with(&["in/a.bvh"]);
+    let bytes = folder.read("in/a.bvh");
+    for name in [
+        &b"in/\xff.bvh"[..],
+        b"in/\xfe.bvh",
+        b"in/\xff/c\xe9.bvh",
+        b"in/\xfe/c\xe9.bvh",
+        b"in/\n\x1b[2J.bvh",
+    ] {
+        let path = folder.path("").join(std::ffi::OsStr::from_bytes(name));
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, &bytes).unwrap();
+    }
+    for inputs in ["in", "in/**/*.bvh"] {
+        let said = folder.succeeds(&format!("convert {inputs} -o out"));
+        assert!(!said.contains('\u{1b}'), "{said}");
+        let found = rows(&folder, "out");
+        let names: Vec<&str> = found.iter().map(|(input, _)| input.as_str()).collect();
+        let expected = [
+            "\n\u{1b}[2J.bvh",
+            "%FE.bvh",
+            "%FE/c%E9.bvh",
+            "%FF.bvh",
+            "%FF/c%E9.bvh",
+            "a.bvh",
+        ];
+        assert_eq!(names, expected);
+        assert!(folder.path("out/%FE/c%E9.glb").is_file() && folder.path("out/%FF.glb").is_file());
+        fs::remove_dir_all(folder.path("out")).unwrap();
+    }
+}
+
+/// A pipe that nobody writes to would be waited for.
+#[test]
+fn pipes_in_a_folder_are_no_inputs() {
+    let folder = Folder::with(&["in/a.bvh"]);
+    for name in ["in/p.bvh", "in/p.csv"] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
+        assert!(made.unwrap().success());
+    }
+    symlink("p.csv", folder.path("in/link.csv")).unwrap();
+    for inputs in ["in", "in/*"] {
+        folder.succeeds(&format!("convert {inputs} -o out"));
+        assert_eq!(rows(&folder, "out").len(), 1);
+    }
+}
+
+#[test]
+fn wildcards_that_mean_nothing_are_refused() {
+    let folder = Folder::with(&["in/a.bvh"]);
+    folder.refuses("convert in/[a -o out", 2, "the [ of a wildcard lacks its ]");
+    folder.refuses("convert in/**.bvh -o out", 2, "** stands for folders");
+    folder.refuses(
+        "convert i*/../in/a.bvh -o out",
+        2,
+        "after a wildcard a path must not have ..",
+    );
+    folder.refuses("convert none/*.bvh -o out", 2, "no motion files found");
+}
