@@ -3,17 +3,28 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::robot::ShapeKind;
 
 use crate::Source;
+use crate::named_file::{LEVELS, below, near};
+use crate::text::quote;
+use crate::warnings::Warnings;
 
 /// A mesh of a robot, of a file in `folder`, enlarged by `scale`.
-pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: DVec3) -> ShapeKind {
+pub(super) fn mesh_shape(
+    source: &Source<'_>,
+    folder: &str,
+    file: &str,
+    scale: DVec3,
+    warnings: &mut Warnings,
+) -> ShapeKind {
     let beside = source.name.parent().unwrap_or(Path::new(""));
     let extension = Path::new(file).extension().unwrap_or_default().to_ascii_lowercase();
     let extension = extension.to_str().unwrap_or_default();
-    let paths = candidates(folder, file).into_iter().map(|path| beside.join(path));
+    let (paths, is_near) = candidates(folder, file);
+    let paths = paths.into_iter().map(|path| beside.join(path));
     let is_known = ["stl", "obj", "dae"].contains(&extension);
     let mut found = paths
         .filter(|_| is_known)
@@ -21,6 +32,20 @@ pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: D
     let (bytes, path) = found
         .next()
         .map_or((Vec::new(), None), |(bytes, path)| (bytes, Some(path)));
+    if path.is_none() && !is_near {
+        let message = format!(
+            "the mesh {} is too far from the robot to be opened",
+            quote(file.as_bytes())
+        );
+        let expected = format!("a relative path that leads at most {LEVELS} folders up");
+        let found = Path::new(folder).join(file).display().to_string();
+        let help = "write a relative path, or put the mesh beside the robot";
+        warnings.distinct(
+            Diagnostic::new(Code::MissingFile, message)
+                .expected_found(expected, found)
+                .help(help),
+        );
+    }
     let bounds = match extension {
         "stl" => stl(&bytes),
         "obj" => obj(&bytes),
@@ -40,24 +65,34 @@ pub(super) fn mesh_shape(source: &Source<'_>, folder: &str, file: &str, scale: D
     }
 }
 
-/// How many folders above the robot its package may be.
-const LEVELS: usize = 6;
-
-/// The paths at which the file may be: as written; of a `package://` address the path within the package, or with it,
-/// in the folder of the robot or in one above it; and the name alone beside the robot, as files are dropped on a page.
-pub fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
-    let alone = Path::new(file).file_name().map(PathBuf::from);
-    let Some(address) = file.strip_prefix("package://") else {
-        let written = Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file));
-        return [written].into_iter().chain(alone).collect();
+/// The paths at which the file may be, and whether the robot may name it: as written; of a `package://` address the
+/// path within the package, or with it, in the folder of the robot or in one above it; and the name alone beside the
+/// robot, as files are dropped on a page.
+pub fn candidates(folder: &str, file: &str) -> (Vec<PathBuf>, bool) {
+    let mut paths = match file
+        .strip_prefix("package://")
+        .map(|address| address.trim_start_matches('/'))
+    {
+        None => {
+            let written = Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file));
+            Vec::from_iter(near(written))
+        }
+        Some(address) => {
+            let inside = below(address).map(|whole| [whole.components().skip(1).collect(), whole]);
+            let inside: Vec<PathBuf> = inside
+                .into_iter()
+                .flatten()
+                .filter(|path| path != Path::new(""))
+                .collect();
+            let above = (0..=LEVELS).map(|levels| PathBuf::from("../".repeat(levels)));
+            above
+                .flat_map(|above| inside.iter().map(move |inside| above.join(inside)).collect::<Vec<_>>())
+                .collect()
+        }
     };
-    let address = address.trim_start_matches('/');
-    let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
-    let above = (0..=LEVELS).map(|levels| PathBuf::from("../".repeat(levels)));
-    above
-        .flat_map(|above| [above.join(inside), above.join(address)])
-        .chain(alone)
-        .collect()
+    let is_near = !paths.is_empty();
+    paths.extend(Path::new(file).file_name().map(PathBuf::from));
+    (paths, is_near)
 }
 
 fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -18,6 +18,7 @@ use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::{Provenance, humanoid, required, streams};
 use crate::Failure;
+use crate::named_file::below;
 
 /// A glTF file with those of its buffers that animations need.
 #[doc(hidden)]
@@ -447,16 +448,11 @@ pub(super) fn contents_of<'a>(
 /// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
 /// files.
 fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
-    let path = PathBuf::from(percent_decoded(uri));
-    let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
-    if path.components().all(|part| matches!(part, Component::Normal(_))) && path.file_name().is_some() {
-        return Ok(path);
-    }
-    Err(invalid(
-        pointer,
-        "a buffer is read from the folder of the file, or below, and from nowhere else",
-    )
-    .expected_found("a relative path without \"..\"", format!("\"{uri}\""))
-    .help("put the buffer beside the file, or write a .glb")
-    .into())
+    below(percent_decoded(uri)).ok_or_else(|| {
+        let message = "a buffer is read from the folder of the file, or below, and from nowhere else";
+        invalid(pointer, message)
+            .expected_found("a relative path without \"..\"", format!("\"{uri}\""))
+            .help("put the buffer beside the file, or write a .glb")
+            .into()
+    })
 }

@@ -1,6 +1,5 @@
 //! Keeps a file with meshes beside the scene that is read from it, so that an output in glTF loses nothing.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use mocap_scene::error::{Diagnostic, Result};
@@ -11,6 +10,7 @@ use serde::Deserialize;
 use super::json::{self, MAGIC};
 use super::write::{dangling, patch};
 use crate::Source;
+use crate::named_file::below;
 
 /// What says whether a file has something to lose.
 #[derive(Default, Deserialize)]
@@ -78,10 +78,9 @@ pub(super) fn of(
     let mut beside = Vec::new();
     if !bytes.starts_with(MAGIC) {
         for uri in patch::external_files(&bytes).unwrap_or_default() {
-            let named = percent_decoded(&uri);
-            let path = source.name.with_file_name(&named);
             // What is missing is missing in the output too.
-            if let (true, Ok(bytes)) = (is_below(&named), (source.open)(&path)) {
+            let path = below(percent_decoded(&uri)).map(|path| source.name.with_file_name(path));
+            if let Some(Ok(bytes)) = path.map(|path| (source.open)(&path)) {
                 beside.push((uri, bytes));
             }
         }
@@ -103,11 +102,4 @@ pub(super) fn of(
         replaced: None,
     };
     Ok(Some((original, warnings)))
-}
-
-/// Whether a file is in the folder of the one that names it, or below.
-fn is_below(path: impl AsRef<Path>) -> bool {
-    path.as_ref()
-        .components()
-        .all(|part| matches!(part, std::path::Component::Normal(_) | std::path::Component::CurDir))
 }

@@ -96,16 +96,16 @@ impl Reader<'_> {
             }
             let collisions = element.all("collision").map(|shape| (shape, true));
             let visuals = element.all("visual").map(|shape| (shape, false));
-            let shapes = collisions
-                .chain(visuals)
-                .map(|(shape, collides)| self.shape(&shape, collides));
+            let shapes = collisions.chain(visuals);
+            let shapes = shapes.map(|(shape, collides)| self.shape(&shape, collides, warnings));
+            let shapes = shapes.filter_map(Result::transpose).collect::<Result<_, _>>()?;
             links.push(RobotLink {
                 name: element.checked_name("name", name, self.limits)?,
                 inertial: match element.child("inertial") {
                     Some(inertial) => read_inertial(&inertial, name, warnings)?,
                     None => None,
                 },
-                shapes: shapes.filter_map(Result::transpose).collect::<Result<_, _>>()?,
+                shapes,
                 line: self.lines.line(element.offset().unwrap_or_default()),
                 ..RobotLink::default()
             });
@@ -161,7 +161,12 @@ impl Reader<'_> {
         Ok(ties)
     }
 
-    fn shape(&self, element: &Element<'_, '_>, collides: bool) -> Result<Option<RobotShape>, Failure> {
+    fn shape(
+        &self,
+        element: &Element<'_, '_>,
+        collides: bool,
+        warnings: &mut Warnings,
+    ) -> Result<Option<RobotShape>, Failure> {
         let origin = origin(element)?;
         let Some(geometry) = element.child("geometry") else {
             return Ok(None);
@@ -194,7 +199,7 @@ impl Reader<'_> {
             "mesh" => {
                 let file = shape.required("filename")?;
                 let scale = shape.vector("scale")?.unwrap_or(DVec3::ONE);
-                mesh_shape(self.source, "", file, scale)
+                mesh_shape(self.source, "", file, scale, warnings)
             }
             _ => return Ok(None),
         };

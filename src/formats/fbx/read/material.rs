@@ -5,13 +5,14 @@
 //! on the machine of its maker is not looked for.
 
 use std::collections::{BTreeSet, HashMap};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 use crate::Source;
+use crate::named_file::below;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
 
@@ -196,13 +197,9 @@ impl<'a> Materials<'a> {
             .map(|stem| PathBuf::from(stem).with_extension("fbm").join(&name));
         let usual = ["textures", "Textures"].map(|folder| Path::new(folder).join(&name));
         let candidates = [stated, name].into_iter().chain(media).chain(usual);
-        // Below the folder of the file alone, so that an input cannot read other files.
-        let is_below = |path: &PathBuf| {
-            let mut parts = path.components();
-            path.file_name().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
-        };
-        let mut candidates = candidates.filter(is_below);
-        candidates.find_map(|name| (self.source.open)(&here.with_file_name(name)).ok())
+        candidates
+            .filter_map(below)
+            .find_map(|name| (self.source.open)(&here.with_file_name(name)).ok())
     }
 }
 

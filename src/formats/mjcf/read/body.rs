@@ -317,7 +317,7 @@ impl<'a> Bodies<'a> {
             },
             "box" => ShapeKind::Box { half_size: size },
             "ellipsoid" => ShapeKind::Ellipsoid { half_size: size },
-            "mesh" => self.mesh(attributes),
+            "mesh" => self.mesh(attributes, warnings),
             _ => {
                 warnings.push(Code::IgnoredMesh, || {
                     let message = format!("a geom of type {} was left out", quote(kind.as_bytes()));
@@ -334,10 +334,13 @@ impl<'a> Bodies<'a> {
         }))
     }
 
-    fn mesh(&self, attributes: &Attributes<'_, '_>) -> ShapeKind {
+    fn mesh(&self, attributes: &Attributes<'_, '_>, warnings: &mut Warnings) -> ShapeKind {
         let name = attributes.get("mesh").unwrap_or_default();
         match self.settings.meshes.get(name) {
-            Some(asset) => mesh_shape(self.source, &self.settings.mesh_folder, &asset.file, asset.scale),
+            Some(asset) => {
+                let folder = &self.settings.mesh_folder;
+                mesh_shape(self.source, folder, &asset.file, asset.scale, warnings)
+            }
             None => ShapeKind::Mesh {
                 file: name.to_owned(),
                 bounds: None,

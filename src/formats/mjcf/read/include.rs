@@ -5,6 +5,7 @@ use std::path::Path;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::Limits;
 
+use crate::named_file::{LEVELS, near};
 use crate::text::quote;
 use crate::xml::{self, Element, IncludedFile};
 use crate::{Failure, Source};
@@ -63,10 +64,11 @@ fn names(
     let mut indices = Vec::new();
     for include in root.descendants().filter(|element| element.name() == "include") {
         let name = include.required("file")?;
-        let refused = |code: Code, message: &str| {
+        let missing = |message: &str, expected: &str| {
             let file = format!("<include file={}>", quote(name.as_bytes()));
-            let diagnostic = include.at_attribute("file", code, message);
-            diagnostic.expected_found("a file that is beside the model", file)
+            let diagnostic = include.at_attribute("file", Code::MissingFile, message);
+            let help = "put it beside the model, or save the model as one file (mj_saveLastXML)";
+            Box::new(diagnostic.expected_found(expected, file).help(help))
         };
         if found.iter().any(|(other, _)| other == name) {
             return Err(Box::new(
@@ -80,11 +82,19 @@ fn names(
             let message = format!("the model includes more than {MOST_FILES} files, or too many bytes");
             return Err(Box::new(include.diagnostic(Code::LimitExceeded, message)));
         }
-        let path = source.name.parent().unwrap_or(Path::new("")).join(name);
+        let path = near(name).ok_or_else(|| {
+            let expected = format!("a relative path that leads at most {LEVELS} folders up");
+            missing(
+                "the model includes a file that is too far from it to be opened",
+                &expected,
+            )
+        })?;
+        let path = source.name.parent().unwrap_or(Path::new("")).join(path);
         let bytes = (source.open)(&path).map_err(|_| {
-            let missing = refused(Code::MissingFile, "the model includes a file that cannot be read");
-            let help = "put it beside the model, or save the model as one file (mj_saveLastXML)";
-            Box::new(missing.help(help))
+            missing(
+                "the model includes a file that cannot be read",
+                "a file that is beside the model",
+            )
         })?;
         indices.push(found.len());
         let text = xml::text(&bytes)?;

@@ -459,6 +459,25 @@ fn png() -> Vec<u8> {
     base64::engine::general_purpose::STANDARD.decode(text).unwrap()
 }
 
+/// A file from elsewhere must not choose which pictures of a disk go into what is made of it.
+#[test]
+fn a_texture_outside_of_the_folder_is_not_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("in/quad.fbx");
+    fs::create_dir(folder.path().join("in")).unwrap();
+    let outside = folder.path().join("paint.png");
+    fs::write(&outside, png()).unwrap();
+    for named in [
+        "..\\\\paint.png",
+        "../paint.png",
+        "..\\\\in\\\\..\\\\paint.png",
+        &outside.display().to_string(),
+    ] {
+        fs::write(&path, textured(&format!("RelativeFilename: \"{named}\""), "")).unwrap();
+        assert_eq!(mocap::import(&path).unwrap().textures, [], "{named}");
+    }
+}
+
 #[test]
 fn a_material_has_its_colour_and_its_texture() {
     use base64::Engine;

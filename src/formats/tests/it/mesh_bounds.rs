@@ -7,7 +7,7 @@ use mocap_formats::internals::mesh_bounds::{candidates, obj, stl};
 
 #[test]
 fn packages_are_looked_for_in_folders_above() {
-    let found = candidates("", "package:///data/robots/r/meshes/a.stl");
+    let (found, _) = candidates("", "package:///data/robots/r/meshes/a.stl");
     for wanted in [
         "robots/r/meshes/a.stl",
         "../robots/r/meshes/a.stl",
@@ -15,10 +15,32 @@ fn packages_are_looked_for_in_folders_above() {
     ] {
         assert!(found.contains(&PathBuf::from(wanted)), "{wanted}");
     }
-    assert_eq!(
-        candidates("meshes", "b/a.stl"),
-        ["meshes/b/a.stl", "a.stl"].map(PathBuf::from)
-    );
+    for (folder, file, expected) in [
+        ("meshes", "b/a.stl", "meshes/b/a.stl"),
+        ("../meshes/", "a.stl", "../meshes/a.stl"),
+        ("", "file://../a.stl", "../a.stl"),
+    ] {
+        let expected = [expected, "a.stl"].map(PathBuf::from);
+        assert_eq!(candidates(folder, file), (expected.to_vec(), true), "{folder} {file}");
+    }
+}
+
+#[test]
+fn only_the_name_remains_of_a_path_that_leads_away() {
+    for (folder, file) in [
+        ("", "/opt/robot/a.stl"),
+        ("", "file:///opt/robot/a.stl"),
+        ("/opt/robot", "a.stl"),
+        ("meshes", "../../../../../../../../a.stl"),
+        ("", "package://robot/../../a.stl"),
+        ("", "package://../a.stl"),
+    ] {
+        assert_eq!(
+            candidates(folder, file),
+            (vec![PathBuf::from("a.stl")], false),
+            "{file}"
+        );
+    }
 }
 
 #[test]

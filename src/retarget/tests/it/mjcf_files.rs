@@ -1,10 +1,10 @@
-//! MJCF in several files, and placed by frames.
+//! MJCF in several files, and placed by frames; which files a robot may name.
 
 use std::path::Path;
 
 use mocap::Importer;
 use mocap::glam::DVec3;
-use mocap::robot::Robot;
+use mocap::robot::{Robot, ShapeKind};
 
 const G1: &str = "../../fixtures/robots/g1_29dof_rev_1_0_nomesh.xml";
 
@@ -104,6 +104,115 @@ fn what_is_wrong_with_an_included_file_is_named_with_it() {
     // In memory there is no other file.
     let read = Importer::new().read_robot(scene.as_bytes(), "scene.xml").unwrap_err();
     assert_eq!(read.code().as_str(), "missing-file");
+}
+
+const MESH: &str = "v -1 0 0\nv 1 2 3\nv 0 1 1\nf 1 2 3\n";
+
+/// Whether the mesh of a robot with one link was found, and the warnings. The file at `name` is the first of `files`.
+fn mesh_of(files: &[(&str, &str)]) -> (bool, Vec<String>) {
+    let robot = import(files).unwrap();
+    let shapes = robot.links.iter().flat_map(|link| &link.shapes);
+    let bounds: Vec<_> = shapes
+        .map(|shape| match &shape.kind {
+            ShapeKind::Mesh { bounds, .. } => *bounds,
+            _ => panic!("it is a mesh"),
+        })
+        .collect();
+    assert_eq!(bounds.len(), 1);
+    let expected = [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(1.0, 2.0, 3.0)];
+    assert!(bounds[0].is_none_or(|bounds| bounds == expected));
+    let warnings = robot.warnings.iter().map(ToString::to_string).collect();
+    (bounds[0].is_some(), warnings)
+}
+
+/// The trees of ROS and of MuJoCo have meshes beside the folder of the robot.
+#[test]
+fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::write(elsewhere.path().join("part.obj"), MESH).unwrap();
+    let absolute = elsewhere.path().join("part.obj").display().to_string();
+    let urdf = |mesh: &str| {
+        format!(
+            "<robot name=\"r\"><link name=\"a\"><visual><geometry><mesh filename=\"{mesh}\"/></geometry></visual></link></robot>"
+        )
+    };
+    let mjcf = |folder: &str, mesh: &str| {
+        format!(
+            "<mujoco><compiler meshdir=\"{folder}\"/><asset><mesh name=\"m\" file=\"{mesh}\"/></asset><worldbody><body><joint/>\
+             <inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/><geom type=\"mesh\" mesh=\"m\"/></body></worldbody></mujoco>"
+        )
+    };
+    let deep = "package/a/b/c/d/e/f/robot.urdf";
+    for (name, text, mesh) in [
+        (
+            "package/urdf/r.urdf",
+            urdf("package://package/meshes/part.obj"),
+            "package/meshes/part.obj",
+        ),
+        (
+            "package/urdf/r.urdf",
+            urdf("package://other/meshes/part.obj"),
+            "other/meshes/part.obj",
+        ),
+        (
+            "package/urdf/r.urdf",
+            urdf("../meshes/part.obj"),
+            "package/meshes/part.obj",
+        ),
+        (
+            "package/urdf/r.urdf",
+            urdf("file://../meshes/part.obj"),
+            "package/meshes/part.obj",
+        ),
+        (deep, urdf("../../../../../../part.obj"), "package/part.obj"),
+        ("mjcf/r.xml", mjcf("../meshes", "part.obj"), "meshes/part.obj"),
+        ("mjcf/r.xml", mjcf("assets", "../stl/part.obj"), "mjcf/stl/part.obj"),
+        // The name alone, beside the robot.
+        ("r.urdf", urdf("/opt/robot/part.obj"), "part.obj"),
+        ("r.urdf", urdf("file:///opt/robot/part.obj"), "part.obj"),
+    ] {
+        assert_eq!(mesh_of(&[(name, &text), (mesh, MESH)]), (true, vec![]), "{text}");
+    }
+    let folder = elsewhere.path().display().to_string();
+    for (name, text) in [
+        ("r.urdf", urdf(&absolute)),
+        ("r.urdf", urdf(&format!("file://{absolute}"))),
+        ("r.xml", mjcf(&folder, "part.obj")),
+        (deep, urdf("../../../../../../../part.obj")),
+        ("a/r.urdf", urdf("package://a/../../part.obj")),
+    ] {
+        let files = [(name, text.as_str()), ("part.obj", MESH)];
+        // Beside a robot in the outermost folder the mesh would be found by its name.
+        let (is_found, warnings) = mesh_of(&files[..1 + usize::from(name.contains('/'))]);
+        assert!(!is_found, "{text}");
+        assert!(
+            matches!(&warnings[..], [only] if only.contains("too far from the robot")),
+            "{warnings:?}"
+        );
+    }
+    // A mesh of another kind is not opened at all.
+    assert_eq!(
+        mesh_of(&[("r.urdf", &urdf("../r/part.txt")), ("r/part.txt", MESH)]),
+        (false, vec![])
+    );
+}
+
+#[test]
+fn includes_are_opened_around_the_model_and_at_no_path_from_the_root() {
+    let arm = "<mujoco><worldbody><body name=\"arm\"><joint/></body></worldbody></mujoco>";
+    let scene = |file: &str| format!("<mujoco>\n<include file=\"{file}\"/>\n</mujoco>");
+    let found = import(&[("scenes/scene.xml", &scene("../parts/arm.xml")), ("parts/arm.xml", arm)]).unwrap();
+    assert!(found.links.iter().any(|link| link.name == "arm"));
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::write(elsewhere.path().join("arm.xml"), arm).unwrap();
+    let absolute = elsewhere.path().join("arm.xml").display().to_string();
+    for file in [absolute.as_str(), "../../../../../../../arm.xml", "/etc/passwd"] {
+        let found = refused(&[("a/b/c/d/e/f/g/scene.xml", &scene(file)), ("arm.xml", arm)]);
+        assert!(
+            found.starts_with("missing-file 2: the model includes a file that is too far"),
+            "{found}"
+        );
+    }
 }
 
 /// Files that include two others each would be a billion at the 30th.

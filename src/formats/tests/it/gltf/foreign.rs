@@ -376,7 +376,15 @@ fn a_buffer_is_found_beside_the_file_however_its_name_is_written() {
         let scene = Importer::new().import(&path).unwrap();
         assert_eq!(place(&scene, 0, 0, 1.0), Vec3::X * 2.0, "{uri}");
     }
-    for uri in ["../a b.bin", "/etc/hostname", "", "http://example.com/a.bin"] {
+    for uri in [
+        "../a b.bin",
+        "%2e%2e/a b.bin",
+        "b/../a b.bin",
+        "/etc/hostname",
+        "file:///etc/hostname",
+        "",
+        "http://example.com/a.bin",
+    ] {
         file.json["buffers"][0]["uri"] = json!(uri);
         std::fs::write(&path, file.text()).unwrap();
         let error = Importer::new().import(&path).unwrap_err();
