@@ -57,7 +57,7 @@ pub(crate) fn serve(folder: &Path) -> Result<(), Failure> {
             Line::TooLong => Some(protocol::failed(&Value::Null, &line::too_long())),
         };
         if let Some(answer) = answer {
-            let mut text = answer.to_string();
+            let mut text = report::visible_json(&answer.to_string()).into_owned();
             text.push('\n');
             output.write_all(text.as_bytes())?;
             output.flush()?;

@@ -123,12 +123,12 @@ fn value(report: &impl Serialize) -> serde_json::Value {
 
 /// Prints a job, which is then not done.
 fn print_job(job: &Job) -> Result<(), Failure> {
-    Ok(writeln!(report::stdout(), "{}", job.to_json())?)
+    Ok(writeln!(report::json(), "{}", job.to_json())?)
 }
 
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(report::stdout());
+    let mut out = io::BufWriter::new(report::json());
     serde_json::to_writer_pretty(&mut out, value)?;
     writeln!(out)?;
     out.flush()

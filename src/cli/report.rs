@@ -120,42 +120,93 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{ending}")
 }
 
-/// Standard output for text and data; [`visible_lines`] if it is a terminal, else the bytes as they are.
-pub(crate) fn stdout() -> impl Write {
+/// What stands on standard output in place of the characters of a file that steer a terminal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// [`visible_lines`].
+    Words,
+    /// [`visible_json`].
+    Json,
+    /// The characters, for data that another program reads.
+    Data,
+}
+
+/// Standard output for words.
+pub(crate) fn words() -> impl Write {
+    Escaped::new(io::stdout().lock(), Shown::Words)
+}
+
+/// Standard output for JSON.
+pub(crate) fn json() -> impl Write {
+    Escaped::new(io::stdout().lock(), Shown::Json)
+}
+
+/// Standard output for data: the bytes as they are, unless it is a terminal.
+pub(crate) fn data() -> impl Write {
     let out = io::stdout().lock();
-    let is_terminal = out.is_terminal();
-    Lines {
-        out,
-        is_terminal,
-        pending: Vec::new(),
+    let shown = match out.is_terminal() {
+        true => Shown::Words,
+        false => Shown::Data,
+    };
+    Escaped::new(out, shown)
+}
+
+/// JSON with escapes of its own for what steers a terminal, which stands in its texts alone.
+pub fn visible_json(json: &str) -> Cow<'_, str> {
+    let is_escaped = |c: char| c != '\n' && matches!(visible(c.encode_utf8(&mut [0; 4])), Cow::Owned(_));
+    if json.lines().all(|line| matches!(visible(line), Cow::Borrowed(_))) {
+        return Cow::Borrowed(json);
     }
+    let escaped = json.chars().map(|c| match is_escaped(c) {
+        true => c
+            .encode_utf16(&mut [0; 2])
+            .iter()
+            .map(|unit| format!("\\u{unit:04x}"))
+            .collect(),
+        false => String::from(c),
+    });
+    Cow::Owned(escaped.collect())
 }
 
-/// Writes whole lines, so that no character is divided.
-pub struct Lines<W: Write> {
-    pub out: W,
-    pub is_terminal: bool,
-    pub pending: Vec<u8>,
+/// Writes whole characters.
+pub struct Escaped<W: Write> {
+    out: W,
+    shown: Shown,
+    pending: Vec<u8>,
 }
 
-impl<W: Write> Lines<W> {
+impl<W: Write> Escaped<W> {
+    pub fn new(out: W, shown: Shown) -> Self {
+        Self {
+            out,
+            shown,
+            pending: Vec::new(),
+        }
+    }
+
     fn write_pending(&mut self, length: usize) -> io::Result<()> {
         let rest = self.pending.split_off(length);
         let text = std::mem::replace(&mut self.pending, rest);
-        self.out
-            .write_all(visible_lines(&String::from_utf8_lossy(&text)).as_bytes())
+        let text = String::from_utf8_lossy(&text);
+        match self.shown {
+            Shown::Json => self.out.write_all(visible_json(&text).as_bytes()),
+            _ => self.out.write_all(visible_lines(&text).as_bytes()),
+        }
     }
 }
 
-impl<W: Write> Write for Lines<W> {
+impl<W: Write> Write for Escaped<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if !self.is_terminal {
+        if self.shown == Shown::Data {
             return self.out.write(bytes);
         }
         self.pending.extend_from_slice(bytes);
-        if let Some(end) = self.pending.iter().rposition(|byte| *byte == b'\n') {
-            self.write_pending(end + 1)?;
-        }
+        // The last character may be cut in two.
+        let whole = match std::str::from_utf8(&self.pending) {
+            Err(error) if error.error_len().is_none() => error.valid_up_to(),
+            _ => self.pending.len(),
+        };
+        self.write_pending(whole)?;
         Ok(bytes.len())
     }
 
@@ -165,7 +216,7 @@ impl<W: Write> Write for Lines<W> {
     }
 }
 
-impl<W: Write> Drop for Lines<W> {
+impl<W: Write> Drop for Escaped<W> {
     fn drop(&mut self) {
         let _ = self.flush();
     }

@@ -139,8 +139,8 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
         return Ok(write_file(output, bytes)?);
     }
     check_free()?;
-    // Data, and not for a terminal to interpret: what of it could steer one is shown by `report::stdout`.
-    let mut out = report::stdout();
+    // Data, and not for a terminal to interpret: what of it could steer one is shown by `report::data`.
+    let mut out = report::data();
     out.write_all(bytes)?;
     Ok(out.flush()?)
 }

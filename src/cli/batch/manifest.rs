@@ -16,6 +16,7 @@ use serde_json::value::RawValue;
 
 use super::inputs::Input;
 use super::shard::Shard;
+use crate::report;
 
 /// The result of one file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -248,5 +249,5 @@ fn write(path: &Path, records: &BTreeMap<String, Record>) -> io::Result<()> {
 }
 
 fn line(record: &Record) -> io::Result<String> {
-    Ok(serde_json::to_string(record)? + "\n")
+    Ok(report::visible_json(&serde_json::to_string(record)?).into_owned() + "\n")
 }

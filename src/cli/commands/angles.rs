@@ -93,7 +93,7 @@ const ROWS: [Row; 7] = [
 ];
 
 fn print(file: &Path, gait: &Gait) -> io::Result<()> {
-    let mut out = report::stdout();
+    let mut out = report::words();
     let strides = |side: Side| gait.strides.iter().filter(|stride| stride.side == side).count();
     let (left, right) = (strides(Side::Left), strides(Side::Right));
     writeln!(

@@ -75,10 +75,10 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 }
 
 fn print(checked: &Checked, json: bool) -> io::Result<()> {
-    let mut out = io::stdout().lock();
     if json {
-        return writeln!(out, "{}", serde_json::to_string(checked)?);
+        return writeln!(report::json(), "{}", serde_json::to_string(checked)?);
     }
+    let mut out = io::stdout().lock();
     for finding in &checked.diagnostics {
         let file = Path::new(finding.file.as_ref().unwrap_or(&checked.file));
         writeln!(

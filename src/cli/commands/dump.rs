@@ -23,7 +23,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
         scene.debone();
     }
     if args.json {
-        let mut out = BufWriter::new(report::stdout());
+        let mut out = BufWriter::new(report::json());
         // Not indented, because every number would have its own line.
         serde_json::to_writer(&mut out, &SceneView::new(&scene)).map_err(io::Error::from)?;
         writeln!(out)?;
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
         )));
     }
     let sections = if chosen.is_empty() { layout.sections() } else { &chosen };
-    let mut out = report::stdout();
+    let mut out = report::data();
     out.write_all(layout.text(&scene, sections).as_bytes())?;
     Ok(())
 }

@@ -61,7 +61,7 @@ fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
 
 /// A line of each, the best first.
 fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
-    let mut out = report::stdout();
+    let mut out = report::words();
     let width = found
         .iter()
         .map(|found| found.file.chars().count())

@@ -85,7 +85,7 @@ fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {
 }
 
 fn print_text(view: &PoseView<'_>) -> io::Result<()> {
-    let mut out = BufWriter::new(report::stdout());
+    let mut out = BufWriter::new(report::words());
     for node in &view.nodes {
         writeln!(out, "{}  (parent: {})", node.name, node.parent.unwrap_or("none"))?;
         let (rows, _) = node.matrix.as_chunks::<4>();
@@ -97,7 +97,7 @@ fn print_text(view: &PoseView<'_>) -> io::Result<()> {
 }
 
 fn print_csv(view: &PoseView<'_>, for_spreadsheet: bool) -> io::Result<()> {
-    let mut out = BufWriter::new(report::stdout());
+    let mut out = BufWriter::new(report::data());
     let header = "name,parent,tx,ty,tz,qx,qy,qz,qw,\
                   m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33";
     writeln!(out, "{header}")?;

@@ -13,7 +13,7 @@ use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     if args.schema {
-        return Ok(report::stdout().write_all(Job::SCHEMA.as_bytes())?);
+        return Ok(report::json().write_all(Job::SCHEMA.as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
     let mut job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;

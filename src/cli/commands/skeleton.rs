@@ -212,7 +212,7 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
 
 /// What the tables of the guess say, row by row, and how each bone is turned about itself.
 fn print_explanation(found: &Report) -> io::Result<()> {
-    let mut out = report::stdout();
+    let mut out = report::words();
     let Some(explanation) = &found.explanation else {
         return writeln!(
             out,
@@ -287,7 +287,7 @@ fn print_explanation(found: &Report) -> io::Result<()> {
 }
 
 fn print(found: &Report) -> io::Result<()> {
-    let mut out = report::stdout();
+    let mut out = report::words();
     let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
         writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())
     };

@@ -23,7 +23,7 @@ const WORST: usize = 10;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     match args.print_job {
-        true => Ok(writeln!(report::stdout(), "{}", args.job().to_json())?),
+        true => Ok(writeln!(report::json(), "{}", args.job().to_json())?),
         false => survey(&Work {
             job: &args.job(),
             resume: args.resume,
@@ -129,7 +129,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
     }
     match (&output, surveying.select) {
         (Some(_), _) => {}
-        (None, Some(_)) => report::stdout().write_all(corpus.to_list().as_bytes())?,
+        (None, Some(_)) => report::data().write_all(corpus.to_list().as_bytes())?,
         (None, None) => print(&corpus)?,
     }
     counts.verdict()?;
@@ -206,7 +206,7 @@ fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<V
 
 /// Prints a table of verdicts and reasons, and the worst clips.
 fn print(corpus: &Corpus) -> io::Result<()> {
-    let mut out = report::stdout();
+    let mut out = report::words();
     let count = |verdict| corpus.rows().filter(|row| row.verdict == verdict).count();
     let seconds: f64 = corpus.rows().map(|row| row.seconds).sum();
     writeln!(

@@ -54,6 +54,8 @@ mod search;
 mod sidecar;
 mod skeleton;
 mod streams;
+#[cfg(unix)]
+mod terminal;
 mod usd;
 mod verify_arrays;
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use mocap::{Diagnostic, visible};
-use mocap_cli::internals::report::{Lines, Severity, render, visible_lines};
+use mocap_cli::internals::report::{Escaped, Severity, Shown, render, visible_json, visible_lines};
 
 #[test]
 fn a_terminal_gets_no_control_characters() {
@@ -13,19 +13,28 @@ fn a_terminal_gets_no_control_characters() {
     assert_eq!(visible("a\nb\tc"), "a\\u{a}b\\u{9}c");
     assert_eq!(visible_lines("a\nb\tc\r"), "a\nb\tc\\u{d}");
     assert_eq!(visible("Hüfte 腰"), "Hüfte 腰");
-    for is_terminal in [true, false] {
+    let json = "Hips\\u001b]0;title\\u0007\\u009b2J\\u202e\\u007f";
+    for (shown, expected) in [(Shown::Words, escaped), (Shown::Json, json), (Shown::Data, name)] {
         let mut out = Vec::new();
-        let mut lines = Lines {
-            out: &mut out,
-            is_terminal,
-            pending: Vec::new(),
-        };
-        for byte in format!("{name}\n{name}").bytes() {
+        let mut lines = Escaped::new(&mut out, shown);
+        for byte in format!("{name}\n腰{name}").bytes() {
             lines.write_all(&[byte]).unwrap();
         }
         drop(lines);
-        let expected = if is_terminal { escaped } else { name };
-        assert_eq!(String::from_utf8(out).unwrap(), format!("{expected}\n{expected}"));
+        assert_eq!(String::from_utf8(out).unwrap(), format!("{expected}\n腰{expected}"));
+    }
+}
+
+/// JSON with these escapes is the same value.
+#[test]
+fn json_keeps_its_value() {
+    let steering: String = ('\u{0}'..='\u{2100}').chain(['\u{feff}', '😀']).collect();
+    let value = serde_json::json!({(steering.as_str()): [steering.as_str(), 1.5], "a": {}});
+    for text in [value.to_string(), serde_json::to_string_pretty(&value).unwrap()] {
+        let shown = visible_json(&text);
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&shown).unwrap(), value);
+        assert!(shown.lines().all(|line| visible(line) == line));
+        assert!(shown.contains("\\u009b") && shown.contains("\\u202e") && shown.contains('😀'));
     }
 }
 

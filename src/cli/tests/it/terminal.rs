@@ -1,0 +1,93 @@
+//! What steers a terminal, such as the beginnings of escape sequences and marks of another direction of text, reaches
+//! neither words nor JSON, wherever a file has it: in its name, in its joints, in what is wrong with it.
+
+use std::process::Output;
+
+use serde_json::Value;
+
+use crate::program::{Folder, command_in};
+
+/// ESC, the C1 control CSI, DEL, a mark of direction, and a line separator.
+const STEERING: &str = "\u{1b}[2J\u{9b}2J\u{7f}\u{202e}\u{2066}\u{2028}";
+
+/// A folder with a walk of a humanoid, whose file, folder and some joints have names with such characters, and with
+/// files at fault.
+fn folder() -> (Folder, String) {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let text = String::from_utf8(folder.read("cmu_short.bvh")).unwrap();
+    let text = text.replace("LeftArm\n", &format!("LeftArm{}\n", STEERING.replace('\u{2028}', "")));
+    let name = format!("in{STEERING}/walk{STEERING}.bvh");
+    folder.write(&name, text.as_bytes());
+    let wrong = text.replacen("Xposition", &format!("X{STEERING}position"), 1);
+    folder.write(&format!("in{STEERING}/wrong{STEERING}.bvh"), wrong.as_bytes());
+    (folder, name)
+}
+
+fn steers(c: char) -> bool {
+    c.is_control() && c != '\n' || ('\u{2028}'..='\u{202e}').contains(&c) || ('\u{2066}'..='\u{2069}').contains(&c)
+}
+
+fn check(what: &str, bytes: &[u8]) {
+    let text = String::from_utf8(bytes.to_vec()).unwrap();
+    if let Some(line) = text.lines().find(|line| line.contains(steers)) {
+        panic!("{what}: {line:?}");
+    }
+}
+
+fn run(folder: &Folder, arguments: &[&str]) -> Output {
+    let mut command = command_in(&folder.path(""), "--quiet");
+    command.args(arguments).output().unwrap()
+}
+
+#[test]
+fn words_and_json_have_no_character_that_steers_a_terminal() {
+    let (folder, walk) = folder();
+    let inputs = format!("in{STEERING}");
+    let wrong = format!("in{STEERING}/wrong{STEERING}.bvh");
+    let database = format!("{STEERING}.mdb");
+    let copy = format!("in{STEERING}/copy{STEERING}.glb");
+    run(&folder, &["index", &walk, "-o", &database]);
+    run(&folder, &["convert", &walk, &copy]);
+    let (like, step) = (format!("{walk}@0s..0.3s"), format!("nothing{STEERING}"));
+    for arguments in [
+        &["info", &walk][..],
+        &["info", &walk, "--json"],
+        &["info", &wrong],
+        &["info", &format!("none{STEERING}")],
+        &["skeleton", &walk],
+        &["skeleton", &walk, "--json"],
+        &["skeleton", &walk, "--explain"],
+        &["check", &inputs],
+        &["check", &inputs, "--json"],
+        &["survey", &inputs],
+        &["survey", &walk, "--print-job"],
+        &["verify", &walk, &copy],
+        &["verify", &walk, &copy, "--json"],
+        &["verify", &walk, &wrong],
+        &["find", &database, "--like", &like],
+        &["find", &database, "--like", &like, "--json"],
+        &["pose", &walk, "--tick", "0"],
+        &["pose", &walk, "--tick", "0", "--json"],
+        &["dump", &walk, "--json"],
+        &["gait", &walk],
+        &["edit", &walk, "-o", "x.glb", "--step", &step],
+        &["convert", &walk, "x.glb", "--clip", STEERING],
+        &["convert", &walk, "--print-job"],
+        &["convert", &inputs, "-o", &format!("out{STEERING}")],
+    ] {
+        let output = run(&folder, arguments);
+        check(&format!("{arguments:?}, output"), &output.stdout);
+        check(&format!("{arguments:?}, words"), &output.stderr);
+        if arguments.contains(&"--json") && output.stdout.starts_with(b"{") && arguments[0] != "check" {
+            serde_json::from_slice::<Value>(&output.stdout).unwrap();
+        }
+    }
+    // What the escapes stand for is what the file has.
+    let output = run(&folder, &["check", &walk, "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["file"], walk);
+    let manifest = folder.read(&format!("out{STEERING}/mocap-manifest.jsonl"));
+    check("the manifest", &manifest);
+    let first: Value = serde_json::from_slice(manifest.split(|byte| *byte == b'\n').next().unwrap()).unwrap();
+    assert_eq!(first["input"], format!("walk{STEERING}.bvh"));
+}
