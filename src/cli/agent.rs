@@ -113,7 +113,7 @@ impl Session {
     fn call(&mut self, params: &Value) -> Result<Value, Fault> {
         let (tool, arguments) = tools::named(params)?;
         let mut call = Call {
-            root: &mut self.root,
+            root: self.root,
             commands: &self.commands,
             tool,
             arguments: &arguments,

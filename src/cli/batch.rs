@@ -11,11 +11,11 @@ pub(crate) mod hash;
 pub(crate) mod inputs;
 pub(crate) mod manifest;
 pub(crate) mod outputs;
-mod pattern;
+pub(crate) mod pattern;
 pub(crate) mod progress;
 #[doc(hidden)]
 pub(crate) mod shard;
-mod walk;
+pub(crate) mod walk;
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;

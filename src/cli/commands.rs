@@ -40,11 +40,12 @@ pub(crate) mod verify;
 pub(crate) mod view;
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mocap::figure::Figure;
-use mocap::files::ReplacePolicy;
+use mocap::files::check_distinct;
 use mocap::job::{Job, Maker, Reading, SourceMap};
+use mocap::render::Drawing;
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
 use mocap::robot::add_links;
 use mocap::scene::Scene;
@@ -102,12 +103,16 @@ fn check_json(json: bool, output: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file beside an output, unless it would replace an input or a file that may be a source.
-fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    if !streams::is_standard(output) {
-        policy.check_bytes(output, bytes)?;
-    }
-    streams::write(output, bytes)
+/// Refuses outputs of a command that are one file, before the first is made. The sidecar of the first output has its
+/// name and `.json`.
+fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+    let outputs: Vec<&Path> = outputs.into_iter().collect();
+    let sidecar = outputs.first().map(|output| {
+        let mut name = output.as_os_str().to_owned();
+        name.push(".json");
+        PathBuf::from(name)
+    });
+    check_distinct(outputs.into_iter().chain(sidecar.as_deref())).map_err(made::refused)
 }
 
 /// The figure of `scene`, with the bones of `--map`.
@@ -144,20 +149,28 @@ fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<
     Ok(format)
 }
 
-/// Writes a picture as SVG or PNG.
-fn write_drawing(drawing: &mocap::render::Drawing, path: &Path, format: &str) -> Result<(), Failure> {
-    let bytes = match format {
+/// A picture as SVG or PNG.
+fn drawn(drawing: &Drawing, format: &str) -> Result<Vec<u8>, Failure> {
+    Ok(match format {
         "svg" => drawing.to_svg().into_bytes(),
         _ => drawing.to_png()?,
-    };
-    streams::write(path, &bytes)?;
+    })
+}
+
+/// Writes a picture as SVG or PNG.
+fn write_drawing(drawing: &Drawing, path: &Path, format: &str) -> Result<(), Failure> {
+    streams::write(path, &drawn(drawing, format)?)?;
+    tell_drawing(drawing, path);
+    Ok(())
+}
+
+fn tell_drawing(drawing: &Drawing, path: &Path) {
     report::say(&format!(
         "{}: {} x {} pixels",
         path.display(),
         drawing.width,
         drawing.height
     ));
-    Ok(())
 }
 
 /// The error of a build without the feature.

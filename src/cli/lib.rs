@@ -45,7 +45,7 @@ pub enum Failure {
 
 impl Failure {
     /// What is said of a file, one of many, on which a command stopped.
-    fn into_words(self) -> String {
+    pub fn into_words(self) -> String {
         match self {
             Self::File(error) => error.to_string(),
             Self::Usage(message) => message,

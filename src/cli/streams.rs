@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
+use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::Job;
 use mocap::{Code, Diagnostic, Error, Importer, MemoryFile, Scene, Written};
 
@@ -92,46 +92,6 @@ pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: F
     ReplacePolicy::new(inputs).force(force.force).check(output)
 }
 
-/// Refuses two outputs of a command that are one file, of which the second would replace the first. That may also be
-/// the file of provenance beside the first, which has its name and `.json`.
-pub(crate) fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
-    let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
-    for output in outputs {
-        let absolute_path = absolute(output);
-        if let Some((_, first)) = taken.iter().find(|(former, _)| *former == absolute_path) {
-            let second = output.display();
-            let message = match *first == output {
-                true => format!("two outputs are called {second}; give each its own name"),
-                false => format!(
-                    "{second} is written beside {} already; name another file",
-                    first.display()
-                ),
-            };
-            return Err(Failure::Usage(message));
-        }
-        if taken.is_empty() {
-            let mut provenance = absolute_path.clone().into_os_string();
-            provenance.push(".json");
-            taken.push((provenance.into(), output));
-        }
-        taken.push((absolute_path, output));
-    }
-    Ok(())
-}
-
-/// A path from the root of the system, with the links of its folder followed.
-fn absolute(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    match (
-        is_standard(path),
-        path.file_name(),
-        folder.unwrap_or(Path::new(".")).canonicalize(),
-    ) {
-        (false, Some(name), Ok(folder)) => folder.join(name),
-        _ => path.to_owned(),
-    }
-}
-
 /// Writes a file, of which a killed process may have left a part, or to standard output.
 pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if !is_standard(output) {
@@ -145,35 +105,58 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Writes the files of an output, as `policy` allows, or the one file to standard output. With `--dry-run` says what it
-/// would write, unless `policy` refuses it.
-pub(crate) fn save(written: &mut Written, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
+/// Writes the files of an output and the files that a user named besides, all or none, as `policy` allows; what goes to
+/// standard output goes there. With `--dry-run` says what it would write, unless `policy` refuses it.
+pub(crate) fn save(
+    written: &Written,
+    output: &Path,
+    besides: &[(&Path, &[u8])],
+    policy: &ReplacePolicy,
+    given: &Given,
+) -> Result<(), Failure> {
+    let is_stream = is_standard(output);
+    let stream = is_stream.then(|| written.clone().into_bytes()).transpose()?;
+    let mut set = OutputSet::new();
+    besides.iter().for_each(|(path, bytes)| set.add(path, [*bytes]));
+    if !is_stream {
+        written.add_to(&mut set, output)?;
+    }
     if given.is_dry_run() {
-        return would_save(written, output, policy);
+        return would_save(&set, stream.as_deref(), policy);
     }
-    if is_standard(output) {
-        let written = Written::clone(written);
-        return write(output, &written.into_bytes()?);
-    }
-    written.save(output, policy)?;
-    // Not before, because a `.gltf` that is left says whose its buffer is.
-    remove_unfinished(output);
-    Ok(())
+    write_set(&set, stream.as_deref(), policy)
 }
 
-fn would_save(written: &Written, output: &Path, policy: &ReplacePolicy) -> Result<(), Failure> {
-    if is_standard(output) {
-        let bytes = written.clone().into_bytes()?.len();
-        report::say(&format!("dry run: {bytes} bytes would go to standard output"));
-        return Ok(());
+/// Writes files that a user named, all or none, as `policy` allows. One of them may be standard output.
+pub(crate) fn write_all<P: AsRef<Path>>(files: &[(P, Vec<u8>)], policy: &ReplacePolicy) -> Result<(), Failure> {
+    let (mut set, mut stream) = (OutputSet::new(), None);
+    for (path, bytes) in files {
+        match is_standard(path.as_ref()) {
+            true => stream = Some(bytes.as_slice()),
+            false => set.add(path.as_ref(), [bytes.as_slice()]),
+        }
     }
-    for (path, file) in written.check(output, policy)?.iter().zip(&written.files) {
+    write_set(&set, stream, policy)
+}
+
+fn write_set(set: &OutputSet<'_>, stream: Option<&[u8]>, policy: &ReplacePolicy) -> Result<(), Failure> {
+    set.save(policy)?;
+    set.remove_unfinished();
+    stream.map_or(Ok(()), |bytes| write(Path::new("-"), bytes))
+}
+
+fn would_save(set: &OutputSet<'_>, stream: Option<&[u8]>, policy: &ReplacePolicy) -> Result<(), Failure> {
+    set.check(policy)?;
+    if let Some(bytes) = stream {
+        report::say(&format!("dry run: {} bytes would go to standard output", bytes.len()));
+    }
+    for (path, parts) in set.files() {
         let replaces = if path.exists() {
-            ", in absolute_path of what is there"
+            ", in place of what is there"
         } else {
             ""
         };
-        let bytes = file.len();
+        let bytes: usize = parts.iter().map(|part| part.len()).sum();
         report::say(&format!(
             "dry run: {} would be written, {bytes} bytes{replaces}",
             path.display()

@@ -57,3 +57,6 @@ pub mod usd {
     pub use crate::usd::write::animation::{STEP, half, half_of_scale};
     pub use crate::usd::write::names::Names;
 }
+pub mod named_file {
+    pub use crate::named_file::{below, near};
+}

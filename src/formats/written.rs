@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use mocap_compress::CompressedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::{ReplacePolicy, write_whole};
+use mocap_scene::files::{OutputSet, ReplacePolicy};
 use mocap_scene::scene::Scene;
 
 /// A scene in the files of a format, before they are written to a disk, and what there is to say about them.
@@ -92,17 +92,9 @@ impl Written {
     /// # Errors
     /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says.
     pub fn check(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<Vec<PathBuf>> {
-        let path = path.as_ref();
-        let Some((main, beside)) = self.files.split_last() else {
-            return Ok(Vec::new());
-        };
-        let mut paths: Vec<PathBuf> = beside.iter().map(|file| path.with_file_name(&file.name)).collect();
-        for (path, file) in paths.iter().zip(beside) {
-            policy.check_parts_beside(path, &file.parts)?;
-        }
-        policy.check_parts(path, &main.parts)?;
-        paths.push(path.to_owned());
-        Ok(paths)
+        let set = self.output_set(path)?;
+        set.check(policy)?;
+        Ok(set.files().map(|(path, _)| path.to_owned()).collect())
     }
 
     /// Writes the files to `path` and into its folder, all of them or none, where `policy` lets them replace what is
@@ -111,9 +103,34 @@ impl Written {
     /// # Errors
     /// As [`check`](Self::check); [`Code::Io`].
     pub fn save(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<()> {
-        let paths = self.check(path, policy)?;
-        let parts = self.files.iter().map(|file| file.parts.as_slice());
-        write_whole(&paths.iter().map(PathBuf::as_path).zip(parts).collect::<Vec<_>>())
+        self.output_set(path)?.save(policy)
+    }
+
+    /// The files at `path` and in its folder.
+    ///
+    /// # Errors
+    /// As [`OutputSet::add_beside`].
+    #[doc(hidden)]
+    pub fn output_set(&self, path: impl AsRef<Path>) -> Result<OutputSet<'_>> {
+        let mut set = OutputSet::new();
+        self.add_to(&mut set, path.as_ref())?;
+        Ok(set)
+    }
+
+    /// Adds the files at `path` and in its folder to those of an output.
+    ///
+    /// # Errors
+    /// As [`OutputSet::add_beside`].
+    #[doc(hidden)]
+    pub fn add_to<'a>(&'a self, set: &mut OutputSet<'a>, path: &Path) -> Result<()> {
+        let Some((main, beside)) = self.files.split_last() else {
+            return Ok(());
+        };
+        for file in beside {
+            set.add_beside(path, &file.name, file.parts())?;
+        }
+        set.add(path, main.parts());
+        Ok(())
     }
 }
 

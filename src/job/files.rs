@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::retargeting::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::files::{ReplacePolicy, read_text, write_file};
+use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
@@ -97,21 +97,16 @@ fn missing(path: &Path) -> Error {
 
 /// Refuses outputs that would replace an input, and two of one name.
 pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
-    let outputs: Vec<&PathBuf> = outputs.collect();
-    for (number, path) in outputs.iter().enumerate() {
-        policy.check_inputs(path)?;
-        if outputs[..number].contains(path) {
-            let message = format!("two outputs are called {}; give each its own name", path.display());
-            return Err(Diagnostic::new(Code::InvalidValue, message).into());
-        }
-    }
-    Ok(())
+    let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
+    check_distinct(outputs.iter().copied())?;
+    outputs.into_iter().try_for_each(|path| policy.check_inputs(path))
 }
 
-/// Writes files, where none of them may be somebody's.
+/// Writes files, all or none.
 pub(super) fn write_all(policy: &ReplacePolicy, made: &[(PathBuf, Vec<u8>)]) -> Result<()> {
-    for (path, bytes) in made {
-        policy.check_bytes(path, bytes)?;
-    }
-    made.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
+    let mut set = OutputSet::new();
+    made.iter().for_each(|(path, bytes)| set.add(path, [bytes.as_slice()]));
+    set.save(policy)?;
+    set.remove_unfinished();
+    Ok(())
 }

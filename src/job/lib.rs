@@ -52,7 +52,7 @@ use mocap_formats::gltf::Provenance;
 use mocap_formats::{Written, WrittenFile};
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::{ReplacePolicy, remove_unfinished};
+use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -198,9 +198,9 @@ impl Job {
             ..
         } = made;
         report.walk = walk;
-        written.save(output, &policy)?;
-        // Not before, because a `.gltf` that a killed process has left says whose its buffer is.
-        remove_unfinished(output);
+        let set = written.output_set(output)?;
+        set.save(&policy)?;
+        set.remove_unfinished();
         report.describe(&mut written, output);
         report.problem = maker.problem(&clips);
         report.leave_out(left_out);

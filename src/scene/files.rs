@@ -5,14 +5,17 @@ pub(crate) mod confined;
 mod csv_table;
 mod existing;
 mod fbx_header;
+mod own;
+#[doc(hidden)]
+pub mod set;
 mod unfinished;
 mod usd_header;
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-use tempfile::TempPath;
 
 #[doc(hidden)]
 pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK, PARQUET_CREATOR};
@@ -25,7 +28,9 @@ pub use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 #[doc(hidden)]
 pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
-use self::unfinished::{Unfinished, named};
+#[doc(hidden)]
+pub use self::set::{OutputSet, check_distinct};
+use self::unfinished::Unfinished;
 #[doc(hidden)]
 pub use self::usd_header::{USD_HEAD, ZIP_HEAD};
 use crate::error::{Error, Result};
@@ -63,108 +68,17 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// As [`write_file`].
 #[doc(hidden)]
 pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
-    let write = || match Target::of(path)? {
+    let write = || match Target::to_write(path)? {
         Target::Stream => write_stream(path, write),
         Target::File(target) => {
             let file = Unfinished::new(&target, write)?;
             let length = file.file().metadata()?.len();
             file.persist(&target)?;
+            own::note(&target);
             Ok(length)
         }
     };
     write().map_err(|source| Error::io(path, source))
-}
-
-/// Writes several files as one output: all of them are replaced, or none.
-///
-/// The last file is the one that refers to the others. It is renamed away before the others are replaced, so that it
-/// never refers to files of another output, even if the process is killed. It has a temporary name then, by which
-/// [`ReplacePolicy`] knows the others as its own.
-///
-/// The bytes of a file are in parts. One file may be a pipe or a device.
-///
-/// # Errors
-/// As [`write_file`]. All files are then unchanged.
-#[doc(hidden)]
-pub fn write_whole(files: &[(&Path, &[impl AsRef<[u8]>])]) -> Result<()> {
-    if let [(path, parts)] = files {
-        write_file_with(path, |file| write_parts(file, parts))?;
-        return Ok(());
-    }
-    // All files are complete before the first is replaced.
-    let mut written = Vec::new();
-    for (path, parts) in files {
-        let write = || match Target::of(path)? {
-            Target::Stream => Err(io::Error::other(
-                "an output of several files cannot be written to a pipe or a device",
-            )),
-            Target::File(target) => {
-                let file = Unfinished::new(&target, |file| write_parts(file, parts))?;
-                Ok((*path, target, file))
-            }
-        };
-        written.push(write().map_err(|source| Error::io(path, source))?);
-    }
-    // If the process is killed now, this file tells whose the others are.
-    if let Some((path, target, file)) = written.pop() {
-        let file = file.with_name(&target).map_err(|source| Error::io(path, source))?;
-        written.push((path, target, file));
-    }
-    let mut replaced = Replaced::default();
-    for (path, target, _) in written.iter().rev() {
-        replaced.set_aside(target).map_err(|source| Error::io(path, source))?;
-    }
-    for (path, target, file) in written {
-        file.persist(&target).map_err(|error| Error::io(path, error))?;
-        replaced.new.push(target);
-    }
-    replaced.keep();
-    Ok(())
-}
-
-fn write_parts(file: &mut dyn Write, parts: &[impl AsRef<[u8]>]) -> io::Result<()> {
-    parts.iter().try_for_each(|part| file.write_all(part.as_ref()))
-}
-
-/// Existing files that were renamed to make room for new ones. Dropping it restores them, unless
-/// [`Replaced::keep`] was called.
-#[derive(Default)]
-#[doc(hidden)]
-pub struct Replaced {
-    /// The path of each existing file, and its temporary path.
-    old: Vec<(PathBuf, TempPath)>,
-    /// The new files.
-    pub new: Vec<PathBuf>,
-}
-
-impl Replaced {
-    pub fn set_aside(&mut self, target: &Path) -> io::Result<()> {
-        if !target.try_exists()? {
-            return Ok(());
-        }
-        let aside = named(target)?.into_temp_path();
-        fs::rename(target, &aside)?;
-        self.old.push((target.to_owned(), aside));
-        Ok(())
-    }
-
-    fn keep(mut self) {
-        // Dropping a temporary path removes its file.
-        self.old.clear();
-        self.new.clear();
-    }
-}
-
-impl Drop for Replaced {
-    fn drop(&mut self) {
-        for path in &self.new {
-            // An error cannot be handled here.
-            let _ = fs::remove_file(path);
-        }
-        for (target, aside) in self.old.drain(..).rev() {
-            let _ = aside.persist(target);
-        }
-    }
 }
 
 /// What a path stands for.
@@ -176,6 +90,14 @@ enum Target {
 }
 
 impl Target {
+    /// The target of a write. A confined process replaces only its own files.
+    fn to_write(path: &Path) -> io::Result<Self> {
+        match own::is_of_others(path) {
+            true => Err(io::Error::new(io::ErrorKind::AlreadyExists, own::OF_OTHERS)),
+            false => Self::of(path),
+        }
+    }
+
     fn of(path: &Path) -> io::Result<Self> {
         confined::check_path(path)?;
         let target = match fs::metadata(path) {
@@ -280,23 +202,34 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
 /// assert!(!left.exists());
 /// ```
 pub fn remove_unfinished(path: &Path) {
-    let Ok(Target::File(target)) = Target::of(path) else {
-        return;
-    };
-    let outputs = [target.with_extension("bin"), target.clone()];
-    let outputs = if target
+    let buffer = path.with_extension("bin");
+    let has_buffer = path
         .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"))
-    {
-        &outputs[..]
-    } else {
-        &outputs[1..]
-    };
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
+    remove_all_unfinished([path].into_iter().chain(has_buffer.then_some(buffer.as_path())));
+}
+
+/// As [`remove_unfinished`], of all these outputs, each as it is. A confined process leaves what others have left.
+#[doc(hidden)]
+pub fn remove_all_unfinished<'a>(outputs: impl IntoIterator<Item = &'a Path>) {
+    if confined::is_confined() {
+        return;
+    }
+    let mut folders = BTreeMap::<PathBuf, BTreeSet<OsString>>::new();
+    for output in outputs {
+        if let Ok(Target::File(target)) = Target::of(output) {
+            let names = folders.entry(folder_of(&target).to_owned()).or_default();
+            names.extend(target.file_name().map(OsStr::to_owned));
+        }
+    }
     // Errors are left to the writer of the output, which tells them.
-    for entry in fs::read_dir(folder_of(&target)).into_iter().flatten().flatten() {
-        let left = unfinished_target(&entry.path());
-        if left.is_some_and(|left| outputs.iter().any(|output| output.file_name() == left.file_name())) {
-            let _ = fs::remove_file(entry.path());
+    for (folder, names) in folders {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let left = unfinished_target(&entry.path());
+            let name = left.as_deref().and_then(Path::file_name);
+            if name.is_some_and(|name| names.contains(name)) {
+                let _ = fs::remove_file(entry.path());
+            }
         }
     }
 }

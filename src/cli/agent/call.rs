@@ -8,19 +8,19 @@ use mocap::survey::{ClipRow, Corpus, Quality};
 use serde_json::{Map, Value, json};
 
 use super::answer::Answer;
-use super::root::Root;
+use super::root::{Root, check_folder, check_output};
 use super::schema::Commands;
 use super::tools::Tool;
 use crate::args::{Args, Command, GraphCommand, IndexArgs, InputArgs, RunArgs, SpreadArgs};
 use crate::batch::inputs;
 use crate::batch::manifest::Manifest;
-use crate::{Failure, commands};
+use crate::{Failure, commands, streams};
 
 /// How many clips of a survey stand in its answer.
 const MOST_CLIPS: usize = 50;
 
 pub(super) struct Call<'a> {
-    pub(super) root: &'a mut Root,
+    pub(super) root: Root,
     pub(super) commands: &'a Commands,
     pub(super) tool: &'static Tool,
     pub(super) arguments: &'a Map<String, Value>,
@@ -52,12 +52,10 @@ impl Call<'_> {
                 let beside = args.output.with_file_name("features.bin");
                 let is_bones = args.output.extension().is_some_and(|it| it.eq_ignore_ascii_case("bin"));
                 let outputs = [Some(&args.output), Some(&beside).filter(|_| is_bones)];
-                args.force.force = self.check_outputs(outputs)?;
                 return self.made(outputs, || commands::matching::summary(args, &given));
             }
             Command::Graph(args) => match &mut args.command {
                 Some(GraphCommand::Walk(args)) => {
-                    args.force.force = self.check_outputs([Some(&args.output)])?;
                     return self.made([Some(&args.output)], || commands::graph::summary_of_walk(args, &given));
                 }
                 None => return self.graph(args.job(), &args.inputs),
@@ -93,15 +91,6 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// Refuses outputs that this session has not written; whether one of them is there.
-    fn check_outputs<const N: usize>(&self, outputs: [Option<&PathBuf>; N]) -> Result<bool, Failure> {
-        let checked = outputs
-            .into_iter()
-            .flatten()
-            .map(|output| self.root.check_output(output));
-        checked.collect::<Result<Vec<bool>, _>>().map(|are| are.contains(&true))
-    }
-
     /// What a command makes for which there is no job; a dry run says where it would be.
     fn made<const N: usize>(
         &mut self,
@@ -109,20 +98,17 @@ impl Call<'_> {
         make: impl FnOnce() -> Result<Value, Failure>,
     ) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
-        let mut report = if is_dry { json!({}) } else { make()? };
         let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
+        outputs.iter().try_for_each(|output| check_output(output))?;
+        let mut report = if is_dry { json!({}) } else { make()? };
         report["outputs"] = outputs.iter().map(|output| output.display().to_string()).collect();
         report["dry_run"] = is_dry.into();
-        if !is_dry {
-            outputs.into_iter().for_each(|output| self.root.note(output));
-        }
         Ok(Answer::new(report))
     }
 
     /// A database; a dry run lists what would be in it.
     fn index(&mut self, args: &IndexArgs) -> Result<Answer, Failure> {
-        // The command replaces a database without being forced to.
-        self.root.check_output(&args.output)?;
+        check_output(&args.output)?;
         let found = inputs::find(&args.paths, &args.inputs)?;
         let names: Vec<&str> = found.iter().map(|input| input.relative.as_str()).collect();
         let is_dry = self.is_dry_run()?;
@@ -134,7 +120,6 @@ impl Call<'_> {
                 Err(Failure::Told | Failure::Some) => answer.is_error = true,
                 Err(failure) => return Err(failure),
             }
-            self.root.note(&args.output);
         }
         Ok(answer)
     }
@@ -150,7 +135,7 @@ impl Call<'_> {
         let output = self.arguments.get("output").and_then(Value::as_str).map(PathBuf::from);
         let output = output.filter(|_| !is_dry);
         if let Some(output) = &output {
-            self.root.check_output(output)?;
+            check_output(output)?;
         }
         let drawing = commands::sheet::drawing(args)?;
         if output.is_some() {
@@ -159,7 +144,6 @@ impl Call<'_> {
         let mut answer = Answer::new(json!({"width": drawing.width, "height": drawing.height}));
         answer.picture = Some(drawing.to_png()?);
         if let Some(output) = &output {
-            self.root.note(output);
             answer.report["output"] = output.display().to_string().into();
         }
         Ok(answer)
@@ -175,7 +159,7 @@ impl Call<'_> {
             .flatten();
         let table = Some(&job.write.output).filter(|output| !output.as_os_str().is_empty());
         for output in survey.chain(table) {
-            self.root.check_output(output)?;
+            check_output(output)?;
         }
         let (corpus, outputs) = commands::survey::made(job, inputs, spread)?;
         let mut answer = surveyed(&corpus);
@@ -183,20 +167,20 @@ impl Call<'_> {
             answer.report["problem"] = problem.into();
             answer.is_error = true;
         }
-        for (path, bytes) in outputs.iter().filter(|_| !is_dry) {
-            commands::survey::write(job, path, bytes)?;
-            self.root.note(path);
-            answer.report["output"] = path.display().to_string().into();
+        if !is_dry {
+            streams::write_all(&outputs, &job.policy())?;
+            if let Some((path, _)) = outputs.last() {
+                answer.report["output"] = path.display().to_string().into();
+            }
         }
         Ok(answer)
     }
 
     /// A graph, and the matrix of its distances.
-    fn graph(&mut self, mut job: Job, inputs: &InputArgs) -> Result<Answer, Failure> {
+    fn graph(&mut self, job: Job, inputs: &InputArgs) -> Result<Answer, Failure> {
         let graph = Some(job.write.output.clone()).filter(|output| !output.as_os_str().is_empty());
         let matrix = job.graph.as_ref().and_then(|graphing| graphing.matrix.clone());
         let outputs = [graph.as_ref(), matrix.as_ref()];
-        job.write.force = self.check_outputs(outputs)?;
         self.made(outputs, || commands::graph::summary(job, inputs))
     }
 
@@ -217,7 +201,7 @@ impl Call<'_> {
     }
 
     /// Does a job, or all of it but writing.
-    fn job(&mut self, mut job: Job) -> Result<Answer, Failure> {
+    fn job(&mut self, job: Job) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
         if job.survey.is_some() {
             job.check_survey()?;
@@ -231,20 +215,15 @@ impl Call<'_> {
         if job.write.is_folder() {
             return self.folder(&job, is_dry);
         }
-        let output = job.write.output.clone();
-        // What the session has written it may write again.
-        job.write.force = self.root.check_output(&output)?;
+        check_output(&job.write.output)?;
         let found = match is_dry {
-            true => job.make(&[])?.1,
+            true => {
+                let (written, report) = job.make(&[])?;
+                written.check(&job.write.output, &job.policy())?;
+                report
+            }
             false => job.run()?,
         };
-        if !is_dry {
-            let folder = output.parent().unwrap_or(Path::new(""));
-            found
-                .files
-                .iter()
-                .for_each(|file| self.root.note(&folder.join(&file.name)));
-        }
         Ok(done(&job, &found, is_dry))
     }
 
@@ -260,7 +239,7 @@ impl Call<'_> {
     /// A job with many motions, each into a file of its own.
     fn folder(&mut self, job: &Job, is_dry: bool) -> Result<Answer, Failure> {
         let folder = job.write.output.as_path();
-        self.root.check_folder(folder)?;
+        check_folder(folder)?;
         let args = self.run_args()?;
         if is_dry {
             let found = inputs::find(&job.source.inputs, &args.inputs)?;
@@ -270,7 +249,6 @@ impl Call<'_> {
             ));
         }
         let result = commands::run::many(job, &args);
-        self.root.note(folder);
         let mut answer = Answer::new(json!({
             "output": folder.display().to_string(),
             "motions": records(folder),

@@ -1,28 +1,25 @@
 //! The folder of a session: what a call may read and write.
 
-use std::collections::BTreeSet;
 use std::env;
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, Path};
 
-use mocap::files::{check_confined, confine};
+use mocap::files::{ReplacePolicy, check_confined, confine};
 use serde_json::Value;
+use walkdir::WalkDir;
 
 use crate::Failure;
 
-/// The folder in which all files of a session are, and those that the session has written.
-pub(super) struct Root {
-    written: BTreeSet<PathBuf>,
-}
+/// The folder in which all files of a session are.
+#[derive(Clone, Copy)]
+pub(super) struct Root;
 
 impl Root {
-    /// Makes `folder` the current one, and the only one whose files this process opens.
+    /// Makes `folder` the current one, and the only one whose files this process opens. From now on it replaces only
+    /// files that it has written itself.
     pub(super) fn enter(folder: &Path) -> Result<Self, Failure> {
         confine(folder)?;
         env::set_current_dir(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))?;
-        Ok(Self {
-            written: BTreeSet::new(),
-        })
+        Ok(Self)
     }
 
     /// Refuses arguments with a text that leads out of the folder, whatever the text is for. A path with `..` is
@@ -38,48 +35,29 @@ impl Root {
             _ => Ok(()),
         }
     }
+}
 
-    /// Refuses an output that would replace what this session has not written. Returns whether it replaces what the
-    /// session has written.
-    pub(super) fn check_output(&self, output: &Path) -> Result<bool, Failure> {
-        check_confined(output)?;
-        let buffer = output.with_extension("bin");
-        let has_buffer = output.extension().is_some_and(|it| it.eq_ignore_ascii_case("gltf"));
-        let beside = has_buffer.then_some(buffer.as_path());
-        for path in beside.into_iter().chain([output]) {
-            if path.symlink_metadata().is_ok() && !self.has_written(path) {
-                return Err(Failure::Usage(format!(
-                    "{} exists, and this session has not written it; name another output",
-                    path.display()
-                )));
-            }
-        }
-        Ok(output.exists())
-    }
+/// Refuses an output that would replace what this session has not written, before its motion is made. Whoever writes
+/// asks again, and for the files beside it too.
+pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
+    Ok(ReplacePolicy::default().check_inputs(output)?)
+}
 
-    /// Refuses a folder of outputs that has files which this session has not written.
-    pub(super) fn check_folder(&self, folder: &Path) -> Result<(), Failure> {
-        check_confined(folder)?;
-        let entries = || fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-        let is_free = folder.symlink_metadata().is_err() || self.has_written(folder) || folder.is_dir() && !entries();
-        match is_free {
-            true => Ok(()),
-            false => Err(Failure::Usage(format!(
-                "{} has files that this session has not written; name a new folder",
-                folder.display()
-            ))),
-        }
-    }
-
-    /// Notes a file or a folder that a call has written.
-    pub(super) fn note(&mut self, path: &Path) {
-        self.written.extend(path.canonicalize().ok());
-    }
-
-    fn has_written(&self, path: &Path) -> bool {
-        let Ok(real) = path.canonicalize() else { return false };
-        let is_link = path.is_symlink();
-        !is_link && self.written.contains(&real)
+/// Refuses a folder of outputs that has files which this session has not written.
+pub(super) fn check_folder(folder: &Path) -> Result<(), Failure> {
+    check_confined(folder)?;
+    let is_of_others = |path: &Path| !path.is_dir() && check_output(path).is_err();
+    let entries = WalkDir::new(folder).into_iter().flatten();
+    match entries
+        .map(walkdir::DirEntry::into_path)
+        .find(|path| is_of_others(path))
+    {
+        None => Ok(()),
+        Some(path) => Err(Failure::Usage(format!(
+            "{} has files that this session has not written, such as {}; name a new folder",
+            folder.display(),
+            path.display()
+        ))),
     }
 }
 

@@ -10,13 +10,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use mocap::files::ReplacePolicy;
+use mocap::files::{ReplacePolicy, remove_all_unfinished};
 use mocap::retarget::Verdict;
 
 use super::hash::sha256;
 use super::inputs::{self, Input};
 use super::manifest::{Manifest, Record};
-use super::outputs::{KnownOutputs, Output, name_outputs, remove_unfinished};
+use super::outputs::{Claims, KnownOutputs, Output, name_outputs};
 use super::progress::{Counts, Outcome, Progress};
 use super::{PANICKED, for_each, thread_count};
 use crate::args::{InputArgs, SpreadArgs};
@@ -144,6 +144,7 @@ impl Many<'_> {
             outputs,
             former: manifest.records().clone(),
             policy,
+            claims: Claims::default(),
         };
         let mut progress = Progress::new(spread.progress(), &inputs);
         let done = self.rounds(&run, &inputs, work, &mut manifest, &mut progress);
@@ -185,8 +186,14 @@ impl Many<'_> {
         }
         let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
         let own = own.map(|output| self.folder.join(output));
-        // Not before, because a `.gltf` that is left says whose its buffer is.
-        remove_unfinished(self.folder, own.chain([Manifest::path(self.folder, self.spread.shard)]))
+        // Outputs that were made before have buffers too.
+        let mut own: Vec<PathBuf> = own.flat_map(|output| [output.with_extension("bin"), output]).collect();
+        own.extend(run.claims.paths());
+        own.push(Manifest::path(self.folder, self.spread.shard));
+        // Not before, because a `.gltf` that is left says whose its buffer is. Those of other shards, which may be at
+        // work in the same folder, stay.
+        remove_all_unfinished(own.iter().map(PathBuf::as_path));
+        Ok(())
     }
 
     /// What a run would have written, with what is assumed of each file.
@@ -253,6 +260,7 @@ struct Run<'a> {
     /// What former runs say of their inputs.
     former: BTreeMap<String, Record>,
     policy: ReplacePolicy,
+    claims: Claims,
 }
 
 impl Run<'_> {
@@ -314,6 +322,7 @@ impl Run<'_> {
             path: self.many.folder.join(name),
             policy: &self.policy,
             written: of_former.and_then(|former| former.output_sha256.as_deref()),
+            claims: &self.claims,
         };
         record.shared_figure = work.shared_figure(file);
         let is_known = |former: &Record| is_alike(former, record) && output.path.exists();

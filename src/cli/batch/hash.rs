@@ -16,5 +16,12 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
 
 /// The SHA-256 of bytes.
 pub(crate) fn sha256_of(bytes: &[u8]) -> String {
-    format!("{:x}", Sha256::digest(bytes))
+    sha256_of_parts(&[bytes])
+}
+
+/// The SHA-256 of bytes in several parts.
+pub(crate) fn sha256_of_parts(parts: &[&[u8]]) -> String {
+    let mut hasher = Sha256::new();
+    parts.iter().for_each(|part| hasher.update(part));
+    format!("{:x}", hasher.finalize())
 }

@@ -1,14 +1,13 @@
 //! The outputs of many files in a folder: their names, and whether they may be written.
 
-use std::collections::{HashMap, HashSet};
-use std::io;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-use mocap::Written;
-use mocap::files::{ReplacePolicy, has_provenance, unfinished_target};
-use walkdir::WalkDir;
+use mocap::files::{OutputSet, ReplacePolicy, has_provenance};
+use mocap::{Code, Diagnostic, Error, Written};
 
-use super::hash::sha256;
+use super::hash::{sha256, sha256_of_parts};
 use super::inputs::Input;
 use super::manifest;
 use crate::Failure;
@@ -21,6 +20,7 @@ pub(crate) struct Output<'a> {
     pub(crate) policy: &'a ReplacePolicy,
     /// The SHA-256 that a former run noted when it wrote this file.
     pub(super) written: Option<&'a str>,
+    pub(super) claims: &'a Claims,
 }
 
 impl Output<'_> {
@@ -31,22 +31,67 @@ impl Output<'_> {
         written.is_some_and(|written| sha256(&self.path).is_ok_and(|found| found == written))
     }
 
-    /// Writes the files, unless one would replace an input or a file that may be a source.
+    /// Writes the files, unless one would replace an input, a file that may be a source, or another output of the run.
     pub(crate) fn save(&self, written: &Written) -> mocap::Result<()> {
-        written.save(&self.path, &self.policy())
+        self.checked(written)?.save(&self.policy())
     }
 
     /// Refuses what [`save`](Self::save) refuses, and writes nothing.
     pub(crate) fn check(&self, written: &Written) -> mocap::Result<()> {
-        written.check(&self.path, &self.policy()).map(drop)
+        self.checked(written).map(drop)
+    }
+
+    fn checked<'w>(&self, written: &'w Written) -> mocap::Result<OutputSet<'w>> {
+        let set = written.output_set(&self.path)?;
+        set.check(&self.policy())?;
+        self.claims.take(&set)?;
+        Ok(set)
     }
 
     fn policy(&self) -> ReplacePolicy {
-        let policy = self.policy.clone();
-        match self.is_known() {
-            true => policy.force(true),
-            false => policy,
+        let known = self.is_known().then_some(&self.path);
+        self.policy.clone().outputs(known)
+    }
+}
+
+/// The files that the outputs of a run consist of, with their SHA-256. Two outputs may share a file, such as a texture
+/// of one character, if it has the same bytes for both.
+#[derive(Default)]
+pub(super) struct Claims(Mutex<BTreeMap<PathBuf, Claim>>);
+
+struct Claim {
+    path: PathBuf,
+    sha256: String,
+}
+
+impl Claims {
+    fn take(&self, set: &OutputSet<'_>) -> mocap::Result<()> {
+        let claim = |(path, parts): (&Path, &[&[u8]])| {
+            let (path, sha256) = (path.to_owned(), sha256_of_parts(parts));
+            (path.clone(), Claim { path, sha256 })
+        };
+        let mut wanted: Vec<(PathBuf, Claim)> = set.files().map(claim).collect();
+        // Some systems do not tell capitals from small letters. The last file has the name of its input.
+        if let Some((_, beside)) = wanted.split_last_mut() {
+            for (key, _) in beside {
+                *key = key.with_file_name(key.file_name().unwrap_or_default().to_string_lossy().to_lowercase());
+            }
         }
+        let mut claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_taken = |(key, claim): &&(PathBuf, Claim)| claims.get(key).is_some_and(|it| it.sha256 != claim.sha256);
+        if let Some((_, claim)) = wanted.iter().find(is_taken) {
+            let message = "another output of this run has a file of this name with other contents";
+            let diagnostic = Diagnostic::new(Code::OutputExists, message)
+                .help("write the two outputs into different folders, or embed the textures");
+            return Err(Error::from(diagnostic).with_path(&claim.path));
+        }
+        claims.extend(wanted);
+        Ok(())
+    }
+
+    pub(super) fn paths(&self) -> Vec<PathBuf> {
+        let claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        claims.values().map(|claim| claim.path.clone()).collect()
     }
 }
 
@@ -107,17 +152,4 @@ pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<
         }
     }
     Ok(outputs)
-}
-
-/// Removes what a killed run has left of these files under temporary names. Those of other shards, which may be at
-/// work in the same folder, stay.
-pub(crate) fn remove_unfinished(folder: &Path, files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
-    let own: HashSet<PathBuf> = files.flat_map(|file| [file.with_extension("bin"), file]).collect();
-    for entry in WalkDir::new(folder) {
-        let path = entry?.into_path();
-        if unfinished_target(&path).is_some_and(|target| own.contains(&target)) {
-            std::fs::remove_file(path)?;
-        }
-    }
-    Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use mocap::edit::EditReport;
 use mocap::job::{Job, Said};
 
-use super::{extension, made, own, unknown_extension, verify, write_output};
+use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
 use crate::args::{CleanArgs, Given};
 use crate::report::Voice;
 use crate::{Failure, streams};
@@ -25,15 +25,13 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     };
     let (_, mut made) = made::make(&job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
-    if let Some(file) = &args.report {
-        policy.check_inputs(file)?;
-    }
-    streams::save(&mut made.written, &args.own.output, &policy, given)?;
-    if let (Some(file), Some(report)) = (&args.report, reports.last()) {
+    let report = args.report.as_deref().zip(reports.last()).map(|(file, report)| {
         let mut bytes = serde_json::to_vec_pretty(report).unwrap_or_default();
         bytes.push(b'\n');
-        write_output(&policy, file, &bytes)?;
-    }
+        (file, bytes)
+    });
+    let report = report.as_ref().map(|(file, bytes)| (*file, bytes.as_slice()));
+    streams::save(&made.written, &args.own.output, report.as_slice(), &policy, given)?;
     match args.own.verify {
         true => verify::output(&job, made.scene.take()),
         false => Ok(()),
@@ -53,7 +51,7 @@ fn check(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     {
         return Err(unknown_extension(file, ".json"));
     }
-    streams::refuse_one_file(
+    refuse_one_file(
         [Some(&args.own.output), args.report.as_ref()]
             .into_iter()
             .flatten()

@@ -133,7 +133,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     let (input, output) = (&job.source.inputs[0], job.write.output.as_path());
     let to_stream = streams::is_standard(output);
     if !to_stream {
-        streams::save(&mut made.written, output, &policy, given)?;
+        streams::save(&made.written, output, &[], &policy, given)?;
     }
     let bytes = made.written.len();
     // The bytes of a long take are better gone before what follows.
@@ -149,7 +149,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
         tell(args, input, output, &made, bytes)?;
     }
     if to_stream {
-        return streams::save(&mut made.written, output, &policy, given);
+        return streams::save(&made.written, output, &[], &policy, given);
     }
     match args.verify {
         true => {

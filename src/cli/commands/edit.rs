@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 use mocap::arrays::contacts_npz;
 use mocap::edit::{ContactOptions, EditReport, StepReport};
 use mocap::figure::Humanoid;
-use mocap::files::ReplacePolicy;
 use mocap::job::{Job, Said};
 use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::Scene;
 
 use super::plot::joints_named;
 use super::{
-    check_json, extension, made, own, print_json, short_name, unknown_extension, verify, view, write_drawing,
-    write_output,
+    check_json, drawn, extension, made, own, print_json, refuse_one_file, short_name, tell_drawing, unknown_extension,
+    verify, view,
 };
 use crate::args::{EditArgs, Given, ViewArgs};
 use crate::report::Voice;
@@ -47,7 +46,7 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     }
     let beside = [&args.contacts, &args.curves].into_iter().flatten();
     let outputs = std::iter::once(&args.own.output).chain(beside);
-    streams::refuse_one_file(outputs.map(PathBuf::as_path))?;
+    refuse_one_file(outputs.map(PathBuf::as_path))?;
     if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
@@ -83,23 +82,21 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     let (_, mut made) = made::make(job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
     let Some(scene) = made.scene.take() else { return Ok(()) };
-    let found = match &args.contacts {
-        Some(file) => Some((
-            file,
-            contact_bytes(args, &scene, made.humanoid.as_ref(), file, &policy)?,
-        )),
+    let mut besides: Vec<(&Path, Vec<u8>)> = Vec::new();
+    if let Some(file) = &args.contacts {
+        besides.push((file, contact_bytes(args, &scene, made.humanoid.as_ref(), file)?));
+    }
+    let curves = match &args.curves {
+        Some(file) => Some((file, curves(args, &scene, reports.last())?)),
         None => None,
     };
-    if let Some(file) = &args.curves {
-        policy.check_inputs(file)?;
-        joints_named(&scene, &args.joint)?;
+    if let Some((file, drawing)) = &curves {
+        besides.push((file, drawn(drawing, &extension(file))?));
     }
-    streams::save(&mut made.written, &args.own.output, &policy, given)?;
-    if let Some((file, bytes)) = found {
-        write_output(&policy, file, &bytes)?;
-    }
-    if let Some(file) = &args.curves {
-        draw(args, &scene, reports.last(), file)?;
+    let besides = Vec::from_iter(besides.iter().map(|(path, bytes)| (*path, bytes.as_slice())));
+    streams::save(&made.written, &args.own.output, &besides, &policy, given)?;
+    if let Some((file, drawing)) = &curves {
+        tell_drawing(drawing, file);
     }
     if args.json {
         print_json(&reports)?;
@@ -114,14 +111,7 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
 }
 
 /// The contacts of the changed motion, in the format of `file`.
-fn contact_bytes(
-    args: &EditArgs,
-    scene: &Scene,
-    humanoid: Option<&Humanoid>,
-    file: &Path,
-    policy: &ReplacePolicy,
-) -> Result<Vec<u8>, Failure> {
-    policy.check_inputs(file)?;
+fn contact_bytes(args: &EditArgs, scene: &Scene, humanoid: Option<&Humanoid>, file: &Path) -> Result<Vec<u8>, Failure> {
     let options = ContactOptions::new().hands(true);
     let found = options.detect(scene, 0, humanoid);
     let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
@@ -131,8 +121,8 @@ fn contact_bytes(
     })
 }
 
-/// Draws curves of the changed motion, with the keys of the last step.
-fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) -> Result<(), Failure> {
+/// Curves of the changed motion, with the keys of the last step.
+fn curves(args: &EditArgs, scene: &Scene, last: Option<&EditReport>) -> Result<Drawing, Failure> {
     let marked_frames = match last.map(|last| &last.changed) {
         Some(StepReport::InBetween(report)) => report.keys.clone(),
         _ => Vec::new(),
@@ -140,9 +130,5 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
     let options = PlotOptions::new().marked_frames(marked_frames);
     let name = short_name(&args.own.output);
     let clip = Clip { name: &name, scene };
-    write_drawing(
-        &Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options),
-        file,
-        &extension(file),
-    )
+    Ok(Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options))
 }

@@ -9,7 +9,7 @@ use mocap::matching::{Database, Found};
 use mocap::render::{Clip, Drawing, Page, PageClip, SheetOptions};
 use mocap::{Conversion, Scene, SkeletonMesh};
 
-use super::{short_name, write_drawing, write_output};
+use super::{drawn, refuse_one_file, short_name, tell_drawing};
 use crate::args::FindArgs;
 use crate::{Failure, report, streams};
 
@@ -26,7 +26,7 @@ pub(super) fn check(args: &FindArgs, database: &Database) -> Result<(), Failure>
         return Err(super::unknown_extension(page, ".html"));
     }
     let policy = policy(args, database);
-    streams::refuse_one_file(args.sheet.iter().chain(&args.page).map(PathBuf::as_path))?;
+    refuse_one_file(args.sheet.iter().chain(&args.page).map(PathBuf::as_path))?;
     for output in args.sheet.iter().chain(&args.page) {
         policy.check(output)?;
     }
@@ -60,16 +60,22 @@ pub(super) fn write(args: &FindArgs, database: &Database, found: &[Found], query
         shown.push((name, part(scene, Some(ends[0]), Some(ends[1]), Path::new(&found.file))?));
     }
     let clips: Vec<Clip<'_>> = shown.iter().map(|(name, scene)| Clip { name, scene }).collect();
+    let (mut made, mut drawing) = (Vec::new(), None);
     if let Some(sheet) = &args.sheet {
         let poses = if args.pose.is_some() { 1 } else { POSES };
-        let drawing = Drawing::sheet(&clips, &SheetOptions::new().poses(poses));
-        write_drawing(&drawing, sheet, &super::extension(sheet))?;
+        let drawing = drawing.insert(Drawing::sheet(&clips, &SheetOptions::new().poses(poses)));
+        made.push((sheet, drawn(drawing, &super::extension(sheet))?));
     }
     if let Some(path) = &args.page {
         let pages: Vec<PageClip<'_>> = clips.iter().copied().map(PageClip::new).collect();
-        let page = Page::new(&pages);
-        write_output(&policy(args, database), path, page.html.as_bytes())?;
-        report::say(&format!("{}: {} motions", path.display(), pages.len()));
+        made.push((path, Page::new(&pages).html.into_bytes()));
+    }
+    streams::write_all(&made, &policy(args, database))?;
+    if let (Some(sheet), Some(drawing)) = (&args.sheet, &drawing) {
+        tell_drawing(drawing, sheet);
+    }
+    if let Some(path) = &args.page {
+        report::say(&format!("{}: {} motions", path.display(), clips.len()));
     }
     Ok(())
 }

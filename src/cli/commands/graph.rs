@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap::edit::WalkReport;
 use mocap::job::{Job, JobReport};
 
-use super::{check_json, made, output_format, print_job, print_json, unknown_extension, write_output};
+use super::{check_json, made, output_format, print_job, print_json, refuse_one_file, unknown_extension};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
 use crate::batch::inputs;
 use crate::{Failure, report, streams};
@@ -69,7 +69,7 @@ fn make(mut job: Job, inputs: &InputArgs) -> Result<JobReport, Failure> {
     let policy = job.policy();
     let outputs = graphing.matrix.iter().chain([&job.write.output]);
     let outputs = outputs.filter(|output| !output.as_os_str().is_empty());
-    streams::refuse_one_file(outputs.clone().map(AsRef::as_ref))?;
+    refuse_one_file(outputs.clone().map(AsRef::as_ref))?;
     for output in outputs {
         if !streams::is_standard(output) {
             policy.check_inputs(output)?;
@@ -77,9 +77,7 @@ fn make(mut job: Job, inputs: &InputArgs) -> Result<JobReport, Failure> {
     }
     let (made, done) = job.compare(streams::given(&job)?).map_err(made::refused)?;
     report::warnings(None, &done.warnings);
-    for (path, bytes) in &made {
-        write_output(&policy, path, bytes)?;
-    }
+    streams::write_all(&made, &policy)?;
     tell(&done, &made, graphing.matrix.as_deref());
     Ok(done)
 }

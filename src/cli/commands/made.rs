@@ -58,9 +58,9 @@ pub(super) fn make(
 pub(super) fn save(job: &Job, given: &Given) -> Result<(Maker<'static>, Made), Failure> {
     let (policy, output) = (job.policy(), job.write.output.as_path());
     let voice = &mut Voice::Aloud;
-    let (maker, mut made) = make(job, given, None, &policy, &mut |said| voice.hear(said))?;
+    let (maker, made) = make(job, given, None, &policy, &mut |said| voice.hear(said))?;
     tell(&made.written, output, voice);
-    streams::save(&mut made.written, output, &policy, given)?;
+    streams::save(&made.written, output, &[], &policy, given)?;
     Ok((maker, made))
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::files::{ReplacePolicy, write_file};
+use mocap::files::ReplacePolicy;
 use mocap::glam::Vec3;
 use mocap::matching::{Controller, Database, Followed, Gamepad, Moves, Played};
 use mocap::scene::Animation;
@@ -64,8 +64,8 @@ fn made(args: &MatchArgs, given: &Given) -> Result<Option<Done>, Failure> {
     let moves = moves(args, &database, &hero)?;
     let (animation, done) = moved(args, &database, moves, &hero)?;
     hero.animations = vec![animation];
-    let mut written = Exporter::new().format(format).write_as(&hero, &output)?;
-    streams::save(&mut written, &args.output, &policy, given)?;
+    let written = Exporter::new().format(format).write_as(&hero, &output)?;
+    streams::save(&written, &args.output, &[], &policy, given)?;
     Ok(Some(done))
 }
 
@@ -97,9 +97,7 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
     }
     policy.check(&beside)?;
     let files = moves.to_holden().map_err(|error| error.with_path(&args.on))?;
-    for (path, bytes) in [&args.output, &beside].into_iter().zip(&files) {
-        write_file(path, bytes)?;
-    }
+    streams::write_all(&Vec::from_iter([&args.output, &beside].into_iter().zip(files)), policy)?;
     report::say(&format!("{} and {}", args.output.display(), beside.display()));
     Ok(())
 }

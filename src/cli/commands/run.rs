@@ -47,8 +47,8 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     super::check_json(args.json, &job.write.output)?;
     let found = match job.write.is_stream() {
         _ if given.is_dry_run() => {
-            let (mut written, report) = job.make(streams::given(&job)?)?;
-            streams::save(&mut written, &job.write.output, &job.policy(), given)?;
+            let (written, report) = job.make(streams::given(&job)?)?;
+            streams::save(&written, &job.write.output, &[], &job.policy(), given)?;
             report
         }
         true => {

@@ -101,7 +101,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
         policy.check_inputs(output)?;
     }
     let beside = [&surveying.sarif, &surveying.html].into_iter().flatten();
-    streams::refuse_one_file(output.iter().chain(beside).map(PathBuf::as_path))?;
+    super::refuse_one_file(output.iter().chain(beside).map(PathBuf::as_path))?;
     for beside in [&surveying.sarif, &surveying.html].into_iter().flatten() {
         policy.check_inputs(beside)?;
     }
@@ -110,22 +110,14 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
         _ => HashMap::new(),
     };
     let (corpus, counts) = work.corpus(&inputs, &former)?;
-    // The largest first: where the disk is full, nothing is written.
-    for (path, bytes) in surveying.beside(&work.job.read, &corpus)? {
-        super::write_output(&policy, &path, &bytes)?;
-        report::say(&format!(
-            "{}: {}",
-            path.display(),
-            report::counted(corpus.rows().len(), "clip")
-        ));
-    }
+    let mut made = surveying.beside(&work.job.read, &corpus)?;
     if let (Some(output), Some(format)) = (&output, format) {
-        streams::write(output, &corpus.to_format(&format)?)?;
-        report::say(&format!(
-            "{}: {}",
-            output.display(),
-            report::counted(corpus.rows().len(), "clip")
-        ));
+        made.push((output.clone(), corpus.to_format(&format)?));
+    }
+    streams::write_all(&made, &policy)?;
+    for (path, _) in &made {
+        let clips = report::counted(corpus.rows().len(), "clip");
+        report::say(&format!("{}: {clips}", path.display()));
     }
     match (&output, surveying.select) {
         (Some(_), _) => {}
@@ -157,12 +149,6 @@ pub(crate) fn made(job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result
         outputs.push((output, corpus.to_format(&format)?));
     }
     Ok((corpus, outputs))
-}
-
-/// Writes an output of a survey, which never replaces an input.
-pub(crate) fn write(job: &Job, output: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    job.policy().check_inputs(output)?;
-    streams::write(output, bytes)
 }
 
 /// The format of the table.

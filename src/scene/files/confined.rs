@@ -12,7 +12,8 @@ use crate::error::{Error, Result};
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
 /// From now on this process imports and writes no file outside of `folder`, whatever a file that it reads refers to:
-/// buffers, skeletons, meshes. Links count as what they lead to. It cannot be undone; the first folder stays.
+/// buffers, skeletons, meshes. Links count as what they lead to. It replaces no file that it has not written itself.
+/// It cannot be undone; the first folder stays.
 ///
 /// ```no_run
 /// mocap::files::confine("takes".as_ref())?;
@@ -53,6 +54,11 @@ pub fn check_confined(path: &Path) -> Result<()> {
 /// As [`check_confined`], without the path in the error.
 pub(super) fn check_path(path: &Path) -> io::Result<()> {
     FOLDER.get().map_or(Ok(()), |folder| check_within(path, folder))
+}
+
+/// Whether [`confine`] was called.
+pub(super) fn is_confined() -> bool {
+    FOLDER.get().is_some()
 }
 
 /// Refuses a path that is not within the folder.

@@ -12,7 +12,7 @@ use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
 use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
-use super::{Target, folder_of, unfinished_target};
+use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Of files that say who wrote them: glTF, FBX and USD.
@@ -45,6 +45,8 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 #[derive(Clone, Debug, Default)]
 pub struct ReplacePolicy {
     inputs: Arc<HashSet<FileId>>,
+    /// Files that the caller knows as outputs.
+    outputs: Arc<HashSet<FileId>>,
     /// The names of the inputs.
     source_names: Arc<HashSet<String>>,
     /// Whether one of them is glTF, FBX or USD.
@@ -61,7 +63,7 @@ impl ReplacePolicy {
         "mot", "sto",
     ];
 
-    /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
+    /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too; `-` is the file that
     /// standard input reads, if it is one.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
@@ -80,13 +82,15 @@ impl ReplacePolicy {
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
             {
-                for buffer in asset.buffers.iter().filter_map(Buffer::file_name) {
-                    files.extend(FileId::of(&input.with_file_name(buffer)));
+                let beside = asset.buffers.iter().chain(&asset.images);
+                for file in beside.filter_map(FileBeside::file_name) {
+                    files.extend(FileId::of(&input.with_file_name(file)));
                 }
             }
         }
         Self {
             inputs: Arc::new(files),
+            outputs: Arc::default(),
             source_names: Arc::new(names),
             may_tell,
             force: false,
@@ -98,6 +102,20 @@ impl ReplacePolicy {
     pub fn force(mut self, force: bool) -> Self {
         self.force = force;
         self
+    }
+
+    /// Files that are outputs of a former run, and unchanged since, according to its manifest: they are replaced.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn outputs(mut self, outputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
+        let outputs = outputs.into_iter().filter_map(|output| FileId::of(output.as_ref()));
+        self.outputs = Arc::new(outputs.collect());
+        self
+    }
+
+    fn knows(&self, path: &Path) -> bool {
+        let is_known = || FileId::of(path).is_some_and(|id| self.outputs.contains(&id));
+        self.force || own::has_written(path) || !self.outputs.is_empty() && is_known()
     }
 
     /// Checks whether an output may go to `path`.
@@ -117,15 +135,16 @@ impl ReplacePolicy {
     }
 
     /// As [`Self::check_bytes`], for bytes in several parts.
-    #[doc(hidden)]
-    pub fn check_parts(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+    pub(super) fn check_parts(&self, path: &Path, parts: &[&[u8]]) -> Result<()> {
         self.check_or(path, || has_bytes(path, parts))
     }
 
     fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
         self.check_inputs(path)?;
         let is_replaceable = match fs::metadata(path) {
-            Ok(found) if found.is_file() && found.len() > 0 => self.force || !self.may_be_source(path) || is_same(),
+            Ok(found) if found.is_file() && found.len() > 0 => {
+                self.knows(path) || !self.may_be_source(path) || is_same()
+            }
             // Folders, pipes and devices are not replaced.
             _ => true,
         };
@@ -138,19 +157,23 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the
-    /// same bytes, or replacing is forced. A buffer may replace that of a former output.
+    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or an
+    /// output, or replacing is forced. `false` where the same bytes are there, also of an input: the output then refers
+    /// to them, and nothing is to be written. A buffer may replace that of a former output, and is never shared.
     ///
     /// # Errors
     /// As [`Self::check`].
-    #[doc(hidden)]
-    pub fn check_parts_beside(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+    pub(super) fn check_beside(&self, path: &Path, parts: &[&[u8]]) -> Result<bool> {
         if has_extension(path, &["bin"]) {
-            return self.check(path);
+            return self.check(path).map(|()| true);
+        }
+        check_confined(path)?;
+        if has_bytes(path, parts) {
+            return Ok(false);
         }
         self.check_inputs(path)?;
-        if self.force || !path.exists() || has_bytes(path, parts) {
-            return Ok(());
+        if path.symlink_metadata().is_err() || self.knows(path) {
+            return Ok(true);
         }
         let message = "a file that belongs to the output would replace another file of its name";
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
@@ -158,11 +181,17 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks that `path` is not an input.
+    /// Checks that `path` is not an input, and in a process that is [confined](super::confine) not a file of somebody
+    /// else.
     ///
     /// # Errors
-    /// [`Code::OutputIsInput`].
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
     pub fn check_inputs(&self, path: &Path) -> Result<()> {
+        check_confined(path)?;
+        if own::is_of_others(path) {
+            let diagnostic = Diagnostic::new(Code::OutputExists, own::OF_OTHERS).help("name another output");
+            return Err(Error::from(diagnostic).with_path(path));
+        }
         if FileId::of(path).is_none_or(|id| !self.inputs.contains(&id)) {
             return Ok(());
         }
@@ -211,7 +240,7 @@ pub fn has_provenance(path: &Path) -> bool {
 
 /// Identifies a file: two paths to one file have one id.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum FileId {
+pub(super) enum FileId {
     #[cfg(unix)]
     Inode { device: u64, inode: u64 },
     #[cfg(not(unix))]
@@ -221,7 +250,7 @@ enum FileId {
 impl FileId {
     /// None if there is no file.
     #[cfg(unix)]
-    fn of(path: &Path) -> Option<Self> {
+    pub(super) fn of(path: &Path) -> Option<Self> {
         use std::os::unix::fs::MetadataExt;
         let metadata = fs::metadata(path).ok()?;
         Some(Self::Inode {
@@ -251,7 +280,7 @@ impl FileId {
 
     /// None if there is no file.
     #[cfg(not(unix))]
-    fn of(path: &Path) -> Option<Self> {
+    pub(super) fn of(path: &Path) -> Option<Self> {
         fs::canonicalize(path).ok().map(Self::Path)
     }
 }
@@ -259,7 +288,7 @@ impl FileId {
 /// Whether a `.gltf` file of this crate beside `path` has it as its buffer.
 fn is_our_buffer(path: &Path) -> bool {
     let is_buffer_of = |asset: &Asset| {
-        let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
+        let mut names = asset.buffers.iter().filter_map(FileBeside::file_name);
         // Clips of a character never go into a buffer of its own.
         let is_ours = asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
         is_ours && names.any(|name| path.ends_with(name))
@@ -287,13 +316,13 @@ fn has_points(path: &Path) -> bool {
     read.is_ok() && !is_own_csv(&head) && is_csv_of_points(&head)
 }
 
-fn has_bytes(path: &Path, parts: &[impl AsRef<[u8]>]) -> bool {
-    let length: usize = parts.iter().map(|part| part.as_ref().len()).sum();
+fn has_bytes(path: &Path, parts: &[&[u8]]) -> bool {
+    let length: usize = parts.iter().map(|part| part.len()).sum();
     let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == length as u64);
     let has_bytes = || -> io::Result<bool> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
         for part in parts {
-            let mut rest = part.as_ref();
+            let mut rest = *part;
             while !rest.is_empty() {
                 let block = file.fill_buf()?;
                 let length = block.len().min(rest.len());
@@ -317,7 +346,9 @@ struct Asset {
     #[serde(default)]
     animations: Vec<Extras>,
     #[serde(default)]
-    buffers: Vec<Buffer>,
+    buffers: Vec<FileBeside>,
+    #[serde(default)]
+    images: Vec<FileBeside>,
 }
 
 #[derive(Default, Deserialize)]
@@ -325,13 +356,14 @@ struct Extras {
     extras: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
+/// A buffer or an image.
 #[derive(Deserialize)]
-struct Buffer {
+struct FileBeside {
     uri: Option<String>,
 }
 
-impl Buffer {
-    /// The file with the buffer, relative to the folder of the glTF file.
+impl FileBeside {
+    /// The file with its bytes, relative to the folder of the glTF file.
     fn file_name(&self) -> Option<PathBuf> {
         let uri = self.uri.as_deref().filter(|uri| !uri.starts_with("data:"))?;
         Some(PathBuf::from(percent_decoded(uri)))

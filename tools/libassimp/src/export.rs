@@ -6,7 +6,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr;
 
-use mocap::files::write_file;
+use mocap::files::{OutputSet, ReplacePolicy, write_file};
 use mocap::gltf::{Document, GltfOptions};
 
 use crate::abi::{AI_FAILURE, AI_SUCCESS, aiExportDataBlob, aiExportFormatDesc, aiFileIO, aiReturn, aiScene, aiString};
@@ -225,10 +225,13 @@ fn write(document: &Document, format: Format, path: &Path) -> mocap::Result<()> 
             let bin_path = path.with_extension("bin");
             let name = bin_path.file_name().unwrap_or_default().to_string_lossy();
             let (text, bin) = document.to_text_and_bin(&name)?;
+            let mut set = OutputSet::new();
             if !bin.is_empty() {
-                write_file(&bin_path, bin)?;
+                set.add_beside(path, &name, [bin])?;
             }
-            write_file(path, &text)
+            set.add(path, [text.as_slice()]);
+            // Assimp replaces what is there.
+            set.save(&ReplacePolicy::default().force(true))
         }
     }
 }

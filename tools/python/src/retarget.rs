@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::Importer;
 use mocap::figure::HumanoidMap;
-use mocap::files::{ReplacePolicy, write_file};
+use mocap::files::ReplacePolicy;
 use mocap::retarget::Scale;
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions, Target};
 use pyo3::prelude::*;
@@ -45,12 +45,14 @@ pub(crate) fn add_motions(
     scale: Option<f64>,
     lock_feet: bool,
     replace: bool,
+    overwrite: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
 ) -> PyResult<(String, Vec<String>)> {
     let options = options(scale, lock_feet, bones, target_bones)?.replace_animations(replace);
     let done = py.detach(|| {
-        ReplacePolicy::new([&character]).check_inputs(&target)?;
+        let policy = ReplacePolicy::new([&character]).force(overwrite);
+        policy.check_inputs(&target)?;
         // The skin shows the soles of the feet.
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
         let mut retargeting = Retargeting::onto(Target::from(character), options)?;
@@ -60,7 +62,7 @@ pub(crate) fn add_motions(
         }
         let mut written = retargeting.character_file()?.unwrap_or_default();
         let notes = std::mem::take(&mut written.notes);
-        write_file(&target, &written.into_bytes()?)?;
+        written.save(&target, &policy)?;
         Ok((retargeting, notes))
     });
     let (retargeting, notes) = done.map_err(|error| to_python(py, &error))?;

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 
+use crate::at_root;
 use crate::program::Folder;
 
 /// The answers of a server to requests, one for each.
@@ -172,4 +173,83 @@ fn searches_end_and_stay_in_the_folder() {
         let is_deep = request.to_string().contains("/*/*/");
         assert!(is_deep || text.contains("a.bvh"), "{request}: {text}");
     }
+}
+
+/// A texture has the name that a character gives it, and a sidecar that of its motion: neither replaces what the
+/// session has not written, also where the session has written the file to which it belongs.
+#[test]
+fn a_session_replaces_nothing_beside_its_outputs() {
+    let root = Folder::of_real(&["cmu_short.bvh"]);
+    let hero = std::fs::read_to_string(at_root("fixtures/made/two_bones_textured.gltf")).unwrap();
+    let mut hero: Value = serde_json::from_str(&hero).unwrap();
+    hero["images"][0]["name"] = "skin".into();
+    root.write("hero.gltf", hero.to_string().as_bytes());
+    let mine = ["skin.png", "take.bvh.json", "pair.bin", "new/take.glb"];
+    std::fs::create_dir(root.path("new")).unwrap();
+    std::fs::create_dir(root.path("sub")).unwrap();
+    mine.iter().for_each(|name| root.write(name, b"somebody's work"));
+    let job = |input: &str, output: &str, write: Value| {
+        let mut job = json!({"source": {"inputs": [input]}, "write": {"output": output, "force": true}});
+        job["write"]
+            .as_object_mut()
+            .unwrap()
+            .extend(write.as_object().unwrap().clone());
+        call("run", json!({"job": job}))
+    };
+    let beside = || json!({"fbx": {"textures": "beside"}});
+    let sidecar = || json!({"bvh": {"sidecar": true}});
+    let requests = [
+        (true, job("hero.gltf", "hero.fbx", json!({}))),
+        (false, job("hero.gltf", "hero.fbx", beside())),
+        (false, job("hero.gltf", "hero.usda", json!({}))),
+        (
+            false,
+            call("convert", json!({"inputs": ["hero.gltf"], "output": "hero.usda"})),
+        ),
+        (true, job("cmu_short.bvh", "take.bvh", json!({}))),
+        (false, job("cmu_short.bvh", "take.bvh", sidecar())),
+        (false, job("cmu_short.bvh", "pair.gltf", json!({}))),
+        (
+            false,
+            call("convert", json!({"inputs": ["cmu_short.bvh"], "output": "new/"})),
+        ),
+        // What it has written itself it may write again, with what stands beside.
+        (true, job("hero.gltf", "sub/hero.fbx", beside())),
+        (true, job("hero.gltf", "sub/hero.fbx", beside())),
+        (true, job("cmu_short.bvh", "sub/take.bvh", sidecar())),
+        (
+            true,
+            job(
+                "cmu_short.bvh",
+                "sub/take.bvh",
+                json!({"bvh": {"sidecar": true, "digits": 2}}),
+            ),
+        ),
+        (
+            true,
+            call("convert", json!({"inputs": ["cmu_short.bvh"], "output": "many/"})),
+        ),
+        (
+            true,
+            call(
+                "convert",
+                json!({"inputs": ["cmu_short.bvh"], "output": "many/", "max-error": "1mm"}),
+            ),
+        ),
+    ];
+    let (expected, requests): (Vec<bool>, Vec<_>) = requests.into_iter().unzip();
+    for (index, answer) in answers(&root, &requests).iter().enumerate() {
+        assert_eq!(answer["result"]["isError"], !expected[index], "{index}: {answer}");
+        assert!(
+            expected[index] || answer.to_string().contains("not written"),
+            "{index}: {answer}"
+        );
+    }
+    for name in mine {
+        assert_eq!(root.read(name), b"somebody's work", "{name}");
+    }
+    for name in ["hero.usda", "pair.gltf"] {
+        assert!(!root.path(name).exists(), "{name}");
+    }
+    assert!(root.read("sub/take.bvh").len() < root.read("take.bvh").len());
 }

@@ -1,7 +1,10 @@
 //! Many files through the program: no output is missing or partial, and all ways to run it give the same files.
 
 mod each;
+mod pattern;
 mod shard;
+#[cfg(unix)]
+mod walk;
 
 use std::collections::BTreeMap;
 use std::fs;

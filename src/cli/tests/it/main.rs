@@ -36,6 +36,7 @@ mod names;
 mod one_answer;
 mod one_skeleton;
 mod options;
+mod output_sets;
 mod outputs;
 mod packed_clip;
 mod packets;

@@ -31,6 +31,7 @@ mod mesh_bounds;
 mod mesh_surface;
 mod mmd;
 mod morph_targets;
+mod named_file;
 mod ndarray;
 mod options;
 mod rows;

@@ -2,13 +2,13 @@
 
 mod confined;
 mod csv_table;
+mod set;
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::files::{write_file, write_file_with, write_whole};
-use mocap_scene::files::Replaced;
+use mocap_scene::files::{write_file, write_file_with};
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -52,48 +52,6 @@ fn a_file_has_no_name_while_it_is_written() {
         assert_eq!(fs::read_to_string(&path).unwrap(), content);
         assert_eq!(names(folder.path()), ["a.glb"]);
     }
-}
-
-#[test]
-fn two_files_are_replaced_together_or_not_at_all() {
-    let folder = tempfile::tempdir().unwrap();
-    let [bin, text] = ["a.bin", "a.gltf"].map(|name| folder.path().join(name));
-    let write = || write_whole(&[(&bin, &[&b"new"[..]][..]), (&text, &[&b"new text"[..]])]);
-    // A folder has the name of the second file.
-    fs::create_dir(&text).unwrap();
-    assert!(write().is_err());
-    assert_eq!(names(folder.path()), ["a.gltf"]);
-    fs::write(&bin, "old").unwrap();
-    assert!(write().is_err());
-    assert_eq!(fs::read(&bin).unwrap(), b"old");
-    fs::remove_dir(&text).unwrap();
-    fs::write(&text, "old text").unwrap();
-    write().unwrap();
-    assert_eq!(names(folder.path()), ["a.bin", "a.gltf"]);
-    assert_eq!(
-        (fs::read(&bin).unwrap(), fs::read(&text).unwrap()),
-        (b"new".to_vec(), b"new text".to_vec())
-    );
-}
-
-#[test]
-fn renamed_files_are_restored() {
-    let folder = tempfile::tempdir().unwrap();
-    let [bin, text] = ["a.bin", "a.gltf"].map(|name| folder.path().join(name));
-    fs::write(&bin, "old").unwrap();
-    fs::write(&text, "old text").unwrap();
-    let mut replaced = Replaced::default();
-    replaced.set_aside(&text).unwrap();
-    assert!(!text.exists() && bin.exists());
-    replaced.set_aside(&bin).unwrap();
-    fs::write(&bin, "new").unwrap();
-    replaced.new.push(bin.clone());
-    drop(replaced);
-    assert_eq!(names(folder.path()), ["a.bin", "a.gltf"]);
-    assert_eq!(
-        (fs::read(&bin).unwrap(), fs::read(&text).unwrap()),
-        (b"old".to_vec(), b"old text".to_vec())
-    );
 }
 
 #[cfg(unix)]

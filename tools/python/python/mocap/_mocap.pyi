@@ -248,6 +248,7 @@ def add_motions(
     scale: float | None,
     lock_feet: bool,
     replace: bool,
+    overwrite: bool,
     bones: str | None,
     target_bones: str | None,
 ) -> tuple[str, list[str]]: ...

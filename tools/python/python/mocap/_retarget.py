@@ -67,6 +67,7 @@ def add_motions(
     scale: Scale = "auto",
     feet: Feet = "lock",
     replace: bool = False,
+    overwrite: bool = False,
     bones: Mapping[str, str | None] | None = None,
     target_bones: Mapping[str, str | None] | None = None,
 ) -> list[dict[str, Any]]:
@@ -83,6 +84,7 @@ def add_motions(
         scale: As for :func:`retarget`.
         feet: As for :func:`retarget`.
         replace: Leave out the motions that the character has.
+        overwrite: Replace a file that may be somebody's source; the character is never replaced.
         bones: As for :func:`retarget`, for all motions.
         target_bones: As for :func:`retarget`.
 
@@ -90,11 +92,20 @@ def add_motions(
         UserWarning: Where the character cannot show an expression, or the gaze, of a motion.
 
     Raises:
-        MocapError: As :func:`retarget`, and where the character cannot be read or ``target`` is the character.
+        MocapError: As :func:`retarget`, where the character cannot be read, and where ``target`` is the character or may be
+            somebody's source.
     """
     named = [(name, motion._native) for name, motion in motions.items()]
     reports, notes = _mocap.add_motions(
-        named, character, target, _factor(scale), _locks(feet), replace, names_of(bones), names_of(target_bones)
+        named,
+        character,
+        target,
+        _factor(scale),
+        _locks(feet),
+        replace,
+        overwrite,
+        names_of(bones),
+        names_of(target_bones),
     )
     for note in notes:
         warnings.warn(note, stacklevel=2)

@@ -1,0 +1,243 @@
+//! The files that one call writes: they are checked together before the first is written, and all are written or none.
+
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Component, Path, PathBuf};
+
+use tempfile::TempPath;
+
+use super::existing::FileId;
+use super::unfinished::{Unfinished, named};
+use super::{ReplacePolicy, Target, folder_of, own, remove_all_unfinished, write_file_with, write_stream};
+use crate::error::{Code, Diagnostic, Error, Result};
+
+/// All files of an output: the files that a user named, and files that stand beside them, such as buffers, textures
+/// and sidecars. Every door writes by it.
+///
+/// The last file is the one that refers to the others. It is renamed away before the others are replaced, so that it
+/// never refers to files of another output, even if the process is killed. It has a temporary name then, by which
+/// [`ReplacePolicy`] knows the others as its own.
+#[doc(hidden)]
+#[derive(Debug, Default)]
+pub struct OutputSet<'a> {
+    files: Vec<OutputFile<'a>>,
+}
+
+#[derive(Debug)]
+struct OutputFile<'a> {
+    path: PathBuf,
+    /// The bytes, in the parts in which they were made.
+    parts: Vec<&'a [u8]>,
+    /// Whether an input may have chosen the name, such as that of a texture.
+    is_beside: bool,
+}
+
+impl<'a> OutputSet<'a> {
+    /// A set without files.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file that a user named.
+    pub fn add(&mut self, path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) {
+        self.files.push(OutputFile {
+            path: path.to_owned(),
+            parts: parts.into_iter().collect(),
+            is_beside: false,
+        });
+    }
+
+    /// Adds a file that stands in the folder of the output `main`.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where `main` is a pipe or a device, or where `name` is not the name of a file.
+    pub fn add_beside(&mut self, main: &Path, name: &str, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
+        if fs::metadata(main).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+            let message = "an output of several files cannot be written to a pipe or a device";
+            let diagnostic = Diagnostic::new(Code::InvalidValue, message)
+                .expected_found("one file", format!("{name} beside it"))
+                .help("name a file, or a format that is one file");
+            return Err(Error::from(diagnostic).with_path(main));
+        }
+        let is_name =
+            matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(only)] if only == name);
+        if !is_name || name.contains('\0') {
+            let message = format!("a file beside the output cannot have the name {name:?}");
+            return Err(Error::from(Diagnostic::new(Code::InvalidValue, message)).with_path(main));
+        }
+        self.files.push(OutputFile {
+            path: main.with_file_name(name),
+            parts: parts.into_iter().collect(),
+            is_beside: true,
+        });
+        Ok(())
+    }
+
+    /// The path and the bytes of each file.
+    pub fn files(&self) -> impl Iterator<Item = (&Path, &[&'a [u8]])> {
+        self.files
+            .iter()
+            .map(|file| (file.path.as_path(), file.parts.as_slice()))
+    }
+
+    /// Checks what [`save`](Self::save) checks, and writes nothing.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says; as [`check_distinct`].
+    pub fn check(&self, policy: &ReplacePolicy) -> Result<()> {
+        self.to_write(policy).map(drop)
+    }
+
+    /// Writes all files, or none, where `policy` lets them replace what is there. After an error they are unchanged.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); [`Code::Io`], with the path.
+    pub fn save(&self, policy: &ReplacePolicy) -> Result<()> {
+        match self.to_write(policy)?.as_slice() {
+            [file] => write_file_with(&file.path, |to| file.write(to)).map(drop),
+            files => write_whole(files),
+        }
+    }
+
+    /// The files that are not there yet, if all may be written.
+    fn to_write(&self, policy: &ReplacePolicy) -> Result<Vec<&OutputFile<'a>>> {
+        check_distinct(self.files.iter().map(|file| file.path.as_path()))?;
+        let mut files = Vec::new();
+        for file in &self.files {
+            let is_wanted = match file.is_beside {
+                true => policy.check_beside(&file.path, &file.parts)?,
+                false => policy.check_parts(&file.path, &file.parts).map(|()| true)?,
+            };
+            files.extend(is_wanted.then_some(file));
+        }
+        Ok(files)
+    }
+
+    /// Removes temporary files that killed processes have left of these outputs. After [`save`](Self::save), because a
+    /// `.gltf` that is left says whose its buffer is.
+    pub fn remove_unfinished(&self) {
+        remove_all_unfinished(self.files.iter().map(|file| file.path.as_path()));
+    }
+}
+
+impl OutputFile<'_> {
+    fn write(&self, to: &mut dyn Write) -> io::Result<()> {
+        self.parts.iter().try_for_each(|part| to.write_all(part))
+    }
+}
+
+/// Refuses two outputs of one call that are one file, or that are one on a system that does not tell capitals from
+/// small letters: the second would replace the first.
+///
+/// # Errors
+/// [`Code::InvalidValue`].
+#[doc(hidden)]
+pub fn check_distinct<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+    let (mut names, mut ids) = (
+        HashMap::<(PathBuf, OsString), &Path>::new(),
+        HashMap::<FileId, &Path>::new(),
+    );
+    for output in outputs {
+        let target = match Target::of(output) {
+            Ok(Target::File(target)) => target,
+            _ => output.to_owned(),
+        };
+        let folder = folder_of(&target);
+        let name = target.file_name().unwrap_or_default();
+        let name = name
+            .to_str()
+            .map_or_else(|| name.to_owned(), |name| name.to_lowercase().into());
+        let key = (fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned()), name);
+        let by_name = names.insert(key, output);
+        let by_id = FileId::of(&target).and_then(|id| ids.insert(id, output));
+        let Some(first) = by_name.or(by_id) else { continue };
+        let message = match first == output {
+            true => format!("two outputs are called {}; give each its own name", output.display()),
+            false => format!(
+                "two outputs are one file: {} and {}; give each its own name",
+                first.display(),
+                output.display()
+            ),
+        };
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
+    }
+    Ok(())
+}
+
+fn write_whole(files: &[&OutputFile<'_>]) -> Result<()> {
+    // All files are complete before the first is replaced.
+    let (mut written, mut streams) = (Vec::new(), Vec::new());
+    for &file in files {
+        let path = file.path.as_path();
+        let in_file = |source| Error::io(path, source);
+        match Target::to_write(path).map_err(in_file)? {
+            Target::Stream => streams.push(file),
+            Target::File(target) => {
+                let unfinished = Unfinished::new(&target, |to| file.write(to)).map_err(in_file)?;
+                written.push((path, target, unfinished));
+            }
+        }
+    }
+    // What a pipe or a device has taken cannot be taken back.
+    for file in streams {
+        write_stream(&file.path, |to| file.write(to)).map_err(|source| Error::io(&file.path, source))?;
+    }
+    // If the process is killed now, this file tells whose the others are.
+    if let Some((path, target, file)) = written.pop() {
+        let file = file.with_name(&target).map_err(|source| Error::io(path, source))?;
+        written.push((path, target, file));
+    }
+    let mut replaced = Replaced::default();
+    for (path, target, _) in written.iter().rev() {
+        replaced.set_aside(target).map_err(|source| Error::io(path, source))?;
+    }
+    for (path, target, file) in written {
+        file.persist(&target).map_err(|error| Error::io(path, error))?;
+        replaced.new.push(target);
+    }
+    replaced.keep();
+    Ok(())
+}
+
+/// Existing files that were renamed to make room for new ones. Dropping it restores them, unless
+/// [`Replaced::keep`] was called.
+#[doc(hidden)]
+#[derive(Default)]
+pub struct Replaced {
+    /// The path of each existing file, and its temporary path.
+    old: Vec<(PathBuf, TempPath)>,
+    /// The new files.
+    pub new: Vec<PathBuf>,
+}
+
+impl Replaced {
+    pub fn set_aside(&mut self, target: &Path) -> io::Result<()> {
+        if !target.try_exists()? {
+            return Ok(());
+        }
+        let aside = named(target)?.into_temp_path();
+        fs::rename(target, &aside)?;
+        self.old.push((target.to_owned(), aside));
+        Ok(())
+    }
+
+    fn keep(mut self) {
+        self.new.drain(..).for_each(|path| own::note(&path));
+        // Dropping a temporary path removes its file.
+        self.old.clear();
+    }
+}
+
+impl Drop for Replaced {
+    fn drop(&mut self) {
+        for path in &self.new {
+            // An error cannot be handled here.
+            let _ = fs::remove_file(path);
+        }
+        for (target, aside) in self.old.drain(..).rev() {
+            let _ = aside.persist(target);
+        }
+    }
+}
