@@ -39,6 +39,8 @@ mod pairs;
 mod report;
 mod skin;
 mod timeline;
+mod trc;
+mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -56,6 +58,7 @@ use self::output::{Output, common_rate, metres_of};
 use self::pairs::Pairs;
 pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
 use self::timeline::Timeline;
+use self::units::Space;
 #[cfg(feature = "npz")]
 use mocap_formats::usd;
 
@@ -288,6 +291,15 @@ impl Verifier {
         };
         let is_ours = output.is_ours();
         verification.findings.extend(change.finding());
+        let expected = match &provenance {
+            Some(_) => Space::recorded(source, steps),
+            None => Space::guessed(source, &change),
+        };
+        expected.find(
+            output.stated(provenance.is_some()),
+            provenance.is_some(),
+            &mut verification.findings,
+        );
         match change.humanoid {
             // Joints that are no bones are left out, and the others hang together as VRM demands.
             Some(_) => verification.findings.extend(output.missing_bones()),
@@ -328,6 +340,7 @@ impl Verifier {
             );
             verification.findings.extend(found);
         }
+        verification.findings.extend(output.miscounted());
         if let Some(provenance) = output.provenance() {
             claims(original, source, &provenance, &change, &mut verification.findings)?;
         }

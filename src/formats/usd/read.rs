@@ -75,6 +75,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     scene.metadata.up = Some(up(&layer)?);
     scene.animations = animation::read(&layer, &skeleton, options, warnings)?;
     joints_that_are_no_tips(&mut scene);
+    check_end(&layer, warnings);
     let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
     if meshes > 0 {
         scene.metadata.assumptions.push(Assumption {
@@ -91,6 +92,29 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         });
     }
     Ok(scene)
+}
+
+/// Warns of samples behind the end that the layer states: other programs do not play them.
+fn check_end(layer: &Layer, warnings: &mut Warnings) {
+    let attributes = layer
+        .prims
+        .iter()
+        .filter(|prim| prim.kind == "SkelAnimation")
+        .flat_map(|prim| prim.attributes.values());
+    let times = attributes
+        .flat_map(|attribute| &attribute.samples)
+        .map(|(time, _)| *time);
+    let last = times.fold(f64::NEG_INFINITY, f64::max);
+    if let Some(end) = metadata_number(layer, "endTimeCode").filter(|end| *end < last) {
+        warnings.push(Code::FrameCount, || {
+            Diagnostic::new(
+                Code::FrameCount,
+                "the motion goes on behind the end that the file states",
+            )
+            .expected_found(format!("time codes up to endTimeCode, {end}"), last.to_string())
+            .help("all time codes were read; other programs stop at endTimeCode: correct it")
+        });
+    }
 }
 
 /// End sites are tips that do not move: what the file marks as one, and moves or has below it a joint, is a joint.

@@ -11,12 +11,13 @@ use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::{self, SkeletonMesh};
-use mocap_scene::scene::{AppliedStep, Format, Scene};
+use mocap_scene::scene::{AppliedStep, Format, Scene, UpAxis};
 
 use super::chain::Skeleton;
 use super::change::Change;
 use super::claims::is_same_file;
-use super::{Finding, FindingKind, skin};
+use super::units::Space;
+use super::{Finding, FindingKind, skin, trc};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
@@ -62,7 +63,11 @@ impl<'a> Output<'a> {
                 .help("it was cut off, or changed, after it was written; write it again")
                 .into());
         }
-        let scene = importer.read(bytes, name)?;
+        let mut scene = importer.read(bytes, name)?;
+        if let (Some(Format::Trc), Some(clip)) = (scene.metadata.format, scene.animations.first()) {
+            let wrong = trc::wrong_time(bytes, clip.ticks_per_second);
+            scene.warnings.extend(wrong);
+        }
         if scene.metadata.format == Some(Format::Vmd) {
             let message = "a VMD has no skeleton, so where its joints are is not known";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
@@ -136,6 +141,13 @@ impl<'a> Output<'a> {
         (!missing.is_empty()).then(|| Finding::new(FindingKind::MissingJoint, message()))
     }
 
+    /// Says so where the file states another number of frames than it has: other readers believe it.
+    pub(super) fn miscounted(&self) -> Option<Finding> {
+        let Self::Scene(scene, _) = self else { return None };
+        let warning = scene.warnings.iter().find(|warning| warning.code == Code::FrameCount)?;
+        Some(Finding::new(FindingKind::MissingFrames, warning.message.clone()))
+    }
+
     /// Whether this crate wrote the file, and the file says so.
     pub(super) fn is_ours(&self) -> bool {
         self.provenance().is_some()
@@ -190,6 +202,21 @@ impl<'a> Output<'a> {
     pub(super) fn stated_unit(&self, source: &Scene) -> Option<f64> {
         let Self::Scene(scene, _) = self else { return None };
         scene.metadata.metres_per_unit.map(|metres| metres_of(source) / metres)
+    }
+
+    /// The unit and the up axis that the file states, or that its format has. Where points are compared in the unit of
+    /// the file, another unit would show in their distances.
+    pub(super) fn stated(&self, is_recorded: bool) -> Space {
+        let Self::Scene(scene, _) = self else {
+            return Space {
+                metres_per_unit: Some(1.0),
+                up: Some(UpAxis::Y),
+            };
+        };
+        Space {
+            metres_per_unit: (scene.metadata.metres_per_unit).filter(|_| !(is_recorded && self.is_of_points())),
+            up: scene.metadata.up,
+        }
     }
 
     /// Metres in a unit of the file, where its writer converts metres to a unit that readers keep.

@@ -143,8 +143,11 @@ pub enum FindingKind {
     ExtraClip,
     /// A clip has another name in the file, which this crate wrote.
     RenamedClip,
-    /// Lengths in the file are those of its source by a factor that is the ratio of no two units of length.
+    /// Lengths in the file are those of its source by a factor that is the ratio of no two units of length, or are in
+    /// another unit than the file states.
     Unit,
+    /// Another axis points up in the file than it states.
+    UpAxis,
     /// The source has a joint that the file does not have.
     MissingJoint,
     /// A joint has another name in the file.
@@ -176,6 +179,7 @@ impl FindingKind {
             Self::ExtraClip => "extra-clip",
             Self::RenamedClip => "renamed-clip",
             Self::Unit => "unit",
+            Self::UpAxis => "up-axis",
             Self::MissingJoint => "missing-joint",
             Self::RenamedJoint => "renamed-joint",
             Self::MovedJoint => "moved-joint",

@@ -10,6 +10,8 @@ use mocap::verify::{FindingKind, Verification, Verifier};
 use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
+use super::{as_of_another_program, glb};
+
 /// A `.gltf` of these nodes; each clip is a name, frames a second, frames and the nodes that rotate in it.
 fn gltf(nodes: Value, clips: &[(&str, f32, usize, &[usize])]) -> Value {
     let mut file = json!({
@@ -458,4 +460,51 @@ fn a_scene_without_nodes_is_one_in_gltf() {
     assert!(verified.is_within(0.0) && verified.joints == 0, "{verified:?}");
     let another = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
     assert!(Verification::of(&another, &written).is_err());
+}
+
+/// Other readers of USD convert by what a file states, and those of glTF by metres and +Y up.
+#[test]
+fn a_unit_or_an_axis_that_a_file_states_otherwise_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    // BVH states neither; the other source states centimetres with +Z up.
+    for source in ["real/cmu_short.bvh", "made/arm.usda"] {
+        let source = format!("../../fixtures/{source}");
+        let mut scene = mocap::import(&source).unwrap();
+        Conversion::new().apply(&mut scene).unwrap();
+        let output = folder.path().join("out.usda");
+        Exporter::new().overwrite(true).export(&scene, &output).unwrap();
+        let right = std::fs::read_to_string(&output).unwrap();
+        let changes = [
+            ("metersPerUnit = 1\n", "metersPerUnit = 0.01\n", Some(FindingKind::Unit)),
+            ("metersPerUnit = 1\n", "metersPerUnit = 100\n", Some(FindingKind::Unit)),
+            ("metersPerUnit = 1\n", "\n", Some(FindingKind::Unit)),
+            ("upAxis = \"Y\"", "upAxis = \"Z\"", Some(FindingKind::UpAxis)),
+            // What USD means without it.
+            ("upAxis = \"Y\"", "", None),
+            ("", "", None),
+        ];
+        for (from, to, kind) in changes {
+            std::fs::write(&output, right.replacen(from, to, 1)).unwrap();
+            let found = Verifier::new().files(&source, &output).unwrap();
+            let kinds: Vec<FindingKind> = found.findings.iter().map(|found| found.kind).collect();
+            assert_eq!(kinds, Vec::from_iter(kind), "{source}: {from:?}, {to:?}: {found:?}");
+            assert_eq!(
+                found.is_within(1e-3),
+                kind.is_none(),
+                "{source}: {from:?}, {to:?}: {found:?}"
+            );
+        }
+    }
+    // A file of another program has no record, but glTF is in metres, and this source states its unit.
+    let source = "../../fixtures/made/arm.usda";
+    for (factor, kind) in [(1.0, None), (100.0, Some(FindingKind::Unit))] {
+        let mut scene = mocap::import(source).unwrap();
+        Conversion::new().apply(&mut scene).unwrap();
+        scene.convert_units(factor, UpAxis::Y);
+        let output = folder.path().join("out.glb");
+        std::fs::write(&output, as_of_another_program(&glb(&scene))).unwrap();
+        let found = Verifier::new().files(source, &output).unwrap();
+        let kinds: Vec<FindingKind> = found.findings.iter().map(|found| found.kind).collect();
+        assert_eq!(kinds, Vec::from_iter(kind), "{factor}: {found:?}");
+    }
 }
