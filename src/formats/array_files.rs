@@ -26,6 +26,9 @@ use crate::{Contents, FormatInfo};
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
 pub use self::read::{Body, SMPL_ROOT, body_model, humanml3d};
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub use self::read::{ParquetRows, parquet_rows};
 
 /// What all rows have in common.
 const ROW: FormatInfo = FormatInfo {

@@ -89,6 +89,9 @@ use mocap_scene::scene::{Format, RootOffset, Scene};
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
 pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub use self::array_files::{ParquetRows, parquet_rows};
 #[cfg(feature = "gltf")]
 pub use self::gltf::vrma;
 pub use self::option::WriteOption;

@@ -36,6 +36,8 @@ mod face;
 mod npz;
 mod output;
 mod pairs;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod report;
 mod skin;
 mod timeline;
@@ -150,8 +152,8 @@ impl Verifier {
         self
     }
 
-    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`) are compared in the space that they have;
-    /// of several animations they have the first.
+    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`, `.parquet`) are compared in the space that
+    /// they have; of several animations they have the first.
     ///
     /// # Errors
     /// As [`Verifier::files`].
@@ -162,6 +164,8 @@ impl Verifier {
         let arrays = match &*bytes {
             #[cfg(feature = "npz")]
             bytes if npz::sniff(bytes) && !usd::is_archive(bytes) => Some(npz::read(bytes)),
+            #[cfg(feature = "parquet")]
+            bytes if parquet::sniff(bytes) => parquet::read(bytes).transpose(),
             bytes if csv::sniff(bytes) => Some(csv::read(bytes)),
             _ => None,
         };

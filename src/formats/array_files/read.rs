@@ -29,6 +29,9 @@ pub use self::body::Body;
 pub(crate) use self::body::BodyModel;
 use self::ndarray::{Bytes, Entries, NdArray};
 use self::npy::Npy;
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub use self::parquet::{ParquetRows, parquet_rows};
 #[doc(hidden)]
 pub use self::proportions::SMPL_ROOT;
 #[cfg(feature = "npz")]

@@ -61,15 +61,15 @@ impl Frame {
         let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
         let scales =
             matches!((file.metres_per_unit, output.metres_per_unit), (Some(file), Some(output)) if file != output);
-        if turns || scales {
-            // What stays is written as from 1 m to 1 m, or from +Y to +Y.
-            let (from, to) = (file.metres_per_unit.zip(output.metres_per_unit)).unwrap_or((1.0, 1.0));
-            let (up, out_up) = (file.up.zip(output.up)).unwrap_or_default();
+        // What the file does not state is recorded too, so that an output tells whether its header is right.
+        if turns || scales || file != Space::default().or_stated(&scene.metadata) {
+            // What is unknown stays, and is written as from 1 m to 1 m, or from +Y to +Y.
+            let (from, up) = (file.metres_per_unit.unwrap_or(1.0), file.up.unwrap_or_default());
             provenance.steps.push(AppliedStep::ConvertUnits {
                 metres_per_unit: from,
                 up,
-                out_metres_per_unit: to,
-                out_up,
+                out_metres_per_unit: output.metres_per_unit.unwrap_or(from),
+                out_up: output.up.unwrap_or(up),
             });
         }
         Ok(Self {

@@ -2,15 +2,16 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use super::chain::{Joint, Skeleton};
+use super::chain::{self, Skeleton};
 use super::change::Change;
+use super::claims::is_same_file;
 use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
 use mocap_figure::Figure;
 use mocap_formats::gltf::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::scene::{NodeKind, Scene};
+use mocap_scene::scene::{NodeKind, Scene, UpAxis};
 use serde::Deserialize;
 
 use crate::arrays::{Rotation, RotationSpace, Space};
@@ -18,36 +19,52 @@ use crate::arrays::{Rotation, RotationSpace, Space};
 /// The arrays of a file.
 pub(super) struct ArrayFile {
     pub(super) header: Header,
-    pub(super) frame_rate: f64,
     pub(super) frames: usize,
-    pub(super) names: Vec<String>,
-    pub(super) parents: Vec<Option<usize>>,
-    pub(super) end_sites: Vec<bool>,
-    /// The letters of the axes; empty for a joint without an order.
-    pub(super) rotation_orders: Vec<String>,
-    /// Of each joint from its parent at rest; without a parent, from the origin of the source.
-    pub(super) offsets: Vec<[f32; 3]>,
     /// Frames x joints x 3.
     pub(super) positions: Vec<f32>,
-    /// Frames x joints x `width`.
+    /// Frames x joints x the width of a rotation.
     pub(super) rotations: Vec<f32>,
-    pub(super) width: usize,
+    /// Frames x joints x 3, where the file has them.
+    pub(super) velocities: Option<Vec<f32>>,
 }
 
 /// What is needed of the header.
 #[derive(Deserialize)]
 pub(super) struct Header {
-    pub(super) metres_per_unit: Option<f64>,
-    pub(super) space: Space,
+    pub(super) frame_rate: f64,
+    metres_per_unit: Option<f64>,
+    up: Option<UpAxis>,
+    space: Space,
     pub(super) rotation: Rotation,
-    pub(super) rotation_space: RotationSpace,
+    rotation_space: RotationSpace,
+    pub(super) joints: Vec<Joint>,
     pub(super) provenance: Provenance,
+}
+
+/// A joint or an end site.
+#[derive(Deserialize)]
+pub(super) struct Joint {
+    #[doc(hidden)]
+    pub name: String,
+    #[doc(hidden)]
+    pub parent: Option<usize>,
+    pub(super) end_site: bool,
+    /// The letters of the axes.
+    pub(super) rotation_order: Option<String>,
+    /// From its parent at rest; without a parent, from the origin of the source.
+    pub(super) offset: [f32; 3],
 }
 
 impl Header {
     /// A header from its JSON.
     pub(super) fn from_json(json: &str) -> Result<Self> {
-        serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))
+        let header: Self =
+            serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
+        let misplaced = |(joint, found): (usize, &Joint)| found.parent.is_some_and(|parent| parent >= joint);
+        match header.joints.iter().enumerate().any(misplaced) {
+            true => Err(invalid("a parent in the header does not stand before its child")),
+            false => Ok(header),
+        }
     }
 }
 
@@ -82,6 +99,8 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     }
     find(source, file, &ours, &node_of, &timeline, &mut verification.findings);
     find_in_skeleton(source, file, &node_of, &change, &mut verification.findings);
+    find_in_header(source, file, &mut verification.findings);
+    verification.findings.extend(wrong_velocity(file));
 
     let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
@@ -100,18 +119,18 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
         let tick = timeline.tick(frame, &cuts);
         ours.world(tick / timeline.rate, &mut world);
         for (joint, &node) in node_of.iter().enumerate() {
-            let parent = file.parents[joint].map(|parent| &world[node_of[parent]]);
+            let parent = file.header.joints[joint].parent.map(|parent| &world[node_of[parent]]);
             let row = frame * node_of.len() + joint;
             let (position, rotation) = expected(&change, file, &world[node], parent, &world[roots[node]]);
             let found = &file.positions[3 * row..][..3];
             let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
             errors.add(position.distance(found) * metres, || Worst {
                 clip: 0,
-                joint: file.names[joint].clone(),
+                joint: file.header.joints[joint].name.clone(),
                 frame: tick as usize,
-                seconds: frame as f64 / file.frame_rate,
+                seconds: frame as f64 / file.header.frame_rate,
             });
-            let found = decoded(file, row, &file.rotation_orders[joint]);
+            let found = decoded(file, row, file.header.joints[joint].rotation_order.as_deref());
             errors.add_rotation(
                 (0..3)
                     .map(|axis| rotation.col(axis).distance(found.col(axis)) * SKIN)
@@ -134,18 +153,18 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
 }
 
 /// Whether a joint has a name of the file. Texts of NumPy have no zeros at their end.
-fn is_called(joint: &Joint<'_>, name: &str) -> bool {
+fn is_called(joint: &chain::Joint<'_>, name: &str) -> bool {
     [joint.name.as_str(), joint.name.trim_end_matches('\0')].contains(&name)
 }
 
 /// The joint of the source for each of the file: the next of its name and kind, in the order of both.
 fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
-    let mut node_of: Vec<usize> = Vec::with_capacity(file.names.len());
-    for (name, is_end_site) in std::iter::zip(&file.names, &file.end_sites) {
+    let mut node_of: Vec<usize> = Vec::with_capacity(file.header.joints.len());
+    for Joint { name, end_site, .. } in &file.header.joints {
         let next = node_of.last().map_or(0, |last| last + 1);
         let is_it = |node: &usize| {
             let joint = &ours.joints[*node];
-            is_called(joint, name) && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *is_end_site
+            is_called(joint, name) && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *end_site
         };
         let node = (next..ours.joints.len()).find(is_it);
         node_of.push(node.ok_or_else(|| {
@@ -170,8 +189,9 @@ fn find(
         while let Some(node) = above.filter(|node| !node_of.contains(node)) {
             above = ours.joints[node].parent;
         }
-        if above != file.parents[joint].map(|parent| node_of[parent]) {
-            let message = format!("\"{}\" has another parent in the file", file.names[joint]);
+        let found = &file.header.joints[joint];
+        if above != found.parent.map(|parent| node_of[parent]) {
+            let message = format!("\"{}\" has another parent in the file", found.name);
             findings.push(Finding::new(FindingKind::MovedJoint, message));
         }
     }
@@ -194,10 +214,10 @@ fn find(
         std::cmp::Ordering::Equal => {}
     }
     let rate = timeline.frame_rate();
-    if !source.animations.is_empty() && (file.frame_rate / rate - 1.0).abs() > 1e-9 {
+    if !source.animations.is_empty() && (file.header.frame_rate / rate - 1.0).abs() > 1e-9 {
         let message = format!(
             "{name} has {} frames a second in the file, and would have {rate}",
-            file.frame_rate
+            file.header.frame_rate
         );
         findings.push(Finding::new(FindingKind::Provenance, message));
     }
@@ -212,10 +232,11 @@ fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change:
     let origin = |matrix: &DMat4| matrix.w_axis.truncate();
     let farthest = world.iter().map(|matrix| origin(matrix).length()).fold(0.0, f64::max) * change.metres_per_unit;
     for (joint, &index) in node_of.iter().enumerate() {
-        let name = &file.names[joint];
-        let parent = file.parents[joint].map(|parent| world[node_of[parent]].inverse());
+        let in_file = &file.header.joints[joint];
+        let name = &in_file.name;
+        let parent = in_file.parent.map(|parent| world[node_of[parent]].inverse());
         let expected = origin(&(parent.unwrap_or(DMat4::IDENTITY) * world[index])) * change.metres_per_unit;
-        let found = DVec3::from(file.offsets[joint].map(f64::from));
+        let found = DVec3::from(in_file.offset.map(f64::from));
         let distance = expected.distance(found);
         if distance.is_nan() || distance > ROUNDING * farthest {
             let message = format!("the offset of \"{name}\" is {found:.6}, and would be {expected:.6}");
@@ -224,14 +245,76 @@ fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change:
         let order = source.nodes[index].rotation_order;
         let axes = order.map_or_else(Vec::new, |order| order.axes().to_vec());
         let order: String = axes.into_iter().map(|axis| ['X', 'Y', 'Z'][axis]).collect();
-        let found = &file.rotation_orders[joint];
-        if *found != order {
+        let found = in_file.rotation_order.as_deref().unwrap_or_default();
+        if found != order {
             let message = format!(
                 "the rotations of \"{name}\" are in the order {found:?} in the file, and {order:?} in its source"
             );
             findings.push(Finding::new(FindingKind::RotationOrder, message));
         }
     }
+}
+
+/// Finds a header that states another unit, another axis, another source or other frames than it has.
+fn find_in_header(source: &Scene, file: &ArrayFile, findings: &mut Vec<Finding>) {
+    let Header {
+        metres_per_unit,
+        up,
+        provenance,
+        ..
+    } = &file.header;
+    let stated = super::units::Space {
+        metres_per_unit: *metres_per_unit,
+        up: *up,
+    };
+    let expected = super::units::Space::recorded(source, &provenance.steps);
+    expected.find(stated, true, findings);
+    if let (None, Some(metres)) = (expected.metres_per_unit, stated.metres_per_unit) {
+        let message = format!("the file states a unit of {metres} m, which neither its source nor a step states");
+        findings.push(Finding::new(FindingKind::Unit, message));
+    }
+    if let (None, Some(up)) = (expected.up, stated.up) {
+        let up = up.as_str();
+        let message = format!("the file states the up axis {up}, which neither its source nor a step states");
+        findings.push(Finding::new(FindingKind::UpAxis, message));
+    }
+    if let (Some(claimed), Some(found)) = (&provenance.source, &source.metadata.origin)
+        && !claimed.sha256.is_empty()
+        && !is_same_file(claimed, found)
+    {
+        let message = format!("the file says that it was made from another file, \"{}\"", claimed.name);
+        findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+    if provenance.frames != file.frames as u64 {
+        let (claimed, found) = (provenance.frames, file.frames);
+        let message = format!("the file says that it has {claimed} frames, but there are {found}");
+        findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+}
+
+/// A velocity that is not the central difference of the positions, at the ends one-sided.
+fn wrong_velocity(file: &ArrayFile) -> Option<Finding> {
+    /// As a fraction of the numbers of which it is a difference: what 32 bits round.
+    const ROUNDING: f64 = 1e-6;
+    let velocities = file.velocities.as_ref()?;
+    let width = 3 * file.header.joints.len();
+    let position = |frame: usize, column: usize| f64::from(file.positions[width * frame + column]);
+    for frame in 0..file.frames {
+        let (before, after) = (frame.saturating_sub(1), (frame + 1).min(file.frames - 1));
+        let rate = file.header.frame_rate / (after - before).max(1) as f64;
+        for column in 0..width {
+            let (from, to) = (position(before, column), position(after, column));
+            let (expected, found) = ((to - from) * rate, f64::from(velocities[width * frame + column]));
+            let allowed = ROUNDING * ((from.abs() + to.abs()) * rate + expected.abs());
+            if (expected - found).abs() <= allowed {
+                continue;
+            }
+            let name = &file.header.joints[column / 3].name;
+            let message = format!("the velocity of \"{name}\" in frame {frame} is {found}, and would be {expected:.6}");
+            return Some(Finding::new(FindingKind::Velocity, message));
+        }
+    }
+    None
 }
 
 /// The position and the rotation that the file should have. `world` and the others are those of the source.
@@ -253,8 +336,9 @@ fn expected(change: &Change, file: &ArrayFile, world: &DMat4, parent: Option<&DM
 }
 
 /// A rotation of the file as a matrix.
-fn decoded(file: &ArrayFile, row: usize, order: &str) -> DMat3 {
-    let values = file.rotations[file.width * row..][..file.width]
+fn decoded(file: &ArrayFile, row: usize, order: Option<&str>) -> DMat3 {
+    let width = file.header.rotation.width();
+    let values = file.rotations[width * row..][..width]
         .iter()
         .map(|value| f64::from(*value));
     let values: Vec<f64> = values.collect();
@@ -266,7 +350,7 @@ fn decoded(file: &ArrayFile, row: usize, order: &str) -> DMat3 {
         }
         Rotation::Matrix => DMat3::from_cols_slice(&values).transpose(),
         Rotation::Euler => {
-            let order = if order.is_empty() { "XYZ" } else { order };
+            let order = order.unwrap_or("XYZ");
             order.chars().fold(DMat3::IDENTITY, |matrix, axis| {
                 matrix
                     * match axis {

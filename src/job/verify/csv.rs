@@ -2,27 +2,8 @@
 //! JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
 
 use mocap_scene::error::Result;
-use serde::Deserialize;
 
 use super::arrays::{ArrayFile, Header, invalid};
-
-/// What else is needed of the header.
-#[derive(Deserialize)]
-struct Motion {
-    frame_rate: f64,
-    joints: Vec<Joint>,
-}
-
-#[derive(Deserialize)]
-struct Joint {
-    #[doc(hidden)]
-    pub name: String,
-    #[doc(hidden)]
-    pub parent: Option<usize>,
-    end_site: bool,
-    rotation_order: Option<String>,
-    offset: [f32; 3],
-}
 
 /// Whether the file begins with a header in a comment, which is one cell for a spreadsheet.
 pub(super) fn sniff(bytes: &[u8]) -> bool {
@@ -40,20 +21,21 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
         true => records.comment()?,
         false => records.next()?.unwrap_or_default().concat(),
     };
-    let json = comment.strip_prefix("# ").unwrap_or_default();
-    let header = Header::from_json(json)?;
-    let motion: Motion =
-        serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
-    let misplaced = |(joint, found): (usize, &Joint)| found.parent.is_some_and(|parent| parent >= joint);
-    if motion.joints.iter().enumerate().any(misplaced) {
-        return Err(invalid("a parent in the header does not stand before its child"));
-    }
+    let header = Header::from_json(comment.strip_prefix("# ").unwrap_or_default())?;
     let rotation = header.rotation.columns();
     let columns = records.next()?.unwrap_or_default();
     let expected: Vec<&str> = ["frame", "time", "joint", "x", "y", "z"]
         .into_iter()
         .chain(rotation.iter().copied())
         .collect();
+    let further: Vec<&str> = columns.iter().skip(expected.len()).map(String::as_str).collect();
+    let (has_velocities, has_contacts) = match further[..] {
+        [] => (false, false),
+        ["contact"] => (false, true),
+        ["vx", "vy", "vz"] => (true, false),
+        ["vx", "vy", "vz", "contact"] => (true, true),
+        _ => return Err(invalid(format!("the columns end with {}", further.join(",")))),
+    };
     if !columns
         .iter()
         .map(String::as_str)
@@ -62,8 +44,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     {
         return Err(invalid(format!("the columns do not begin with {}", expected.join(","))));
     }
-    let (mut positions, mut rotations) = (Vec::new(), Vec::new());
-    let count = motion.joints.len();
+    let (mut positions, mut rotations, mut velocities) = (Vec::new(), Vec::new(), Vec::new());
+    let of_position = expected.len() - rotation.len();
+    let of_velocity = expected.len() + if has_velocities { 3 } else { 0 };
+    let count = header.joints.len();
     let mut row = 0;
     while let Some(record) = records.next()? {
         let (frame, joint) = (row / count.max(1), row % count.max(1));
@@ -76,40 +60,38 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
             )));
         }
         // A spreadsheet would calculate some names, which have a mark before them.
-        let name = motion.joints.get(joint).map_or("", |joint| &joint.name);
+        let name = header.joints.get(joint).map_or("", |joint| &joint.name);
         let is_name = record[2] == name || record[2].strip_prefix('\'') == Some(name);
         let time = record[1].parse::<f64>().unwrap_or(f64::NAN);
-        let is_time = (time * motion.frame_rate - frame as f64).abs() < 1e-6;
+        let is_time = (time * header.frame_rate - frame as f64).abs() < 1e-6;
         if record[0] != frame.to_string() || !is_time || !is_name {
             let found = record[..3].join(",");
             return Err(invalid(format!(
                 "{at_line} is not frame {frame} of joint {name:?}, but {found:?}"
             )));
         }
-        let numbers = record[3..expected.len()].iter().map(|cell| cell.parse::<f32>());
-        let numbers = numbers.collect::<Result<Vec<_>, _>>();
-        let numbers = numbers.map_err(|_| invalid(format!("{at_line} has a cell that is not a number")))?;
-        positions.extend(&numbers[..3]);
-        rotations.extend(&numbers[3..]);
+        let numbers = |cells: &[String]| {
+            let numbers = cells.iter().map(|cell| cell.parse::<f32>());
+            let numbers = numbers.collect::<Result<Vec<_>, _>>();
+            numbers.map_err(|_| invalid(format!("{at_line} has a cell that is not a number")))
+        };
+        positions.extend(numbers(&record[3..of_position])?);
+        rotations.extend(numbers(&record[of_position..expected.len()])?);
+        velocities.extend(numbers(&record[expected.len()..of_velocity])?);
+        if has_contacts && !["0", "1"].contains(&record[of_velocity].as_str()) {
+            return Err(invalid(format!("{at_line} has a contact that is neither 0 nor 1")));
+        }
         row += 1;
     }
     if row % count.max(1) != 0 {
         return Err(invalid("the last frame does not have all joints"));
     }
     Ok(ArrayFile {
-        header,
-        frame_rate: motion.frame_rate,
         frames: row / count.max(1),
-        names: motion.joints.iter().map(|joint| joint.name.clone()).collect(),
-        parents: motion.joints.iter().map(|joint| joint.parent).collect(),
-        end_sites: motion.joints.iter().map(|joint| joint.end_site).collect(),
-        offsets: motion.joints.iter().map(|joint| joint.offset).collect(),
-        rotation_orders: (motion.joints.into_iter())
-            .map(|joint| joint.rotation_order.unwrap_or_default())
-            .collect(),
+        header,
         positions,
         rotations,
-        width: rotation.len(),
+        velocities: has_velocities.then_some(velocities),
     })
 }
 

@@ -29,59 +29,62 @@ pub(super) fn sniff(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     let mut archive =
         ZipArchive::new(Cursor::new(bytes)).map_err(|error| invalid(format!("the archive is broken: {error}")))?;
+    let names: Vec<String> = archive.file_names().flatten().map(Into::into).collect();
     let mut array = |name: &'static str| Array::read(&mut archive, name, bytes.len());
     let header = array("header")?.strings()?.swap_remove(0);
     let header = Header::from_json(&header)?;
-    let names = array("names")?.strings()?;
-    let count = names.len();
+    let count = header.joints.len();
+    let joints = || header.joints.iter();
+    let as_header = |is_same: bool, name: &str| match is_same {
+        true => Ok(()),
+        false => Err(invalid(format!("`{name}` is not that of the header"))),
+    };
+    as_header(
+        array("names")?.strings()?.iter().eq(joints().map(|joint| &joint.name)),
+        "names",
+    )?;
     let parents = array("parents")?.integers(count)?;
-    let parents = parents.into_iter().enumerate().map(|(joint, parent)| match parent {
-        -1 => Ok(None),
-        parent => match usize::try_from(parent) {
-            Ok(parent) if parent < joint => Ok(Some(parent)),
-            _ => Err(invalid(format!(
-                "the parent of joint {joint} is {parent}, not -1 or a joint before it"
-            ))),
-        },
-    });
-    let parents = parents.collect::<Result<Vec<_>, Error>>()?;
+    let expected = joints().map(|joint| joint.parent.map_or(Ok(-1), i32::try_from));
+    as_header(parents.into_iter().map(Ok).eq(expected), "parents")?;
     let end_sites = array("end_sites")?.bools(count)?;
-    let rotation_orders = array("rotation_orders")?.strings()?;
-    let rotation_orders = exactly(count, rotation_orders, "rotation_orders")?;
+    as_header(
+        end_sites.into_iter().eq(joints().map(|joint| joint.end_site)),
+        "end_sites",
+    )?;
+    let orders = array("rotation_orders")?.strings()?;
+    let expected = joints().map(|joint| joint.rotation_order.as_deref().unwrap_or_default());
+    as_header(orders.iter().map(String::as_str).eq(expected), "rotation_orders")?;
     let offsets = array("offsets")?.floats(&[count, 3])?;
-    let frame_rate = array("frame_rate")?.number()?;
+    as_header(
+        offsets.into_iter().eq(joints().flat_map(|joint| joint.offset)),
+        "offsets",
+    )?;
+    // The digits of the header may be read as the number beside.
+    let rate = array("frame_rate")?.number()?;
+    as_header((rate - header.frame_rate).abs() <= 1e-12 * rate.abs(), "frame_rate")?;
     let positions = array("positions")?;
     let frames = positions.shape.first().copied().unwrap_or_default();
     let positions = positions.floats(&[frames, count, 3])?;
     let rotations = array("rotations")?;
-    let width = header.rotation.width();
     let rotations = match header.rotation {
         Rotation::Matrix => rotations.floats(&[frames, count, 3, 3])?,
-        _ => rotations.floats(&[frames, count, width])?,
+        other => rotations.floats(&[frames, count, other.width()])?,
     };
+    let has = |name: &str| names.iter().any(|own| own == name);
+    let velocities = match has("velocities.npy") {
+        true => Some(array("velocities")?.floats(&[frames, count, 3])?),
+        false => None,
+    };
+    if has("contacts.npy") {
+        array("contacts")?.values::<1>("|b1", &[frames, count])?;
+    }
     Ok(ArrayFile {
         header,
-        frame_rate,
         frames,
-        names,
-        parents,
-        end_sites,
-        rotation_orders,
-        offsets: offsets.as_chunks().0.to_vec(),
         positions,
         rotations,
-        width,
+        velocities,
     })
-}
-
-fn exactly<T>(count: usize, values: Vec<T>, name: &str) -> Result<Vec<T>> {
-    match values.len() == count {
-        true => Ok(values),
-        false => Err(invalid(format!(
-            "`{name}` has {} values for {count} joints",
-            values.len()
-        ))),
-    }
 }
 
 impl Array {

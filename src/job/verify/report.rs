@@ -162,6 +162,8 @@ pub enum FindingKind {
     RotationOrder,
     /// The skin of the file is tied to other positions or rotations of its joints than those of the source.
     Skin,
+    /// Velocities in arrays are not those of the positions.
+    Velocity,
     /// An expression or the gaze of a VRM animation is not in the file.
     Face,
     /// What the file says of itself is not so.
@@ -187,6 +189,7 @@ impl FindingKind {
             Self::Offset => "offset",
             Self::RotationOrder => "rotation-order",
             Self::Skin => "skin",
+            Self::Velocity => "velocity",
             Self::Face => "face",
             Self::Provenance => "provenance",
         }

@@ -1,11 +1,11 @@
 //! Parquet files of this program's arrays: of `mocap fk`, a row for each frame and joint, and of
-//! `mocap pack --table clips`, a row for each clip. Numbers alone are read of the first: a column of texts can be far
-//! longer than its file.
+//! `mocap pack --table clips`, a row for each clip. The texts of the first are read a few rows at once: a column
+//! of texts can be far longer than its file.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float32Type, Int32Type};
+use arrow_array::types::{Float32Type, Float64Type, Int32Type};
 use arrow_array::{Array, RecordBatch};
 use bytes::Bytes;
 use mocap_scene::error::{Code, Diagnostic};
@@ -21,10 +21,49 @@ use super::point_rows::TABLES;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Rows that are decoded at once.
+/// Rows that are decoded at once, at most.
 const BATCH: usize = 8192;
 
+/// Bytes of texts that are decoded at once, at most.
+const TEXTS: u64 = 16 << 20;
+
+/// How far the time of a row may be from that of its frame, in frames.
+const SAME_TIME: f64 = 1e-6;
+
 type Builder = ParquetRecordBatchReaderBuilder<Bytes>;
+
+/// The rows of `mocap fk`, in the order of their frames and joints.
+#[doc(hidden)]
+pub struct ParquetRows {
+    /// The header as JSON.
+    #[doc(hidden)]
+    pub header: String,
+    #[doc(hidden)]
+    pub frames: usize,
+    /// Frames x joints x 3.
+    #[doc(hidden)]
+    pub positions: Vec<f32>,
+    /// Frames x joints x the width of a rotation.
+    #[doc(hidden)]
+    pub rotations: Vec<f32>,
+    /// Frames x joints x 3, where the table has them.
+    #[doc(hidden)]
+    pub velocities: Option<Vec<f32>>,
+}
+
+/// The rows of a table of `mocap fk`; `None` for another table.
+///
+/// # Errors
+/// Where the file is broken, or a row is not of the frame, the time and the joint that follow.
+#[doc(hidden)]
+pub fn parquet_rows(bytes: &[u8], limits: &Limits) -> mocap_scene::error::Result<Option<ParquetRows>> {
+    let read = catch_unwind(AssertUnwindSafe(|| {
+        let (builder, longest) = open(bytes, limits)?;
+        let header = builder.schema().metadata().get("mocap").cloned();
+        header.map(|header| rows(builder, longest, header)).transpose()
+    }));
+    Ok(read.unwrap_or_else(|_| Err(broken("its pages are not those that its metadata state")))?)
+}
 
 fn broken(error: impl std::fmt::Display) -> Failure {
     let message = format!("the Parquet file cannot be read: {error}");
@@ -46,7 +85,7 @@ pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings
 }
 
 fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
-    let builder = open(bytes, &options.limits)?;
+    let (builder, longest) = open(bytes, &options.limits)?;
     let names: Vec<String> = builder
         .schema()
         .fields()
@@ -56,7 +95,14 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
     let header = builder.schema().metadata().get("mocap").cloned();
     let has = |name: &str| names.iter().any(|own| own == name);
     match header {
-        Some(header) => rows(builder, &header, options, warnings),
+        Some(header) => {
+            let read = rows(builder, longest, header)?;
+            let header = parsed(&read.header)?;
+            let (count, width) = (header.joints.len().max(1), rotation_columns(&header.rotation).len());
+            let (positions, rotations) = (&read.positions, &read.rotations);
+            let entries = own_entries(&read.header, (read.frames, count), positions, rotations, width)?;
+            layouts::scene(&entries, Format::Parquet, options, warnings)
+        }
         None if has("header") && has("positions") && has("rotations") => clips(builder, options, warnings),
         None if has("clip") && has("joint") && has("x") => {
             let message = "the rows of mocap pack do not say what their numbers are";
@@ -73,13 +119,13 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
     }
 }
 
-/// A file whose pages are what they claim.
-fn open(bytes: &[u8], limits: &Limits) -> Result<Builder, Failure> {
+/// A file whose pages are what they claim, and the bytes of its longest dictionary of texts.
+fn open(bytes: &[u8], limits: &Limits) -> Result<(Builder, u64), Failure> {
     let builder = Builder::try_new_with_options(Bytes::copy_from_slice(bytes), ArrowReaderOptions::new());
     let builder = builder.map_err(broken)?;
     let most = limits.expanded_values(bytes.len() as u64);
-    parquet_pages::check(bytes, builder.metadata(), most)?;
-    Ok(builder)
+    let longest = parquet_pages::check(bytes, builder.metadata(), most)?;
+    Ok((builder, longest))
 }
 
 /// The columns of these names alone.
@@ -106,8 +152,15 @@ fn columns(builder: Builder, names: &[&str], batch: usize) -> Result<ParquetReco
 /// What of the header rows need.
 #[derive(serde::Deserialize)]
 struct Header {
+    frame_rate: f64,
     rotation: String,
-    joints: Vec<serde::de::IgnoredAny>,
+    joints: Vec<Joint>,
+}
+
+#[derive(serde::Deserialize)]
+struct Joint {
+    #[doc(hidden)]
+    pub name: String,
 }
 
 fn parsed(header: &str) -> Result<Header, Failure> {
@@ -119,40 +172,55 @@ fn parsed(header: &str) -> Result<Header, Failure> {
     })
 }
 
-/// A row for each frame and joint.
-fn rows(builder: Builder, json: &str, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
-    let header = parsed(json)?;
+/// A row for each frame and joint. `longest` is how long a text can be.
+fn rows(builder: Builder, longest: u64, json: String) -> Result<ParquetRows, Failure> {
+    let header = parsed(&json)?;
     let rotation = rotation_columns(&header.rotation);
-    let names: Vec<&str> = ["frame", "x", "y", "z"]
-        .into_iter()
-        .chain(rotation.iter().copied())
-        .collect();
+    let has_velocities = builder.schema().fields().iter().any(|field| field.name() == "vx");
+    let velocity: &[&str] = if has_velocities { &["vx", "vy", "vz"] } else { &[] };
+    let position = ["x", "y", "z"];
+    let names = [&["frame", "time", "joint"], &position[..], rotation, velocity].concat();
+    let batch_rows = (TEXTS / longest.max(1)).clamp(1, BATCH as u64) as usize;
     let count = header.joints.len().max(1);
-    let (mut positions, mut rotations, mut row) = (Vec::new(), Vec::new(), 0_usize);
-    for batch in columns(builder, &names, BATCH)? {
+    let (mut positions, mut rotations, mut velocities, mut row) = (Vec::new(), Vec::new(), Vec::new(), 0_usize);
+    for batch in columns(builder, &names, batch_rows)? {
         let batch = batch.map_err(broken)?;
-        let frames = batch
-            .column_by_name("frame")
-            .and_then(|column| column.as_primitive_opt::<Int32Type>());
-        let frames = frames.ok_or_else(|| no_motion("the column frame is not int32", String::new()))?;
+        let column = |name: &str| batch.column_by_name(name).filter(|column| column.null_count() == 0);
+        let frames = column("frame").and_then(|column| column.as_primitive_opt::<Int32Type>());
+        let times = column("time").and_then(|column| column.as_primitive_opt::<Float64Type>());
+        let joints = column("joint").and_then(|column| column.as_string_opt::<i32>());
+        let (Some(frames), Some(times), Some(joints)) = (frames, times, joints) else {
+            let message = "the columns frame, time and joint are not int32, float64 and text, or have gaps";
+            return Err(no_motion(message, String::new()));
+        };
         let numbers = |names: &[&str]| {
             names
                 .iter()
                 .map(|name| floats(&batch, name))
                 .collect::<Result<Vec<_>, _>>()
         };
-        let (translations, turns) = (numbers(&names[1..4])?, numbers(rotation)?);
+        let (translations, turns, speeds) = (numbers(&position)?, numbers(rotation)?, numbers(velocity)?);
         for at in 0..batch.num_rows() {
-            if frames.value(at) as usize != row / count {
-                let message = format!("row {row} of the table is of another frame than the one that follows");
+            let frame = row / count;
+            let name = header.joints.get(row % count).map_or("", |joint| &joint.name);
+            let is_time = (times.value(at) * header.frame_rate - frame as f64).abs() < SAME_TIME;
+            if frames.value(at) as usize != frame || !is_time || joints.value(at) != name {
+                let shown: String = joints.value(at).chars().take(40).collect();
+                let found = format!("frame {}, {} s, \"{shown}\"", frames.value(at), times.value(at));
+                let message =
+                    format!("row {row} of the table is of another frame, time or joint than the one that follows");
                 return Err(Box::new(
                     Diagnostic::new(Code::RowLength, message)
-                        .expected_found(format!("frame {}", row / count), frames.value(at).to_string())
+                        .expected_found(
+                            format!("frame {frame}, {} s, \"{name}\"", frame as f64 / header.frame_rate),
+                            found,
+                        )
                         .help("the rows were sorted or some are missing: write it again with mocap fk"),
                 ));
             }
             positions.extend(translations.iter().map(|column| column[at]));
             rotations.extend(turns.iter().map(|column| column[at]));
+            velocities.extend(speeds.iter().map(|column| column[at]));
             row += 1;
         }
     }
@@ -164,8 +232,13 @@ fn rows(builder: Builder, json: &str, options: &ReadOptions, warnings: &mut Warn
                 .help("write it again with mocap fk"),
         ));
     }
-    let entries = own_entries(json, (row / count, count), &positions, &rotations, rotation.len())?;
-    layouts::scene(&entries, Format::Parquet, options, warnings)
+    Ok(ParquetRows {
+        header: json,
+        frames: row / count,
+        positions,
+        rotations,
+        velocities: has_velocities.then_some(velocities),
+    })
 }
 
 /// A column of numbers without gaps.

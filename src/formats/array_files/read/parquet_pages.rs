@@ -4,7 +4,7 @@
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 
 use mocap_scene::error::{Code, Diagnostic};
-use parquet::basic::Compression;
+use parquet::basic::{Compression, Type};
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
 use crate::Failure;
@@ -30,11 +30,15 @@ fn damaged(column: &ColumnChunkMetaData, what: &str) -> Failure {
 }
 
 /// Refuses columns whose pages are beyond the file, are longer than their bytes can be, or have more than `most_values`
-/// values in all.
-pub(super) fn check(bytes: &[u8], metadata: &ParquetMetaData, most_values: u64) -> Result<(), Failure> {
-    let mut values = 0_u64;
+/// values in all. Returns the bytes of the longest dictionary of texts: any number of rows can have its longest text.
+pub(super) fn check(bytes: &[u8], metadata: &ParquetMetaData, most_values: u64) -> Result<u64, Failure> {
+    let (mut values, mut longest) = (0_u64, 0);
     for column in metadata.row_groups().iter().flat_map(RowGroupMetaData::columns) {
-        values = values.saturating_add(check_column(bytes, column)?);
+        let (of_column, dictionary) = check_column(bytes, column)?;
+        values = values.saturating_add(of_column);
+        if column.column_type() == Type::BYTE_ARRAY {
+            longest = longest.max(dictionary);
+        }
         if values > most_values {
             return Err(Box::new(mocap_scene::limits::limit_exceeded(
                 format!("at most {most_values} values"),
@@ -42,11 +46,11 @@ pub(super) fn check(bytes: &[u8], metadata: &ParquetMetaData, most_values: u64) 
             )));
         }
     }
-    Ok(())
+    Ok(longest)
 }
 
-/// The number of values that the pages of a column claim.
-fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<u64, Failure> {
+/// The number of values that the pages of a column claim, and the bytes of its dictionary.
+fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(u64, u64), Failure> {
     let is_snappy = match column.compression() {
         Compression::UNCOMPRESSED => false,
         Compression::SNAPPY => true,
@@ -68,7 +72,7 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<u64, Failu
         .zip(usize::try_from(column.compressed_size()).ok())
         .and_then(|(first, length)| bytes.get(first..first.checked_add(length)?));
     let mut rest = range.ok_or_else(|| damaged(column, "ends beyond it"))?;
-    let (mut values, mut has_dictionary) = (0_u64, false);
+    let (mut values, mut dictionary, mut has_dictionary) = (0_u64, 0, false);
     while !rest.is_empty() {
         let mut thrift = Thrift { bytes: rest };
         let header = thrift
@@ -93,6 +97,9 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<u64, Failu
         if header.is_dictionary && header.values > most {
             return Err(damaged(column, "has a dictionary of more values than bytes"));
         }
+        if header.is_dictionary {
+            dictionary = inflated.unwrap_or_default().max(dictionary);
+        }
         has_dictionary |= header.is_dictionary;
         if BY_DICTIONARY.contains(&header.encoding) && !header.is_dictionary && !has_dictionary {
             return Err(damaged(column, "has values by a dictionary that is not there"));
@@ -100,7 +107,7 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<u64, Failu
         values = values.saturating_add(header.values);
         rest = after;
     }
-    Ok(values)
+    Ok((values, dictionary))
 }
 
 /// What is needed of the header of a page.

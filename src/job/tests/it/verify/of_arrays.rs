@@ -1,6 +1,6 @@
 //! Arrays, `.npz` and `.csv`, against the motion that they were made from.
 
-use mocap::arrays::{ArrayOptions, Arrays, Moment, Rotation, RotationSpace, Space};
+use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space};
 use mocap::scene::UpAxis;
 use mocap::verify::{FindingKind, Verification, Verifier};
 
@@ -104,10 +104,75 @@ fn what_is_wrong_is_found() {
     assert_eq!(found.findings[0].kind, FindingKind::RotationOrder);
     let found = with(&|wrong| wrong.header.frame_rate = 60.0);
     assert_eq!(found.findings[0].kind, FindingKind::Provenance);
+    let found = with(&|wrong| wrong.header.metres_per_unit = Some(0.01));
+    assert_eq!(found.findings[0].kind, FindingKind::Unit);
+    let found = with(&|wrong| wrong.header.up = Some(UpAxis::Z));
+    assert_eq!(found.findings[0].kind, FindingKind::UpAxis);
+    let found = with(&|wrong| wrong.header.provenance.frames += 1);
+    assert_eq!(found.findings[0].kind, FindingKind::Provenance);
+    let found = with(&|wrong| wrong.velocities = Some(wrong.positions.clone()));
+    assert_eq!(found.findings[0].kind, FindingKind::Velocity);
     let found = verified("cmu_12_01_walk.bvh", &right.to_npz()).unwrap();
     assert!(!found.is_within(1e-3), "{found:?}");
     let error = verified("lecture_Test.bvh", &right.to_npz()).unwrap_err();
     assert!(error.to_string().contains("is not in its source"), "{error}");
+}
+
+/// What the caller states, or a need for it, is in the header; and so are what was computed of the positions.
+#[test]
+fn a_header_that_states_more_than_the_source_is_right() {
+    let file = "cmu_short.bvh";
+    let more = [
+        ArrayOptions::new().metres_per_unit(0.01),
+        ArrayOptions::new().up(UpAxis::Z).velocities(true),
+        ArrayOptions::new().contacts(Contacts::default()).velocities(true),
+        ArrayOptions::new()
+            .out_up(UpAxis::Z)
+            .velocities(true)
+            .frames_per_second(30.0),
+    ];
+    for options in more {
+        for bytes in [bytes(file, &options), csv_of(file, &options).into_bytes()] {
+            let found = verified(file, &bytes).unwrap();
+            assert!(found.is_within(1e-4), "{options:?}: {found:?}");
+        }
+    }
+}
+
+/// Other readers take names and parents from the arrays beside the header, or from it.
+#[test]
+fn arrays_that_are_not_those_of_the_header_are_an_error() {
+    let whole = bytes("lecture_Test.bvh", &ArrayOptions::default());
+    // The header has four bytes for each character.
+    let wide = |text: &str| -> Vec<u8> { text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect() };
+    let (from, to) = (wide("\"name\":\"Elbow\""), wide("\"name\":\"Elbov\""));
+    let at = whole.windows(from.len()).position(|window| window == from).unwrap();
+    let mut changed = whole.clone();
+    changed[at..at + to.len()].copy_from_slice(&to);
+    let error = verified("lecture_Test.bvh", &with_sums(&changed)).unwrap_err();
+    assert!(
+        error.to_string().contains("`names` is not that of the header"),
+        "{error}"
+    );
+}
+
+/// The archive with the sums of its entries set anew.
+fn with_sums(archive: &[u8]) -> Vec<u8> {
+    let mut archive = archive.to_vec();
+    let find = |archive: &[u8], mark: &[u8]| -> Vec<usize> {
+        let places = archive.windows(4).enumerate().filter(|(_, window)| *window == mark);
+        places.map(|(at, _)| at).collect()
+    };
+    let number = |archive: &[u8], at: usize| u32::from_le_bytes(archive[at..at + 4].try_into().unwrap()) as usize;
+    for listed in find(&archive, b"PK\x01\x02") {
+        let (size, local) = (number(&archive, listed + 24), number(&archive, listed + 42));
+        let lengths = number(&archive, local + 26);
+        let begin = local + 30 + (lengths & 0xffff) + (lengths >> 16);
+        let sum = zlib_rs::crc32::crc32(0, &archive[begin..begin + size]).to_le_bytes();
+        archive[local + 14..local + 18].copy_from_slice(&sum);
+        archive[listed + 16..listed + 20].copy_from_slice(&sum);
+    }
+    archive
 }
 
 #[test]
