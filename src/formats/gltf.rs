@@ -11,6 +11,8 @@ mod bind;
 mod character;
 mod compression;
 #[cfg(feature = "gltf")]
+mod contents;
+#[cfg(feature = "gltf")]
 mod encoding;
 #[cfg(feature = "gltf")]
 mod face;
@@ -52,6 +54,9 @@ use crate::{Contents, FormatInfo, WriteOption};
 #[cfg(feature = "gltf")]
 pub use self::character::Character;
 pub use self::compression::Compression;
+#[cfg(feature = "gltf")]
+#[doc(hidden)]
+pub use self::contents::Contents;
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
 pub use self::file::File;

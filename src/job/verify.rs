@@ -32,6 +32,8 @@ mod claims;
 mod clip;
 mod csv;
 mod face;
+mod kept;
+mod mesh;
 #[cfg(feature = "npz")]
 mod npz;
 mod output;
@@ -181,9 +183,14 @@ impl Verifier {
         let source = source.as_ref();
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
         let provenance = self.provenance_of(&output);
-        let scene = match &provenance {
-            Some(provenance) => import_source(provenance, importer, source)?,
-            None => importer.import(source)?,
+        let character = match provenance.as_ref().and_then(Provenance::onto) {
+            Some(_) => Some(importer.import(source)?).filter(|scene| output.is_of_character(scene)),
+            None => None,
+        };
+        let scene = match (character, &provenance) {
+            (Some(character), _) => character,
+            (None, Some(provenance)) => import_source(provenance, importer, source)?,
+            (None, None) => importer.import(source)?,
         };
         let output = self.sampled(output, &scene, &read)?;
         self.compare(&scene, Some(source), &output)
@@ -251,7 +258,10 @@ impl Verifier {
 
     fn compare(&self, source: &Scene, file: Option<&Path>, output: &Output<'_>) -> Result<Verification> {
         output.check_not_retargeted(source)?;
-        let provenance = self.provenance_of(output);
+        let is_of_character = output.is_of_character(source);
+        let provenance = output
+            .provenance_of_character(source)
+            .or_else(|| self.provenance_of(output));
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
         let takes_new_axes = steps.iter().any(AppliedStep::takes_new_axes);
         let original = source;
@@ -343,9 +353,14 @@ impl Verifier {
                 &with_meshes,
             );
             verification.findings.extend(found);
+            let keeps_rest = !has_new_axes && !change.rests_elsewhere(&pairs, &ours, &theirs);
+            let change = whole.as_ref().unwrap_or(&change);
+            let found = mesh::find(&with_meshes, skinned, change, keeps_rest);
+            verification.findings.extend(found);
         }
         verification.findings.extend(output.miscounted());
-        if let Some(provenance) = output.provenance() {
+        verification.findings.extend(output.find_in_character(original)?);
+        if let Some(provenance) = output.provenance().filter(|_| !is_of_character) {
             claims(original, source, &provenance, &change, &mut verification.findings)?;
         }
         let compared = clip::Compared {
@@ -358,7 +373,12 @@ impl Verifier {
         };
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;
-        for (ours_clip, theirs_clip) in clip::matched(source, output, &change, &mut verification.findings)? {
+        // Of a character the rest pose is compared: its clips are those of other files.
+        let clips = match is_of_character {
+            true => vec![(None, None)],
+            false => clip::matched(source, output, &change, &mut verification.findings)?,
+        };
+        for (ours_clip, theirs_clip) in clips {
             let timeline = Timeline::new(source, ours_clip, &change)?;
             let timeline = match output.has_key_times() {
                 true => timeline,

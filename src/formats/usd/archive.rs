@@ -75,37 +75,95 @@ pub fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
 
 /// The stage of an archive: the bytes of its first file.
 pub fn stage(archive: &[u8]) -> Result<&[u8], Failure> {
-    let broken = |what: &str| {
-        let message = format!("the archive is broken: {what}");
-        Box::new(Diagnostic::new(Code::InvalidUsd, message).help("export or download it again"))
-    };
+    entries(archive)?
+        .next()
+        .ok_or_else(|| broken("its list of files is missing"))??
+        .bytes()
+}
+
+/// The file of an archive with this name.
+pub(super) fn file<'a>(archive: &'a [u8], name: &str) -> Result<&'a [u8], Failure> {
+    for entry in entries(archive)? {
+        let entry = entry?;
+        if entry.name == name.as_bytes() {
+            return entry.bytes();
+        }
+    }
+    Err(broken(&format!("it has no file {name:?}")))
+}
+
+fn broken(what: &str) -> Failure {
+    let message = format!("the archive is broken: {what}");
+    Box::new(Diagnostic::new(Code::InvalidUsd, message).help("export or download it again"))
+}
+
+/// A file of an archive.
+struct Entry<'a> {
+    name: &'a [u8],
+    /// Its own bytes, and what the list says of their sum.
+    stored: Option<&'a [u8]>,
+    sum: u32,
+    is_stored: bool,
+}
+
+impl<'a> Entry<'a> {
+    fn bytes(&self) -> Result<&'a [u8], Failure> {
+        if !self.is_stored {
+            return Err(broken("a file is compressed, and those of a .usdz are stored"));
+        }
+        let bytes = self.stored.ok_or_else(|| broken("a file is cut off"))?;
+        match zlib_rs::crc32::crc32(0, bytes) == self.sum {
+            true => Ok(bytes),
+            false => Err(broken("the sum of a file is another")),
+        }
+    }
+}
+
+/// The list of files at the end of an archive.
+fn entries(archive: &[u8]) -> Result<impl Iterator<Item = Result<Entry<'_>, Failure>>, Failure> {
     let last = archive.len().checked_sub(END_LENGTH);
     let last = last.ok_or_else(|| broken("its end is missing"))?;
     let first = last.saturating_sub(LONGEST_COMMENT);
     let end = (first..=last).rev().find(|at| archive[*at..].starts_with(END));
     let end = end.ok_or_else(|| broken("its end is missing"))?;
-    let entry = u32_at(archive, end + 16).map(|at| at as usize);
-    let entry = entry.filter(|at| archive.get(*at..).is_some_and(|rest| rest.starts_with(CENTRAL)));
-    let entry = entry.ok_or_else(|| broken("its list of files is missing"))?;
-    let number = |at: usize| u32_at(archive, entry + at).map(|number| number as usize);
-    if u16_at(archive, entry + 10) != Some(0) {
-        return Err(broken("its first file is compressed, and those of a .usdz are stored"));
-    }
-    let bytes = || {
-        let (size, local) = (number(24)?, number(42)?);
-        if entry + CENTRAL_LENGTH > archive.len() || !archive.get(local..)?.starts_with(ZIP_HEAD) {
-            return None;
+    let begin = u32_at(archive, end + 16).map(|at| at as usize);
+    let mut at = begin.ok_or_else(|| broken("its list of files is missing"))?;
+    let mut left = u16_at(archive, end + 10).unwrap_or_default();
+    Ok(std::iter::from_fn(move || {
+        left = left.checked_sub(1)?;
+        let entry = entry(archive, at);
+        match entry {
+            Some((_, next)) => at = next,
+            None => left = 0,
         }
-        let name = usize::from(u16_at(archive, local + 26)?);
-        let extra = usize::from(u16_at(archive, local + 28)?);
-        let begin = local.checked_add(LOCAL_LENGTH)?.checked_add(name + extra)?;
-        archive.get(begin..begin.checked_add(size)?)
+        Some(
+            entry
+                .map(|(entry, _)| entry)
+                .ok_or_else(|| broken("its list of files is missing")),
+        )
+    }))
+}
+
+/// An entry of the list, and where the next begins.
+fn entry(archive: &[u8], at: usize) -> Option<(Entry<'_>, usize)> {
+    let rest = archive.get(at..).filter(|rest| rest.starts_with(CENTRAL))?;
+    let number = |place: usize| u32_at(rest, place).map(|number| number as usize);
+    let length = |place: usize| u16_at(rest, place).map(usize::from);
+    let name = rest.get(CENTRAL_LENGTH..)?.get(..length(28)?)?;
+    let (size, local) = (number(24)?, number(42)?);
+    let stored = || {
+        let rest = archive.get(local..).filter(|rest| rest.starts_with(ZIP_HEAD))?;
+        let (name, extra) = (usize::from(u16_at(rest, 26)?), usize::from(u16_at(rest, 28)?));
+        rest.get(LOCAL_LENGTH + name + extra..)?.get(..size)
     };
-    let bytes = bytes().ok_or_else(|| broken("its first file is cut off"))?;
-    if number(16) != Some(zlib_rs::crc32::crc32(0, bytes) as usize) {
-        return Err(broken("the sum of its first file is another"));
-    }
-    Ok(bytes)
+    let found = Entry {
+        name,
+        stored: stored(),
+        sum: u32_at(rest, 16)?,
+        is_stored: u16_at(rest, 10)? == 0,
+    };
+    let next = at + CENTRAL_LENGTH + length(28)? + length(30)? + length(32)?;
+    Some((found, next))
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {

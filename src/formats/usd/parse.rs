@@ -76,9 +76,11 @@ impl Layer<'_> {
     }
 }
 
-/// The layer; of the attributes, only those that this crate reads.
-pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits) -> Result<Layer<'a>, Failure> {
-    Parser::new(text, limits).layer(text)
+/// The layer; of the attributes, only those that this crate reads: those of meshes where they are asked for.
+pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits, with_meshes: bool) -> Result<Layer<'a>, Failure> {
+    let mut parser = Parser::new(text, limits);
+    parser.with_meshes = with_meshes;
+    parser.layer(text)
 }
 
 /// The metadata of a layer alone.
@@ -86,14 +88,9 @@ pub(super) fn metadata(text: &[u8], limits: &Limits) -> Result<Metadata, Failure
     Parser::new(text, limits).metadata_of_layer()
 }
 
-/// Whether an attribute is read: those of skeletons and their animations, and transforms of any prim. The points of
-/// meshes need not be kept.
-fn is_read(kind: &str, name: &str) -> bool {
-    matches!(kind, "Skeleton" | "SkelAnimation") || name.starts_with("xformOp") || name == "skel:animationSource"
-}
-
 struct Parser<'a> {
     tokens: Tokens<'a>,
+    with_meshes: bool,
     limits: &'a Limits,
     /// How many more values may be kept.
     values: u64,
@@ -103,9 +100,20 @@ impl<'a> Parser<'a> {
     fn new(text: &'a [u8], limits: &'a Limits) -> Self {
         Self {
             tokens: Tokens::new(text),
+            with_meshes: false,
             limits,
             values: limits.max_values,
         }
+    }
+
+    /// Whether an attribute is read: those of skeletons and their animations, and transforms of any prim. The points of
+    /// meshes need not be kept.
+    fn is_read(&self, kind: &str, name: &str) -> bool {
+        let is_of_mesh = || self.with_meshes && matches!(kind, "Mesh" | "Material" | "Shader");
+        matches!(kind, "Skeleton" | "SkelAnimation")
+            || name.starts_with("xformOp")
+            || name == "skel:animationSource"
+            || is_of_mesh()
     }
 
     fn metadata_of_layer(&mut self) -> Result<Metadata, Failure> {
@@ -212,14 +220,14 @@ impl<'a> Parser<'a> {
             self.tokens.pass(1);
             match name.strip_suffix(".timeSamples") {
                 Some(name) => {
-                    let samples = self.samples(is_read(&prim.kind, name))?;
+                    let samples = self.samples(self.is_read(&prim.kind, name))?;
                     if !samples.is_empty() {
                         prim.attributes.entry(name.to_owned()).or_default().samples = samples;
                     }
                 }
                 None => {
                     let value = self.value()?;
-                    if is_read(&prim.kind, &name) {
+                    if self.is_read(&prim.kind, &name) {
                         self.count(&value)?;
                         prim.attributes.entry(name).or_default().value = Some(value);
                     }

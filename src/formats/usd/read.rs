@@ -12,6 +12,7 @@
 //! | references, payloads, variants | nothing, with a warning |
 
 mod animation;
+mod mesh;
 mod skeleton;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -27,7 +28,7 @@ use crate::{Failure, ReadOptions, Source};
 
 pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    let read = read_bytes(source.bytes, options, &mut warnings);
+    let read = read_bytes(source, options, &mut warnings);
     warnings.attach_to(read)
 }
 
@@ -63,8 +64,8 @@ fn text(bytes: &[u8]) -> Result<&[u8], Failure> {
     Ok(bytes)
 }
 
-fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
-    let layer = parse::parse(text(bytes)?, &options.limits)?;
+fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let layer = parse::parse(text(source.bytes)?, &options.limits, options.for_comparison)?;
     let skeleton = skeleton::read(&layer, options, warnings)?;
     let mut scene = Scene {
         nodes: skeleton.nodes.clone(),
@@ -76,8 +77,11 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     scene.animations = animation::read(&layer, &skeleton, options, warnings)?;
     joints_that_are_no_tips(&mut scene);
     check_end(&layer, warnings);
+    if options.for_comparison {
+        mesh::add(&layer, &skeleton, source, &mut scene);
+    }
     let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
-    if meshes > 0 {
+    if meshes > 0 && !options.for_comparison {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Meshes,
             choice: "left out".to_owned(),

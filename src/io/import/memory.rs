@@ -44,6 +44,19 @@ impl Importer {
         })
     }
 
+    /// As [`Importer::read`]; `open` reads the files that the bytes refer to.
+    #[doc(hidden)]
+    pub fn read_beside(&self, bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Scene> {
+        self.read_source(&Source {
+            bytes,
+            blocks: None,
+            name,
+            release: &|_| {},
+            open,
+            list: &|_| Vec::new(),
+        })
+    }
+
     /// As [`Importer::read`], with other files that the bytes may refer to: the skeleton of a motion, the buffers of a
     /// `.gltf`. No file is opened. A skeleton is searched for in the folder of `file` first.
     ///

@@ -304,6 +304,14 @@ impl Importer {
         self
     }
 
+    /// Whether what only a comparison needs is read: the meshes of USD, and both bind poses that an FBX file states.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn for_comparison(mut self, read: bool) -> Self {
+        self.read.for_comparison = read;
+        self
+    }
+
     /// Whether the morph targets of meshes are read: those of a glTF file whose meshes are
     /// ([`gltf_meshes`](Self::gltf_meshes)), and the blend shapes of FBX. Default: `false`. Targets that cannot be read
     /// are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.

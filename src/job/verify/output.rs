@@ -11,18 +11,20 @@ use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::{self, SkeletonMesh};
-use mocap_scene::scene::{AppliedStep, Format, Scene, UpAxis};
+use mocap_scene::scene::{AppliedStep, Format, Origin, Scene, UpAxis};
 
 use super::chain::Skeleton;
 use super::change::Change;
 use super::claims::is_same_file;
+use super::kept::{self, Changed, Parts};
 use super::units::Space;
 use super::{Finding, FindingKind, skin, trc};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
-    /// A glTF file, and, where this crate wrote it and it has a skin, its scene with the meshes.
-    Gltf(Box<File<'a>>, Option<Box<Scene>>),
+    /// A glTF file; where this crate wrote it and it has a skin, its scene with the meshes; and where this crate wrote
+    /// animations into it, its other parts.
+    Gltf(Box<File<'a>>, Option<Box<Scene>>, Option<Box<Parts>>),
     /// Another format, as its reader gives it, and what the file says of itself.
     Scene(Box<Scene>, Option<Box<Provenance>>),
 }
@@ -43,7 +45,11 @@ impl<'a> Output<'a> {
                 true => Some(Box::new(skin::read(bytes, name, open)?)),
                 false => None,
             };
-            return Ok(Self::Gltf(Box::new(file), skinned));
+            let parts = match file.provenances_of_animations().next() {
+                Some(_) => Some(Box::new(Parts::read(bytes, open)?)),
+                None => None,
+            };
+            return Ok(Self::Gltf(Box::new(file), skinned, parts));
         }
         let mut importer = Importer::new().hash(false);
         if let Some(rate) = rate {
@@ -52,7 +58,7 @@ impl<'a> Output<'a> {
         let provenance = fbx::provenance(bytes).or_else(|| usd::provenance(bytes)).map(Box::new);
         // The skin is looked at in files of this crate alone.
         let has_meshes = provenance.is_some();
-        importer = importer.skeleton_mesh(if has_meshes {
+        importer = importer.for_comparison(has_meshes).skeleton_mesh(if has_meshes {
             SkeletonMesh::Own
         } else {
             SkeletonMesh::None
@@ -63,7 +69,8 @@ impl<'a> Output<'a> {
                 .help("it was cut off, or changed, after it was written; write it again")
                 .into());
         }
-        let mut scene = importer.read(bytes, name)?;
+        let folder = name.parent().unwrap_or("".as_ref());
+        let mut scene = importer.read_beside(bytes, name, &|path| open(path.strip_prefix(folder).unwrap_or(path)))?;
         if let (Some(Format::Trc), Some(clip)) = (scene.metadata.format, scene.animations.first()) {
             let wrong = trc::wrong_time(bytes, clip.ticks_per_second);
             scene.warnings.extend(wrong);
@@ -83,34 +90,81 @@ impl<'a> Output<'a> {
 
     pub(super) fn provenance(&self) -> Option<Provenance> {
         match self {
-            Self::Gltf(file, _) => file.provenance_of_kept().or_else(|| file.provenance()),
+            Self::Gltf(file, ..) => file.provenance_of_kept().or_else(|| file.provenance()),
             Self::Scene(_, provenance) => provenance.as_deref().cloned(),
         }
     }
 
+    /// What the file says of itself, seen from the character that its motion was put on, where `source` is that.
+    pub(super) fn provenance_of_character(&self, source: &Scene) -> Option<Provenance> {
+        let onto = self.provenance()?.onto()?.clone();
+        is_file_of(source, onto.source.as_ref()).then(|| Provenance {
+            source: onto.source,
+            root_offset: onto.root_offset,
+            steps: onto.steps,
+            ..Provenance::default()
+        })
+    }
+
+    /// Whether motion of other files was put on `source`, which is a character.
+    pub(super) fn is_of_character(&self, source: &Scene) -> bool {
+        let Self::Gltf(file, ..) = self else {
+            return self.provenance_of_character(source).is_some();
+        };
+        let is_onto = |provenance: Provenance| {
+            let onto = provenance.onto();
+            onto.is_some_and(|onto| is_file_of(source, onto.source.as_ref()))
+        };
+        self.provenance_of_character(source).is_some()
+            || file.provenance_of_kept().is_none() && file.provenances_of_animations().any(is_onto)
+    }
+
     /// Whether the file has other clips of its source too, beside the one that was changed.
     pub(super) fn keeps_other_clips(&self) -> bool {
-        let is_choice = |step: &AppliedStep| matches!(step, AppliedStep::SelectClip { .. });
-        let Self::Gltf(file, _) = self else { return false };
-        file.provenance_of_kept()
-            .is_some_and(|provenance| provenance.steps.iter().any(is_choice))
+        self.only_clip().is_some()
+    }
+
+    /// The one clip that was changed in a file with others.
+    fn only_clip(&self) -> Option<usize> {
+        let Self::Gltf(file, ..) = self else { return None };
+        let provenance = file.provenance_of_kept()?;
+        provenance.steps.iter().find_map(|step| match step {
+            AppliedStep::SelectClip { index } => Some(*index),
+            _ => None,
+        })
+    }
+
+    /// What of the character's file, into which this crate wrote animations, the file lacks or has otherwise.
+    ///
+    /// # Errors
+    /// Where the file of the character is broken.
+    pub(super) fn find_in_character(&self, source: &Scene) -> Result<Vec<Finding>> {
+        let (Self::Gltf(_, _, Some(parts)), Some(original)) = (self, &source.original) else {
+            return Ok(Vec::new());
+        };
+        let changed = match (self.is_of_character(source), self.only_clip()) {
+            (true, _) => Changed::Added,
+            (false, Some(clip)) => Changed::One(clip),
+            (false, None) => Changed::All,
+        };
+        kept::find(&original.file, parts, changed)
     }
 
     /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
     pub(super) fn check_not_retargeted(&self, source: &Scene) -> Result<()> {
         // Other animations of a character may still be compared with what it was before.
-        let is_source = |provenance: &Provenance| {
-            let origins = (provenance.source.as_ref(), source.metadata.origin.as_ref());
-            matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
-        };
+        let is_source = |provenance: &Provenance| is_file_of(source, provenance.source.as_ref());
         let added: Vec<Provenance> = match self {
-            Self::Gltf(file, _) => file.provenances_of_animations().filter(is_source).collect(),
+            Self::Gltf(file, ..) => file.provenances_of_animations().filter(is_source).collect(),
             Self::Scene(..) => Vec::new(),
         };
         let all = self.provenance().into_iter().chain(added);
         let Some(onto) = all.filter_map(|provenance| provenance.onto().cloned()).next() else {
             return Ok(());
         };
+        if is_file_of(source, onto.source.as_ref()) {
+            return Ok(());
+        }
         let name = onto
             .source
             .map_or_else(String::new, |origin| format!(" of \"{}\"", origin.name));
@@ -123,14 +177,14 @@ impl<'a> Output<'a> {
     /// The nodes and the keys of a clip; without one, the rest pose.
     pub(super) fn skeleton(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
         match self {
-            Self::Gltf(file, _) => Skeleton::of_file(file, clip),
+            Self::Gltf(file, ..) => Skeleton::of_file(file, clip),
             Self::Scene(scene, _) => Ok(Skeleton::of_scene(scene, clip)),
         }
     }
 
     /// Says so where a VRM animation lacks bones that it must have.
     pub(super) fn missing_bones(&self) -> Option<Finding> {
-        let Self::Gltf(file, _) = self else { return None };
+        let Self::Gltf(file, ..) = self else { return None };
         let missing = file.missing_bones();
         let message = || {
             format!(
@@ -156,9 +210,7 @@ impl<'a> Output<'a> {
     /// The file with its meshes, where this crate wrote it.
     pub(super) fn skinned(&self) -> Option<&Scene> {
         match self {
-            Self::Gltf(_, skinned) => skinned.as_deref(),
-            // The meshes of USD are not read.
-            Self::Scene(scene, _) if scene.metadata.format == Some(Format::Usd) => None,
+            Self::Gltf(_, skinned, _) => skinned.as_deref(),
             Self::Scene(scene, provenance) => provenance.is_some().then_some(scene),
         }
     }
@@ -190,7 +242,7 @@ impl<'a> Output<'a> {
 
     pub(super) fn clip_names(&self) -> Vec<String> {
         match self {
-            Self::Gltf(file, _) => {
+            Self::Gltf(file, ..) => {
                 let clips = file.animations();
                 clips.map(|clip| clip.name.clone().unwrap_or_default()).collect()
             }
@@ -261,6 +313,12 @@ impl<'a> Output<'a> {
             }
         }
     }
+}
+
+/// Whether a scene was read from this file.
+fn is_file_of(scene: &Scene, recorded: Option<&Origin>) -> bool {
+    let origins = (recorded, scene.metadata.origin.as_ref());
+    matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
 }
 
 /// The frame rates of the clips of a scene, where there are some.

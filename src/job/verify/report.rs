@@ -162,6 +162,12 @@ pub enum FindingKind {
     RotationOrder,
     /// The skin of the file is tied to other positions or rotations of its joints than those of the source.
     Skin,
+    /// A mesh of the character, or a morph target, is another in the file.
+    Mesh,
+    /// A material of the character, or a texture, is another in the file.
+    Material,
+    /// Something else of the character's file is another.
+    Character,
     /// Velocities in arrays are not those of the positions.
     Velocity,
     /// An expression or the gaze of a VRM animation is not in the file.
@@ -189,6 +195,9 @@ impl FindingKind {
             Self::Offset => "offset",
             Self::RotationOrder => "rotation-order",
             Self::Skin => "skin",
+            Self::Mesh => "mesh",
+            Self::Material => "material",
+            Self::Character => "character",
             Self::Velocity => "velocity",
             Self::Face => "face",
             Self::Provenance => "provenance",

@@ -56,6 +56,11 @@ pub(super) fn read(
             warnings.distinct(contradiction(&name));
             continue;
         };
+        if options.for_comparison && states_two_poses(skin) {
+            let message =
+                format!("a joint of the mesh \"{name}\" has another bind pose in TransformLink than in Transform");
+            warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message));
+        }
         for (material, faces) in by_material(source) {
             let material = material
                 .and_then(|part| source.materials.get(part))
@@ -102,6 +107,29 @@ pub(super) fn read(
         left_out.push(("base colour", format!("textures of {} were left out", names.join(", "))));
     }
     Ok(left_out)
+}
+/// Whether the matrix from the geometry to the world is another by one cluster than by the first: some programs take
+/// the bind pose from one matrix of a cluster, and others from the other.
+fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {
+    /// As a fraction of the farthest joint, and of the axes: what products of matrices round.
+    const ROUNDING: f64 = 1e-4;
+    let to_bind = |cluster: &ufbx::SkinCluster| matrix(&cluster.bind_to_world) * matrix(&cluster.geometry_to_bone);
+    let links = skin
+        .clusters
+        .iter()
+        .map(|cluster| matrix(&cluster.bind_to_world).w_axis);
+    let farthest = links.map(|origin| origin.truncate().length()).fold(1.0, f64::max);
+    let mut all = skin.clusters.iter().map(|cluster| to_bind(cluster));
+    let Some(first) = all.next() else { return false };
+    all.any(|other| {
+        let axes = [
+            (first.x_axis, other.x_axis),
+            (first.y_axis, other.y_axis),
+            (first.z_axis, other.z_axis),
+        ];
+        let is_turned = axes.into_iter().any(|(a, b)| a.distance(b) > ROUNDING * a.length());
+        is_turned || first.w_axis.distance(other.w_axis) > ROUNDING * farthest
+    })
 }
 
 fn contradiction(name: &str) -> Diagnostic {

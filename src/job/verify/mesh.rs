@@ -1,0 +1,256 @@
+//! Whether the meshes of a character are in a file of another format: by value, as both readers give them.
+//!
+//! Corners of faces are compared, because writers join and split vertices: where each stands at rest, which joints move
+//! it, where it is in the texture. Meshes of a skeleton that were drawn for the output are none of the character.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat4, DVec3};
+use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene, Texture};
+
+use super::chain::Skeleton;
+use super::change::Change;
+use super::pairs::Pairs;
+use super::{Finding, FindingKind};
+
+/// How far a corner may be from where it is in the source, as a fraction of the size of all meshes.
+const SAME_PLACE: f64 = 1e-3;
+
+/// How far a texture coordinate may be from that of the source.
+const SAME_COORDS: f32 = 1e-4;
+
+/// The joints of a vertex that every format can store.
+const MOST_JOINTS: usize = 4;
+
+/// How far the weights of a vertex may be from those of the source, all together: formats store them in 255ths.
+const SAME_WEIGHTS: f64 = 0.03;
+
+/// How far a part of a colour may be from that of the source: formats store it linear or as on a screen.
+const SAME_COLOUR: f32 = 0.01;
+
+/// What of the meshes of the source, which `read` gives, the file lacks or has otherwise. `keeps_rest` where the rest
+/// pose is that of the source. A file without meshes is a skeleton.
+pub(super) fn find(
+    read: &dyn Fn() -> Option<Scene>,
+    output: &Scene,
+    change: &Change,
+    keeps_rest: bool,
+) -> Vec<Finding> {
+    let theirs = meshes(output);
+    if theirs.is_empty() {
+        return Vec::new();
+    }
+    let Some(source) = &read() else {
+        return Vec::new();
+    };
+    let ours = meshes(source);
+    if ours.is_empty() {
+        return Vec::new();
+    }
+    let finding = |kind, message: String| vec![Finding::new(kind, message)];
+    if ours.len() != theirs.len() {
+        let message = format!(
+            "the source has {} meshes, and the file has {}",
+            ours.len(),
+            theirs.len()
+        );
+        return finding(FindingKind::Mesh, message);
+    }
+    let skeletons = (Skeleton::of_scene(source, None), Skeleton::of_scene(output, None));
+    let Ok(pairs) = Pairs::new(&skeletons.0, &skeletons.1) else {
+        return Vec::new();
+    };
+    let their_joint: BTreeMap<usize, usize> = pairs.list.iter().copied().collect();
+    let (here, there) = (placed(&skeletons.0, &ours), placed(&skeletons.1, &theirs));
+    let size = size(here.iter().flat_map(|mesh| &mesh.positions)) * change.metres_per_unit;
+    for (here, there) in std::iter::zip(&here, &there) {
+        let name = &here.mesh.name;
+        if here.faces.len() != there.faces.len() {
+            let (expected, found) = (here.faces.len(), there.faces.len());
+            let message = format!("the mesh \"{name}\" has {found} faces in the file, and {expected} in its source");
+            return finding(FindingKind::Mesh, message);
+        }
+        let is_at = |a: u32, b: u32| {
+            let (a, b) = (here.positions[a as usize], there.positions[b as usize]);
+            !keeps_rest || change.apply(a).distance(b) <= SAME_PLACE * size
+        };
+        let has_weights = |a: u32, b: u32| has_weights(here.weights(a), there.weights(b), &their_joint);
+        for (ours, theirs) in std::iter::zip(&here.faces, &there.faces) {
+            let is_same = |check: &dyn Fn(u32, u32) -> bool| {
+                // A face that looks inwards is turned.
+                let [a, b, c] = *theirs;
+                [[a, b, c], [a, c, b]]
+                    .iter()
+                    .any(|theirs| std::iter::zip(ours, theirs).all(|(a, b)| check(*a, *b)))
+            };
+            if !is_same(&is_at) {
+                return finding(
+                    FindingKind::Mesh,
+                    format!("vertices of the mesh \"{name}\" are elsewhere"),
+                );
+            }
+            if !is_same(&has_weights) {
+                return finding(
+                    FindingKind::Skin,
+                    format!("other joints move vertices of the mesh \"{name}\""),
+                );
+            }
+            if !is_same(&|a, b| has_coords(here.mesh, there.mesh, a, b)) {
+                return finding(
+                    FindingKind::Mesh,
+                    format!("texture coordinates of the mesh \"{name}\" are others"),
+                );
+            }
+        }
+        if let Some(what) = other_material(source, here.mesh, output, there.mesh) {
+            return finding(
+                FindingKind::Material,
+                format!("{what} of the mesh \"{name}\" is another"),
+            );
+        }
+    }
+    Vec::new()
+}
+
+/// The meshes with faces, in the order of their nodes; none where all are drawn of a skeleton.
+fn meshes(scene: &Scene) -> Vec<(usize, &Mesh)> {
+    let nodes = scene.nodes.iter().enumerate();
+    let all = nodes.flat_map(|(index, node)| node.meshes.iter().map(move |mesh| (index, *mesh)));
+    let all = all.filter_map(|(node, mesh)| Some((node, scene.meshes.get(mesh)?)));
+    let all: Vec<_> = all
+        .filter(|(_, mesh)| mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty())
+        .collect();
+    let material = |mesh: &Mesh| scene.materials.get(mesh.material_index);
+    let is_drawn = |mesh: &Mesh| material(mesh).is_some_and(|material| material.name.starts_with(SKELETON_MATERIAL));
+    match all.iter().all(|(_, mesh)| is_drawn(mesh)) {
+        true => Vec::new(),
+        false => all,
+    }
+}
+
+fn placed<'a>(skeleton: &Skeleton, all: &[(usize, &'a Mesh)]) -> Vec<Placed<'a>> {
+    let mut world = Vec::new();
+    skeleton.world(0.0, &mut world);
+    all.iter()
+        .map(|(node, mesh)| Placed::new(mesh, *node, &world))
+        .collect()
+}
+
+/// A mesh in the rest pose.
+struct Placed<'a> {
+    mesh: &'a Mesh,
+    /// Of every vertex, in the world.
+    positions: Vec<DVec3>,
+    /// Of every vertex the nodes that move it, the strongest first.
+    weights: Vec<Vec<(usize, f64)>>,
+    /// Those that have an area.
+    faces: Vec<[u32; 3]>,
+}
+
+impl<'a> Placed<'a> {
+    fn new(mesh: &'a Mesh, node: usize, world: &[DMat4]) -> Self {
+        let mut weights = vec![Vec::new(); mesh.vertices.len()];
+        let mut positions = vec![DVec3::ZERO; mesh.vertices.len()];
+        for bone in &mesh.bones {
+            let to_world = world[bone.node.index()] * bone.offset_matrix.as_dmat4();
+            for weight in &bone.weights {
+                let (vertex, weight) = (weight.vertex_id as usize, f64::from(weight.weight));
+                if let Some(position) = mesh.vertices.get(vertex) {
+                    positions[vertex] += weight * to_world.transform_point3(position.as_dvec3());
+                    weights[vertex].push((bone.node.index(), weight));
+                }
+            }
+        }
+        for (vertex, weights) in weights.iter_mut().enumerate() {
+            weights.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
+            if sum > 0.0 {
+                positions[vertex] /= sum;
+                weights.iter_mut().for_each(|(_, weight)| *weight /= sum);
+            } else if mesh.bones.is_empty() {
+                positions[vertex] = world[node].transform_point3(mesh.vertices[vertex].as_dvec3());
+            }
+        }
+        let count = mesh.vertices.len();
+        let faces = mesh.faces().filter_map(|face| <[u32; 3]>::try_from(face).ok());
+        let has_area = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|vertex| mesh.vertices[vertex as usize]);
+            a != b && b != c && c != a
+        };
+        let faces = faces.filter(|face| face.iter().all(|vertex| (*vertex as usize) < count) && has_area(face));
+        Self {
+            mesh,
+            positions,
+            weights,
+            faces: faces.collect(),
+        }
+    }
+
+    fn weights(&self, vertex: u32) -> &[(usize, f64)] {
+        &self.weights[vertex as usize]
+    }
+}
+
+/// The diagonal of the box around all points.
+fn size<'a>(points: impl Iterator<Item = &'a DVec3>) -> f64 {
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for point in points {
+        (least, most) = (least.min(*point), most.max(*point));
+    }
+    (most - least).length()
+}
+
+/// Whether the joints of a vertex move it as in the source, but for those that few formats can store.
+fn has_weights(ours: &[(usize, f64)], theirs: &[(usize, f64)], their_joint: &BTreeMap<usize, usize>) -> bool {
+    // A vertex without weights follows any joint.
+    if ours.is_empty() {
+        return true;
+    }
+    let mut of_joint: BTreeMap<usize, f64> = theirs.iter().copied().collect();
+    let mut unpaired = 0.0;
+    for (joint, weight) in ours {
+        match their_joint.get(joint) {
+            Some(joint) => *of_joint.entry(*joint).or_default() -= weight,
+            None => unpaired += weight,
+        }
+    }
+    let lost: f64 = ours.iter().skip(MOST_JOINTS).map(|(_, weight)| weight).sum();
+    let differs: f64 = of_joint.values().map(|weight| weight.abs()).sum::<f64>() + unpaired;
+    differs <= SAME_WEIGHTS + 2.0 * lost
+}
+
+fn has_coords(ours: &Mesh, theirs: &Mesh, a: u32, b: u32) -> bool {
+    match (
+        ours.texture_coords.get(a as usize),
+        theirs.texture_coords.get(b as usize),
+    ) {
+        (Some(ours), Some(theirs)) => ours.abs_diff_eq(*theirs, SAME_COORDS * ours.abs().max_element().max(1.0)),
+        (ours, _) => ours.is_none(),
+    }
+}
+
+/// What of the look of a mesh is another.
+fn other_material(source: &Scene, ours: &Mesh, output: &Scene, theirs: &Mesh) -> Option<&'static str> {
+    let material = |scene: &Scene, mesh: &Mesh| scene.materials.get(mesh.material_index).cloned().unwrap_or_default();
+    let (ours, theirs) = (material(source, ours), material(output, theirs));
+    // What states no colour has one of its reader.
+    let our_surface = ours.surface?;
+    let Some(their_surface) = theirs.surface else {
+        return Some("the material");
+    };
+    if !theirs.name.trim().starts_with(ours.name.trim()) {
+        return Some("the name of the material");
+    }
+    if !our_surface
+        .base_color
+        .abs_diff_eq(their_surface.base_color, SAME_COLOUR)
+    {
+        return Some("the colour");
+    }
+    let bytes = |scene: &'_ Scene, index: Option<usize>| {
+        let texture: Option<&Texture> = index.and_then(|index| scene.textures.get(index));
+        texture.map(|texture| texture.bytes.clone())
+    };
+    let is_other = bytes(source, our_surface.texture) != bytes(output, their_surface.texture);
+    is_other.then_some("the texture")
+}
