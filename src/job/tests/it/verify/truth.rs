@@ -1,18 +1,28 @@
 //! The truth matrix: each kind of corruption in each format, and what is no corruption; both verdicts.
 //!
-//! A kind that changes no byte of a format is not in it. `MOCAP_ALL=1 cargo test truth` tries all.
+//! `kinds` changes a scene before it is written, `planted` the bytes of a file. A kind that changes no byte of a format
+//! is not in it. `MOCAP_ALL=1 cargo test truth` tries all, and with `MOCAP_WRITE=1` and `--features parquet` it writes the
+//! table of `docs/verification.md`.
 
 mod kinds;
+mod planted;
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use mocap::arrays::{ArrayOptions, Arrays};
-use mocap::verify::Verifier;
+use mocap::gltf::Provenance;
+use mocap::job::Job;
+use mocap::verify::{Verification, Verifier};
 use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
+use serde_json::{Value, json};
 
-use self::kinds::KINDS;
-use crate::sample::Sample;
+use self::kinds::{KINDS, Kind};
+use self::planted::{Files, Of, Plant, plants};
+use crate::sample::{Sample, is_all};
+use crate::{ROOT, cut};
 
 /// The formats, and the name under which another program wrote the file. Parquet needs its feature.
 const FORMATS: &[&str] = &[
@@ -32,28 +42,28 @@ const FORMATS: &[&str] = &[
     "parquet",
 ];
 
-const LYING: &str = "the up axis of a file without provenance is found from its first frame";
-const END_SITE: &str = "other programs leave end sites out";
-
-const CHOICE: &str = "arrays and markers may have a choice of joints";
-const NO_ROTATIONS: &str = "markers have positions alone";
+const UP: &str = "The up axis of a file without a record is found from its numbers. `--verify` knows it, and refuses.";
+const UNIT: &str = "The source states no unit, and the file has no record. `--verify` knows the unit, and refuses.";
+const END_SITE: &str = "Other programs leave end sites out.";
+const CHOICE: &str = "Arrays and markers may have a choice of joints.";
+const NO_ROTATIONS: &str = "Markers have positions alone.";
 const BONES: &str =
-    "a VRM animation has bones in the hierarchy of VRM, and of others than those that it requires no more";
-const POSITIONS: &str = "the bound of packed clips is one of positions, and of rotations that move no joint";
+    "A VRM animation has bones in the hierarchy of VRM, and of others than those that VRM requires no more.";
+const POSITIONS: &str = "The bound of packed clips is one of positions, and of rotations that move no joint.";
 
-/// What is known not to be found, with the reason.
+/// What is known not to be found in the files alone, with the reason.
 const MISSED: &[(&str, &str, &str)] = &[
-    ("Z up for Y up", "glb of another program", LYING),
-    ("Z up for Y up", "bvh", LYING),
-    ("Z up for Y up", "mclip", LYING),
-    ("lying on the ground", "glb of another program", LYING),
-    ("lying on the ground", "bvh", LYING),
-    ("lying on the ground", "mclip", LYING),
+    ("Z up for Y up", "glb of another program", UP),
+    ("Z up for Y up", "bvh", UP),
+    ("Z up for Y up", "mclip", UP),
+    ("lying on the ground", "glb of another program", UP),
+    ("lying on the ground", "bvh", UP),
+    ("lying on the ground", "mclip", UP),
     ("an end site is missing", "glb of another program", END_SITE),
     ("an end site is missing", "bvh", END_SITE),
     ("an end site is missing", "mclip", END_SITE),
-    ("Z up for Y up", "trc", LYING),
-    ("lying on the ground", "trc", LYING),
+    ("Z up for Y up", "trc", UP),
+    ("lying on the ground", "trc", UP),
     ("a forearm turned about itself, its hand back", "trc", NO_ROTATIONS),
     ("an end site is missing", "trc", CHOICE),
     ("an end site is missing", "npz", CHOICE),
@@ -65,71 +75,321 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("a joint is missing", "vrma", BONES),
     ("a joint renamed", "vrma", BONES),
     ("another parent", "vrma", BONES),
+    ("file: a joint renamed", "vrma", BONES),
     ("a forearm turned about itself, its hand back", "mclip", POSITIONS),
+    ("units: another unit stated", "trc", UNIT),
 ];
 
 /// The bytes of a file that is written there; nothing where its format cannot hold the scene.
 fn written(scene: &Scene, path: &Path) -> Option<Vec<u8>> {
-    let motion = || Arrays::of(scene, &ArrayOptions::new());
-    match path.extension()?.to_str()? {
+    let motion = || Arrays::of(scene, &ArrayOptions::new().velocities(true));
+    let bytes = match path.extension()?.to_str()? {
         "npz" => Some(motion().ok()?.to_npz()),
         "csv" => Some(motion().ok()?.to_csv().into()),
         #[cfg(feature = "parquet")]
         "parquet" => motion().ok()?.to_parquet("walk").ok(),
         _ => {
             Exporter::new().overwrite(true).export(scene, path).ok()?;
-            std::fs::read(path).ok()
+            None
+        }
+    };
+    if let Some(bytes) = bytes {
+        std::fs::write(path, bytes).unwrap();
+    }
+    std::fs::read(path).ok()
+}
+
+/// A corruption in a format.
+#[derive(Clone, Copy)]
+enum Cell {
+    Scene(&'static Kind, &'static str),
+    File(&'static Plant, &'static str),
+}
+
+impl Cell {
+    fn all() -> Vec<Self> {
+        let formats = || FORMATS.iter().copied();
+        let of_scene = KINDS
+            .iter()
+            .flat_map(|kind| formats().map(move |format| Self::Scene(kind, format)));
+        let planted = plants().into_iter();
+        let of_file = planted.flat_map(|plant| plant.formats.iter().map(move |format| Self::File(plant, format)));
+        of_scene.chain(of_file).collect()
+    }
+
+    /// The row of the table.
+    fn name(self) -> String {
+        match self {
+            Self::Scene(kind, _) => kind.name.to_owned(),
+            Self::File(plant, _) => match plant.of {
+                Of::Walk => plant.name.to_owned(),
+                Of::Character => format!("character, {}", plant.name),
+                Of::Onto => format!("retargeted character, {}", plant.name),
+            },
+        }
+    }
+
+    fn format(self) -> &'static str {
+        match self {
+            Self::Scene(_, format) | Self::File(_, format) => format,
+        }
+    }
+
+    fn is_wrong(self) -> bool {
+        match self {
+            Self::Scene(kind, _) => kind.is_wrong,
+            Self::File(..) => true,
+        }
+    }
+
+    /// Why the corruption is not found in the files alone.
+    fn reason(self) -> Option<&'static str> {
+        let missed = MISSED
+            .iter()
+            .find(|(name, format, _)| *name == self.name() && *format == self.format());
+        missed.map(|(_, _, reason)| *reason)
+    }
+}
+
+/// The sources, and what was written of them.
+struct Bench {
+    folder: tempfile::TempDir,
+    scene: Scene,
+    /// The files of each source and format.
+    right: RefCell<HashMap<(Of, &'static str), Files>>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let walk = folder.path().join("walk.bvh");
+        std::fs::copy(format!("{ROOT}/fixtures/real/cmu_short.bvh"), &walk).unwrap();
+        std::fs::write(
+            folder.path().join("short.bvh"),
+            cut::first_frames("real/cmu_short.bvh", 12),
+        )
+        .unwrap();
+        std::fs::write(folder.path().join("character.gltf"), character().to_string()).unwrap();
+        let mut scene = Importer::new()
+            .skeleton_mesh(SkeletonMesh::Skinned)
+            .import(&walk)
+            .unwrap();
+        Conversion::new().apply(&mut scene).unwrap();
+        Self {
+            folder,
+            scene,
+            right: RefCell::default(),
+        }
+    }
+
+    fn source(&self, of: Of) -> PathBuf {
+        match of {
+            Of::Walk => self.folder.path().join("walk.bvh"),
+            Of::Character => self.folder.path().join("character.gltf"),
+            Of::Onto => format!("{ROOT}/fixtures/characters/human_vrm0.vrm").into(),
+        }
+    }
+
+    /// The files of an output without a corruption, which `verify` accepts.
+    fn right(&self, of: Of, format: &'static str) -> Files {
+        if let Some(known) = self.right.borrow().get(&(of, format)) {
+            return known.clone();
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let name = format!("out.{format}");
+        let output = folder.path().join(&name);
+        let short = self.folder.path().join("short.bvh");
+        match of {
+            Of::Walk => drop(written(&self.scene, &output).unwrap()),
+            Of::Character => run(&json!({"source": {"inputs": [self.source(of)]}, "write": {"output": output}})),
+            Of::Onto => run(&json!({
+                "source": {"inputs": [short]},
+                "onto": {"character": {"file": self.source(of)}},
+                "write": {"output": output},
+            })),
+        }
+        let files = Files::of(folder.path(), &name);
+        let verdict = self.verdict(&files, of, false);
+        assert!(is_right(&verdict), "{of:?} as {format}: {verdict:?}");
+        self.right.borrow_mut().insert((of, format), files.clone());
+        files
+    }
+
+    /// What `verify` says of files; as `--verify`, which knows the steps, or of the files alone.
+    fn verdict(&self, files: &Files, of: Of, knows_steps: bool) -> mocap::Result<Verification> {
+        let folder = tempfile::tempdir().unwrap();
+        files.write(folder.path());
+        let verifier = match knows_steps {
+            true => Verifier::new().provenance(Provenance::of(&self.scene)),
+            false => Verifier::new(),
+        };
+        verifier.files(self.source(of), folder.path().join(&files.main))
+    }
+
+    /// The files of a cell; `None` where its format has nothing of the kind.
+    fn corrupted(&self, cell: Cell) -> Option<(Files, Of)> {
+        match cell {
+            Cell::File(plant, format) => {
+                let mut files = self.right(plant.of, format);
+                let right = files.clone();
+                let is_there = (plant.plant)(&mut files);
+                assert!(
+                    !is_there || files != right,
+                    "{} changes nothing of {format}",
+                    cell.name()
+                );
+                is_there.then_some((files, plant.of))
+            }
+            Cell::Scene(kind, format) => {
+                let extension = format.split(' ').next().unwrap();
+                let right = self.right(Of::Walk, extension);
+                let mut changed = self.scene.clone();
+                (kind.change)(&mut changed);
+                let folder = tempfile::tempdir().unwrap();
+                written(&changed, &folder.path().join(&right.main))?;
+                let mut files = Files::of(folder.path(), &right.main);
+                if kind.is_wrong && files == right {
+                    return None;
+                }
+                if format.ends_with("program") {
+                    let bytes = files.all.get_mut(&right.main).unwrap();
+                    let name = b"\"mocap\"";
+                    let place = bytes.windows(name.len()).position(|window| window == name).unwrap();
+                    bytes[place..place + name.len()].copy_from_slice(b"\"other\"");
+                }
+                Some((files, Of::Walk))
+            }
         }
     }
 }
 
+fn is_right(verdict: &mocap::Result<Verification>) -> bool {
+    verdict.as_ref().is_ok_and(|verified| verified.is_within(1e-3))
+}
+
+fn run(job: &Value) {
+    Job::from_json(&job.to_string()).unwrap().run().unwrap();
+}
+
+/// A character of two bones with a texture, a morph target and two clips.
+fn character() -> Value {
+    let text = std::fs::read_to_string(format!("{ROOT}/fixtures/made/two_bones_textured.gltf")).unwrap();
+    let mut file: Value = serde_json::from_str(&text).unwrap();
+    file["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}]);
+    file["meshes"][0]["weights"] = json!([0.0]);
+    let mut second = file["animations"][0].clone();
+    second["name"] = "bow".into();
+    second["channels"][0]["target"]["node"] = 0.into();
+    file["animations"].as_array_mut().unwrap().push(second);
+    file
+}
+
 #[test]
 fn every_corruption_is_found_in_every_format_and_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
-    let source = folder.path().join("walk.bvh");
-    std::fs::copy("../../fixtures/real/cmu_short.bvh", &source).unwrap();
-    let mut scene = Importer::new()
-        .skeleton_mesh(SkeletonMesh::Skinned)
-        .import(&source)
-        .unwrap();
-    Conversion::new().apply(&mut scene).unwrap();
-    let cells: Vec<_> = KINDS
-        .iter()
-        .flat_map(|kind| FORMATS.iter().map(move |format| (kind, *format)))
-        .collect();
+    let bench = Bench::new();
     let mut wrong = Vec::new();
-    let mut whole: HashMap<&str, Option<Vec<u8>>> = HashMap::new();
-    for (kind, format) in Sample::new().some(cells, 16) {
-        let mut changed = scene.clone();
-        (kind.change)(&mut changed);
-        let path = folder.path().join(format!("out.{}", format.split(' ').next().unwrap()));
-        let written = |scene: &Scene| written(scene, &path);
-        let whole = &*whole.entry(format).or_insert_with(|| written(&scene));
-        let Some(mut bytes) = written(&changed) else { continue };
-        let is_same = whole.as_ref() == Some(&bytes) && !format.starts_with("gltf");
-        if format.ends_with("program") {
-            let name = b"\"mocap\"";
-            let place = bytes.windows(name.len()).position(|window| window == name).unwrap();
-            bytes[place..place + name.len()].copy_from_slice(b"\"other\"");
-        }
-        std::fs::write(&path, &bytes).unwrap();
-        let verdict = Verifier::new().files(&source, &path);
-        let passes = verdict.as_ref().is_ok_and(|verified| verified.is_within(1e-3));
-        let is_missed = MISSED.iter().any(|(name, of, _)| *name == kind.name && *of == format);
-        let should_pass = !kind.is_wrong || is_same || is_missed;
-        if passes != should_pass {
+    let mut table: BTreeMap<(usize, String), BTreeMap<&str, String>> = BTreeMap::new();
+    let cells = Cell::all();
+    let names: Vec<String> = cells.iter().map(|cell| cell.name()).collect();
+    for cell in Sample::new().some(cells, 16) {
+        let Some((files, of)) = bench.corrupted(cell) else {
+            continue;
+        };
+        let (name, format, reason) = (cell.name(), cell.format(), cell.reason());
+        let verdict = bench.verdict(&files, of, false);
+        let should_pass = !cell.is_wrong() || reason.is_some();
+        // What the steps tell is found by `--verify`.
+        let is_told = reason.is_some_and(|reason| reason.contains("--verify")) && !format.ends_with("program");
+        let is_told_wrong = is_told && is_right(&bench.verdict(&files, of, true));
+        if is_right(&verdict) != should_pass || is_told_wrong {
             let verdict = verdict.map(|found| {
-                (
-                    found.max_error,
-                    found.rotation_error,
-                    found.findings,
-                    found.metres_per_unit,
-                )
+                let Verification {
+                    max_error,
+                    rotation_error,
+                    findings,
+                    metres_per_unit,
+                    ..
+                } = found;
+                (max_error, rotation_error, findings, metres_per_unit)
             });
-            wrong.push(format!("{}, {format}: {verdict:?}", kind.name));
+            wrong.push(format!("{name}, {format}: {verdict:?}"));
+        }
+        if cell.is_wrong() {
+            let place = names.iter().position(|other| *other == name).unwrap();
+            let shown = reason.map_or("refused".to_owned(), |reason| {
+                format!("accepted ({})", footnote(reason))
+            });
+            table.entry((place, name)).or_default().insert(format, shown);
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    check_page(&table);
+}
+
+/// The number of a reason in the page.
+fn footnote(reason: &str) -> usize {
+    let mut all: Vec<&str> = Vec::new();
+    for (_, _, reason) in MISSED {
+        if !all.contains(reason) {
+            all.push(reason);
+        }
+    }
+    all.iter().position(|known| *known == reason).unwrap() + 1
+}
+
+/// Holds the table of the page against what was tried, or writes it.
+fn check_page(table: &BTreeMap<(usize, String), BTreeMap<&str, String>>) {
+    let path = format!("{ROOT}/docs/verification.md");
+    let (start, end) = ("<!-- planted corruptions -->\n", "<!-- end of planted corruptions -->");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once(start).unwrap();
+    let (page, after) = rest.split_once(end).unwrap();
+    let row = |name: &str, cells: &BTreeMap<&str, String>| {
+        let shown = FORMATS
+            .iter()
+            .map(|format| cells.get(format).map_or("", String::as_str));
+        let shown = shown.map(|cell| format!(" {cell} |").replace("  ", " "));
+        format!("| {name} |{}\n", shown.collect::<String>())
+    };
+    if is_all() && cfg!(feature = "parquet") {
+        let cells = || table.values().flat_map(BTreeMap::values);
+        let (all, accepted) = (
+            cells().count(),
+            cells().filter(|cell| cell.starts_with("accepted")).count(),
+        );
+        let mut made = format!(
+            "{all} corruptions: {} refused, {accepted} accepted, each for a reason below.\n\n",
+            all - accepted
+        );
+        let _ = writeln!(made, "| corruption | {} |", FORMATS.join(" | "));
+        let _ = writeln!(made, "|---{}|", "|---".repeat(FORMATS.len()));
+        table.iter().for_each(|((_, name), cells)| made += &row(name, cells));
+        made += "\n";
+        let mut reasons: Vec<&str> = MISSED.iter().map(|(_, _, reason)| *reason).collect();
+        reasons.sort_by_key(|reason| footnote(reason));
+        reasons.dedup();
+        for reason in reasons {
+            let _ = writeln!(made, "{}. {reason}", footnote(reason));
+        }
+        let whole = format!("{before}{start}{made}{end}{after}");
+        if std::env::var_os("MOCAP_WRITE").is_some() {
+            std::fs::write(&path, whole).unwrap();
+            return;
+        }
+        assert!(
+            text == whole,
+            "MOCAP_ALL=1 MOCAP_WRITE=1 cargo test -p mocap-job --features parquet --test it truth writes it"
+        );
+        return;
+    }
+    for ((_, name), cells) in table {
+        let line = page.lines().find(|line| line.starts_with(&format!("| {name} |")));
+        let stated: Vec<&str> = line.unwrap_or_default().split('|').skip(2).map(str::trim).collect();
+        for (format, found) in cells {
+            let column = FORMATS.iter().position(|other| other == format).unwrap();
+            assert_eq!(stated.get(column), Some(&found.as_str()), "{name}, {format}: {path}");
+        }
+    }
 }
 
 /// Whole files are accepted in every written format, and none that ends early, with the last row of numbers too.
