@@ -79,8 +79,7 @@ impl<'a> File<'a> {
         let mut wanted = BTreeSet::new();
         for view in views.iter().filter_map(|&view| root.buffer_views.get(view)) {
             // What stands in for a stream is not read where the stream is.
-            let source = streams::source(view).filter(|_| cfg!(feature = "meshopt"));
-            wanted.insert(source.unwrap_or(view.buffer));
+            wanted.insert(streams::buffer_of(view));
         }
         let mut buffers: Vec<Option<Cow<'a, [u8]>>> = Vec::new();
         buffers.resize_with(root.buffers.len(), || None);
@@ -96,9 +95,7 @@ impl<'a> File<'a> {
         // Bind poses are read where they can be.
         let of_skins = views_of_skins(&root);
         for view in of_skins.iter().filter_map(|&view| root.buffer_views.get(view)) {
-            let index = streams::source(view)
-                .filter(|_| cfg!(feature = "meshopt"))
-                .unwrap_or(view.buffer);
+            let index = streams::buffer_of(view);
             if buffers.get(index).is_some_and(Option::is_none) {
                 buffers[index] = buffer(&root, bin, index, open).ok().flatten();
             }
@@ -116,6 +113,15 @@ impl<'a> File<'a> {
     #[doc(hidden)]
     pub fn provenance(&self) -> Option<Provenance> {
         provenance_in(self.root.asset.extras.as_ref())
+    }
+
+    /// Forgets the provenances of the file and of its animations.
+    #[doc(hidden)]
+    pub fn forget_provenance(&mut self) {
+        self.root.asset.extras = None;
+        for animation in &mut self.root.animations {
+            animation.extras = None;
+        }
     }
 
     /// The provenances of the animations that this crate added to the file of a character.

@@ -105,16 +105,15 @@ impl<'a> Buffers<'a> {
         let found = views
             .get(view)
             .ok_or_else(|| missing("/bufferViews", "buffer view", view, views.len()))?;
-        if streams::source(found).is_some() {
-            let pointer = format!("/bufferViews/{view}");
-            return Err(invalid(pointer, "compressed meshes are not read")
-                .help("write the file without compression: gltf-transform copy IN OUT")
-                .into());
-        }
-        let index = found.buffer;
+        let index = streams::buffer_of(found);
         if index < self.bytes.buffers.len() && self.tried.insert(index) {
             let opened = file::buffer(self.root, self.bin, index, self.open);
             self.bytes.buffers[index] = opened.map_err(|error| Box::new(error.diagnostic().clone()))?;
+        }
+        if streams::is_stream(found) && !self.bytes.views.contains_key(&view) {
+            let Bytes { buffers, budget, .. } = &self.bytes;
+            let decoded = streams::decode(self.root, &[view], buffers, budget)?;
+            self.bytes.views.extend(decoded);
         }
         Ok(())
     }
@@ -151,6 +150,9 @@ impl<'a> Buffers<'a> {
         self.load(index)?;
         let view = &self.root.buffer_views[index];
         let pointer = format!("/bufferViews/{index}");
+        if let Some(decoded) = self.bytes.views.get(&index) {
+            return Ok(decoded);
+        }
         self.bytes.budget.take((view.byte_length / 4) as u64, &pointer)?;
         let buffer = self.bytes.buffers.get(view.buffer).and_then(|buffer| buffer.as_deref());
         let end = view.byte_offset.checked_add(view.byte_length);
@@ -228,6 +230,9 @@ fn read_all(
     let shown: Shown = serde_json::from_str(&String::from_utf8_lossy(text))
         .map_err(|error| invalid("/meshes", format!("the meshes cannot be read: {error}")))?;
     let open = |beside: &Path| (source.open)(&source.name.with_file_name(beside));
+    let views: Vec<usize> = (0..file.root.buffer_views.len()).collect();
+    let size = source.bytes.len() as u64;
+    let streams = streams::length(&file.root, &views).min(size);
     let mut buffers = Buffers {
         root: &file.root,
         bin,
@@ -235,7 +240,7 @@ fn read_all(
         bytes: Bytes {
             buffers: std::iter::repeat_with(|| None).take(file.root.buffers.len()).collect(),
             views: HashMap::new(),
-            budget: Budget::new(&options.limits, source.bytes.len() as u64, 0),
+            budget: Budget::new(&options.limits, size, streams),
         },
         tried: BTreeSet::new(),
         numbers: HashMap::new(),

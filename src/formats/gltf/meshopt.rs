@@ -100,6 +100,8 @@ mod codec {
             (8, Filter::None) => elements::<8>(stream, count),
             (12, Filter::None) => elements::<12>(stream, count),
             (16, Filter::None) => elements::<16>(stream, count),
+            // An inverse bind matrix. Arrays of more than 32 items have no default.
+            (64, Filter::None) => Ok(decoded::<[[u8; 16]; 4]>(stream, count)?.as_flattened().concat()),
             (8, Filter::Quaternion) => {
                 let mut values = decoded::<[i16; 4]>(stream, count)?;
                 meshopt::decode_filter_quat(&mut values);

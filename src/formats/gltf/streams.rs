@@ -28,6 +28,9 @@ struct Settings {
     filter: Option<String>,
 }
 
+/// What to do about a stream that is not read.
+const UNCOMPRESSED: &str = "write the file without compression: gltf-transform copy IN OUT";
+
 /// The object of one of the two extensions, of a buffer or of a view.
 fn settings(extensions: &Map<String, Value>) -> Option<(&'static str, &Value)> {
     [EXT, KHR]
@@ -36,9 +39,22 @@ fn settings(extensions: &Map<String, Value>) -> Option<(&'static str, &Value)> {
 }
 
 /// The buffer that a view has its stream in, if it is compressed.
-pub(super) fn source(view: &BufferView) -> Option<usize> {
+fn source(view: &BufferView) -> Option<usize> {
     let (_, settings) = settings(&view.extensions)?;
     settings.get("buffer")?.as_u64()?.try_into().ok()
+}
+
+/// The buffer that a view is read from: that of its stream, where this build has the codec.
+pub(super) fn buffer_of(view: &BufferView) -> usize {
+    match source(view) {
+        Some(stream) if cfg!(feature = "meshopt") => stream,
+        _ => view.buffer,
+    }
+}
+
+/// Whether a view is a stream.
+pub(super) fn is_stream(view: &BufferView) -> bool {
+    settings(&view.extensions).is_some()
 }
 
 /// Whether a buffer is a fallback without bytes.
@@ -89,14 +105,16 @@ pub(super) fn decode(
             Some("QUATERNION") => Filter::Quaternion,
             Some("EXPONENTIAL") => Filter::Exponential,
             Some(other) => {
-                return Err(invalid(at("filter"), "animations do not use this filter")
+                return Err(invalid(at("filter"), "streams with this filter are not read")
                     .expected_found("NONE, QUATERNION or EXPONENTIAL", format!("\"{other}\""))
+                    .help(UNCOMPRESSED)
                     .into());
             }
         };
         if settings.mode != "ATTRIBUTES" {
-            return Err(invalid(at("mode"), "animations do not use this mode")
+            return Err(invalid(at("mode"), "streams of this mode are not read")
                 .expected_found("ATTRIBUTES", format!("\"{}\"", settings.mode))
+                .help(UNCOMPRESSED)
                 .into());
         }
         let buffer = buffers.get(settings.buffer).and_then(|buffer| buffer.as_deref());
