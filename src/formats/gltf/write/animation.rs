@@ -124,6 +124,10 @@ pub(super) fn write(
                 Some(scale) => writer.constant(node, Property::Scale, scale, &mut rest.scale, scale.to_array()),
                 None => rest.scale = writer.track(node, Property::Scale, &channel.scaling_keys, rest.scale)?,
             }
+        } else if let Some(scale) = nearly.or(channel.scaling_keys.values.first().copied())
+            && scale.is_finite()
+        {
+            rest.scale = without_noise(scale);
         }
         is_driven[node] = true;
     }
