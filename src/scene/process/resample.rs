@@ -14,8 +14,8 @@ impl Scene {
     /// Gives every animation `frames_per_second` frames per second.
     ///
     /// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
-    /// frame, is lost. A [cut](Scene::cuts) is not interpolated: no value is taken from inside it, and the frames on
-    /// both sides become keys at their own, uneven ticks.
+    /// frame, is lost. A [cut](Scene::cuts) is not interpolated: a new frame inside it has the value of the nearer
+    /// side, and the frames on both sides become keys at their own, uneven ticks.
     ///
     /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333,
     /// which means 1/120, every fourth frame becomes a frame at 30 per second.
@@ -82,20 +82,24 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
         .map(|frame| Moment::new(frame as f64, old_per_new))
         .collect();
     if !cuts.is_empty() {
-        let inside = |old: f64| {
-            cuts.iter()
-                .map(|&cut| old - cut as f64)
-                .any(|after| SAME_TICK < after && after < 1.0 - SAME_TICK)
-        };
-        moments.retain(|moment| !inside(moment.old));
+        for moment in &mut moments {
+            if cuts.binary_search(&(moment.old as usize)).is_ok() {
+                moment.old = moment.old.round();
+            }
+        }
         let edges = cuts.iter().flat_map(|&cut| [cut as f64, cut as f64 + 1.0]);
         moments.extend(edges.map(|old| Moment {
             old,
             new: old / old_per_new,
         }));
-        // Whole new ticks before edges at an equal tick, so that the whole ticks are kept.
-        moments.sort_by(|a, b| a.old.total_cmp(&b.old));
-        moments.dedup_by(|later, earlier| later.old - earlier.old < SAME_TICK);
+        moments.sort_by(|a, b| a.new.total_cmp(&b.new));
+        moments.dedup_by(|later, earlier| {
+            let is_one = (later.new - earlier.new) * old_per_new < SAME_TICK;
+            if is_one && later.new.fract() == 0.0 {
+                std::mem::swap(later, earlier);
+            }
+            is_one
+        });
     }
     for channel in &mut animation.channels {
         resample_keys(&mut channel.position_keys, &moments, Keys::<Vec3>::sample);
