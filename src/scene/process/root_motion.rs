@@ -1,15 +1,18 @@
 //! Removes or separates the motion of the root over the ground.
 //!
-//! For both steps the ground is the plane of x and z, which is true after
-//! [`convert_units`](crate::Scene::convert_units).
+//! For both steps the ground is the plane of x and z of the world, which is true after
+//! [`convert_units`](crate::Scene::convert_units). A group above the root may be rotated, as in files with +Z up.
 
-use glam::{DQuat, Quat, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::pose::Binding;
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 /// The name of the new node, unless another has it.
 const ROOT_NAME: &str = "Root";
+
+/// Ticks of a motion with few keys above which it gets none between them: two keys may be years apart.
+const MOST_TICKS: f64 = 1_048_576.0;
 
 /// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f64 = 1e-9;
@@ -20,12 +23,17 @@ impl Scene {
         let roots: Vec<_> = roots(self).collect();
         for index in 0..self.animations.len() {
             let driven: Vec<_> = Binding::new(self, &self.animations[index]).driven().collect();
-            for (_, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
+            for (node, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
+                let to_world = DMat3::from_mat4(above(self, node));
+                let from_world = to_world.inverse();
                 let values = &mut self.animations[index].channels[channel].position_keys.values;
-                if let Some(&start) = values.first() {
-                    for value in values {
-                        *value = Vec3::new(start.x, value.y, start.z);
-                    }
+                let Some(&start) = values.first().filter(|_| from_world.is_finite()) else {
+                    continue;
+                };
+                let start = to_world * start.as_dvec3();
+                for value in values {
+                    let height = (to_world * value.as_dvec3()).y;
+                    *value = (from_world * DVec3::new(start.x, height, start.z)).as_vec3();
                 }
             }
         }
@@ -46,7 +54,13 @@ impl Scene {
                 .find(|(node, _)| *node == old_root);
             if let Some((_, channel)) = driven {
                 let rest = self.nodes[old_root.index()].transform.w_axis.truncate();
-                split_channel(&mut self.animations[index], channel, &name, rest);
+                let (_, to_world, _) = above(self, old_root).to_scale_rotation_translation();
+                let to_world = if to_world.is_finite() {
+                    to_world
+                } else {
+                    DQuat::IDENTITY
+                };
+                split_channel(&mut self.animations[index], channel, &name, (rest, to_world));
             }
         }
 
@@ -107,31 +121,49 @@ fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
     tops.map(|(index, _)| NodeId::new(index))
 }
 
-/// Splits a root's channel in two: one for the new node `name`, inserted before it, and the rest.
-fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3) {
+/// From the space in which a node stands to the world, at rest.
+fn above(scene: &Scene, node: NodeId) -> DMat4 {
+    let parent = |node: &NodeId| scene.nodes[node.index()].parent;
+    let above = std::iter::successors(parent(&node), parent);
+    above.fold(DMat4::IDENTITY, |below, node| {
+        scene.nodes[node.index()].transform.as_dmat4() * below
+    })
+}
+
+/// Splits a root's channel in two: one for the new node `name`, inserted before it, and the rest. `to_world` is the
+/// rotation from its space.
+fn split_channel(animation: &mut Animation, index: usize, name: &str, (rest, to_world): (Vec3, DQuat)) {
+    let duration = animation.duration;
     let channel = &mut animation.channels[index];
     let ticks: Vec<f64> = {
         let (positions, rotations) = (&channel.position_keys, &channel.rotation_keys);
         let mut ticks: Vec<_> = (0..positions.len()).map(|key| positions.tick(key)).collect();
         ticks.extend((0..rotations.len()).map(|key| rotations.tick(key)));
+        // Between two keys the heading and the rest go along arcs of their own, which together are another.
+        if rotations.ticks.is_some() && duration < MOST_TICKS {
+            ticks.extend((0..=duration as u32).map(f64::from));
+        }
         ticks.sort_by(f64::total_cmp);
         ticks.dedup();
         ticks
     };
+    let from_world = to_world.inverse();
     let mut heading = DQuat::IDENTITY;
     let (mut on_ground, mut headings) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
     let (mut heights, mut leans) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
     for &tick in &ticks {
-        let position = channel.position_keys.sample(tick).unwrap_or(rest);
+        let position = to_world * channel.position_keys.sample(tick).unwrap_or(rest).as_dvec3();
         let rotation = channel.rotation_keys.sample(tick).unwrap_or(Quat::IDENTITY).as_dquat();
+        let rotation = to_world * rotation * from_world;
         // The twist about Y of the swing-twist decomposition.
         if rotation.y * rotation.y + rotation.w * rotation.w > NO_HEADING {
             heading = DQuat::from_xyzw(0.0, rotation.y, 0.0, rotation.w).normalize();
         }
-        on_ground.push(Vec3::new(position.x, 0.0, position.z));
-        headings.push(heading.as_quat());
-        heights.push(Vec3::new(0.0, position.y, 0.0));
-        leans.push((heading.inverse() * rotation).as_quat());
+        let lean = heading.inverse() * rotation;
+        on_ground.push((from_world * DVec3::new(position.x, 0.0, position.z)).as_vec3());
+        headings.push((from_world * heading * to_world).as_quat());
+        heights.push((from_world * DVec3::new(0.0, position.y, 0.0)).as_vec3());
+        leans.push((from_world * lean * to_world).as_quat());
     }
     channel.position_keys = Keys::at_ticks(heights, ticks.clone());
     channel.rotation_keys = Keys::at_ticks(leans, ticks.clone());

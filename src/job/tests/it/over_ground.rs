@@ -1,9 +1,10 @@
 //! Motions on characters: in place, with root motion, several in one file.
 
+use mocap::convert::RootMotion;
 use mocap::gltf::GltfOptions;
 use mocap::job::Job;
 use mocap::scene::NodeId;
-use mocap::{Binding, Importer, Pose, Scene};
+use mocap::{Binding, Conversion, Importer, Pose, Scene};
 use serde_json::{Value, json};
 
 const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
@@ -186,4 +187,35 @@ fn a_converted_motion_is_called_after_its_file() {
         let scene = Importer::new().read(&written.into_bytes().unwrap(), output).unwrap();
         assert_eq!(scene.animations[0].name, "cmu_12_01_walk", "{output}");
     }
+}
+
+/// The ground is that of the world: `arm.usda` has a group above its root, which is rotated and scaled.
+#[test]
+fn the_ground_is_level_below_a_group_that_is_rotated() {
+    let converted = |root: RootMotion| {
+        let mut scene = mocap::import("../../fixtures/made/arm.usda").unwrap();
+        Conversion::new().root(root).apply(&mut scene).unwrap();
+        scene
+    };
+    let (plain, in_place, moved) = (
+        converted(RootMotion::Keep),
+        converted(RootMotion::InPlace),
+        converted(RootMotion::Extract),
+    );
+    let place = |scene: &Scene, name: &str, frame: usize| pose(scene, frame).position(at(scene, name));
+    let mut travelled = 0.0_f32;
+    for frame in 0..plain.animations[0].frame_count() {
+        let (start, now) = (place(&plain, "Base", 0), place(&plain, "Base", frame));
+        travelled = travelled.max((now - start).with_y(0.0).length());
+        let stays = place(&in_place, "Base", frame);
+        assert!(stays.distance(start.with_y(now.y)) < 1e-5, "{frame}: {stays}");
+        for name in ["Base", "Arm", "Tail", "Hand"] {
+            let (a, b) = (place(&plain, name, frame), place(&moved, name, frame));
+            assert!(a.distance(b) < 1e-5, "{frame}, {name}: {a} {b}");
+        }
+        let root = place(&moved, "Root", frame) - place(&moved, "Root", 0);
+        let expected = (now - start).with_y(0.0);
+        assert!(root.distance(expected) < 1e-5, "{frame}: {root} {expected}");
+    }
+    assert!(travelled > 0.05, "{travelled}");
 }
