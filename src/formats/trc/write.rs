@@ -36,6 +36,9 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     })
 }
 
+/// The smallest length that a file can state, in millimetres.
+const LAST_DIGIT: f32 = 1e-4;
+
 fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String {
     let animation = scene.animations.first();
     let frames = animation.map_or(1, Animation::frame_count);
@@ -66,7 +69,11 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
                 text += "\t\t\t";
                 continue;
             }
-            let position = pose.node_to_world[node].w_axis * MILLIMETRES;
+            let mut position = pose.node_to_world[node].w_axis.truncate() * MILLIMETRES;
+            // Three zeros stand for a marker that was not seen.
+            if position.abs().max_element() < 0.5 * LAST_DIGIT {
+                position.x = LAST_DIGIT;
+            }
             let _ = write!(text, "\t{:.4}\t{:.4}\t{:.4}", position.x, position.y, position.z);
         }
         text.push('\n');
