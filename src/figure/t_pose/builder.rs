@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{Mat3, Mat4, Quat, Vec3};
 use mocap_scene::math::directions::{arc, rotation_of};
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Animation, Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
+use mocap_scene::scene::{Animation, Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Side};
 
 use super::pointing::{direction, next};
 use super::{TPose, TPoseBone, TPoseReason, TPoseSource};
@@ -288,7 +288,13 @@ impl Builder {
             let shape = Mat4::from_quat(rotation_of(linear).inverse()) * Mat4::from_mat3(Mat3::from_mat4(*linear));
             pose.node_to_world[index] = Mat4::from_rotation_translation(rotation, position) * shape;
             let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent]);
-            let node_to_parent = parent_to_world.inverse() * pose.node_to_world[index];
+            // An end site keeps its place to the last digit, so that it counts as unmoved.
+            let is_unmoved = scene.nodes[index].kind == NodeKind::EndSite
+                && reference.node_to_parent[index] == pose.node_to_parent[index];
+            let node_to_parent = match is_unmoved {
+                true => pose.node_to_parent[index],
+                false => parent_to_world.inverse() * pose.node_to_world[index],
+            };
             if node_to_parent.is_finite() {
                 pose.node_to_parent[index] = node_to_parent;
             }
