@@ -95,7 +95,10 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
         };
         node_of.insert(bone, NodeId::new(made.nodes.len()));
         made.nodes.push(Node {
-            name: joint.map_or_else(|| bone.as_str().to_owned(), |joint| body.names[joint.index()].clone()),
+            name: joint.map_or_else(
+                || name_of_lacking(bone, &body),
+                |joint| body.names[joint.index()].clone(),
+            ),
             parent: parent.and_then(|parent| node_of.get(&parent).copied()),
             transform: Mat4::from_translation(translation),
             humanoid_bone: Some(bone),
@@ -124,6 +127,15 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
         lift: f64::from(lift),
     });
     Ok(made)
+}
+
+/// The name of a bone that no joint is: its own, unless a joint that is no bone has it.
+fn name_of_lacking(bone: Bone, body: &Body) -> String {
+    let mut name = bone.as_str().to_owned();
+    while body.names.contains(&name) {
+        name.push('_');
+    }
+    name
 }
 
 /// The bones with the feet that they lack: the joint between a shin and the toes is one, whatever its name.
