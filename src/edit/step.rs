@@ -52,7 +52,8 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
     /// Adds the step to [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can
     /// repeat it.
     fn record(&self, scene: &mut Scene, input: &StepInput<'_>) {
-        let known = input.humanoid.filter(|_| Self::TAKES_BONES);
+        // A second motion is put on the bones of the first.
+        let known = input.humanoid.filter(|_| Self::TAKES_BONES || Self::TAKES_OTHER);
         let edit = AppliedStep::Edit {
             edit: recorded(Self::NAME, self),
             with: input.other.filter(|_| Self::TAKES_OTHER).map(SecondMotion::of),

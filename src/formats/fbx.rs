@@ -78,6 +78,15 @@ pub fn is_whole(bytes: &[u8]) -> bool {
     bytes.ends_with(&FOOTER_END)
 }
 
+/// The whole frame rate that stands for one in files of programs that take no other, where there is one next to it.
+#[doc(hidden)]
+pub fn whole_rate(frames_per_second: f64) -> Option<f64> {
+    /// As a fraction of the rate: that of a frame time with four digits.
+    const NEAR: f64 = 1e-4;
+    let whole = frames_per_second.round();
+    (whole > 0.0 && (frames_per_second - whole).abs() <= NEAR * whole).then_some(whole)
+}
+
 /// What a file of this crate says of itself; `None` in files of other programs.
 #[doc(hidden)]
 pub fn provenance(bytes: &[u8]) -> Option<Provenance> {

@@ -225,6 +225,8 @@ impl Job {
         };
         let verifier = Verifier::new()
             .importer(self.read.importer())
+            .space(self.source.space.clone())
+            .allowing(self.write.smaller.tolerance())
             .second_motions(self.source.with.clone());
         // A BVH file does not say how it was made.
         let verifier = match &scene {

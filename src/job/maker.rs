@@ -336,6 +336,7 @@ impl<'a> Maker<'a> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
         of_reader.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+        self.job.source.space.state(&mut scene);
         let conversion = self.conversion();
         conversion.check()?;
         let (figure, shown) = match self.shared(&scene) {

@@ -54,11 +54,13 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 
+use crate::SourceSpace;
+
 use self::chain::Skeleton;
 use self::change::Change;
 use self::claims::{claims, import_source, is_same_file};
 use self::clip::Errors;
-use self::output::{Output, common_rate, metres_of};
+use self::output::{Output, Rates, metres_of};
 use self::pairs::Pairs;
 pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
 use self::timeline::Timeline;
@@ -124,6 +126,8 @@ pub struct Verifier {
     importer: Importer,
     provenance: Option<Provenance>,
     seconds: Vec<PathBuf>,
+    space: SourceSpace,
+    max_error: Option<f64>,
 }
 
 impl Verifier {
@@ -154,6 +158,20 @@ impl Verifier {
         self
     }
 
+    /// What is known of the unit and the up axis of the source. A file with the source's own space does not record it.
+    pub(super) fn space(mut self, space: SourceSpace) -> Self {
+        self.space = space;
+        self
+    }
+
+    /// The largest error that the caller allows, in metres: a motion that is smaller may be lost.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn allowing(mut self, max_error: f64) -> Self {
+        self.max_error = Some(max_error);
+        self
+    }
+
     /// Compares a written file with its source file. Arrays (`.npz`, `.csv`, `.parquet`) are compared in the space that
     /// they have; of several animations they have the first.
     ///
@@ -179,19 +197,31 @@ impl Verifier {
         }
         let open = |sibling: &Path| opener.open(&path.with_file_name(sibling));
         let read = |rate| Output::read(&bytes, path, &open, rate).map_err(|error| error.with_path(path));
-        let output = read(None)?;
         let source = source.as_ref();
+        let mut output = read(None)?;
+        let is_copy = self.provenance.is_none() && is_of_same_steps(&output, source);
+        if is_copy {
+            output.forget_provenance();
+        }
+        let read = |rate| {
+            let mut output = read(rate)?;
+            if is_copy {
+                output.forget_provenance();
+            }
+            Ok(output)
+        };
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
         let provenance = self.provenance_of(&output);
         let character = match provenance.as_ref().and_then(Provenance::onto) {
             Some(_) => Some(importer.import(source)?).filter(|scene| output.is_of_character(scene)),
             None => None,
         };
-        let scene = match (character, &provenance) {
+        let mut scene = match (character, &provenance) {
             (Some(character), _) => character,
             (None, Some(provenance)) => import_source(provenance, importer, source)?,
             (None, None) => importer.import(source)?,
         };
+        self.space.state(&mut scene);
         let output = self.sampled(output, &scene, &read)?;
         self.compare(&scene, Some(source), &output)
             .map_err(|error| error.with_path(path))
@@ -210,18 +240,24 @@ impl Verifier {
         if output.format() != Some(Format::Fbx) {
             return Ok(output);
         }
-        if let Some(rate) = common_rate(source, steps) {
-            return read(Some(rate));
-        }
-        let mut sampled = output;
-        for rate in output::several_rates(source) {
+        let rates = Rates::new(source, steps, &output);
+        let clips = clip::pairs(source, &output);
+        let mut sampled = match rates.common() {
+            Some(rate) => read(Some(rate))?,
+            None => output,
+        };
+        for rate in rates.several() {
             let others = read(Some(rate))?;
-            sampled.take_clips(others, |clip| {
-                source
-                    .animations
-                    .get(clip)
-                    .is_some_and(|clip| clip.ticks_per_second == rate)
-            });
+            let has_rate = |(ours, _): &(usize, _)| rates.written(*ours) == rate;
+            let taken = clips
+                .iter()
+                .enumerate()
+                .filter(has_rate)
+                .filter_map(|(_, theirs)| *theirs);
+            sampled.take_clips(others, &taken.collect());
+        }
+        for (ours, theirs) in clips.into_iter().enumerate() {
+            sampled.play_slower(theirs, rates.written(ours) / rates.of_clips[ours]);
         }
         Ok(sampled)
     }
@@ -238,7 +274,8 @@ impl Verifier {
         let wanted = motion.source.clone().unwrap_or_default();
         let is_it = |origin: &Origin| is_same_file(&wanted, origin);
         for file in self.seconds.iter().map(PathBuf::as_path).chain(source) {
-            let scene = import_source(&provenance, importer.clone(), file)?;
+            let mut scene = import_source(&provenance, importer.clone(), file)?;
+            self.space.state(&mut scene);
             if scene.metadata.origin.as_ref().is_some_and(is_it) {
                 return Ok(scene);
             }
@@ -263,23 +300,33 @@ impl Verifier {
             .provenance_of_character(source)
             .or_else(|| self.provenance_of(output));
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        let takes_new_axes = steps.iter().any(AppliedStep::takes_new_axes);
+        let all_steps = steps;
         let original = source;
-        let edited = change::edited(original, steps, &|motion| self.second(motion, file))?;
+        let second = |motion: &SecondMotion| self.second(motion, file);
+        let replay = change::Replay {
+            second: &second,
+            keeps_units: output.keeps_units(),
+        };
+        let edited = replay.edits(original, steps)?;
         let (source, steps) = match &edited {
             Some((scene, done)) => (scene, &steps[*done..]),
             None => (source, steps),
         };
+        let takes_new_axes = steps.iter().any(AppliedStep::takes_new_axes);
         let named = change::named(source, steps);
         let source = named.as_ref().unwrap_or(source);
         let ours = Skeleton::of_scene(source, None);
         let theirs = output.skeleton(None)?;
         let pairs = Pairs::new(&ours, &theirs)?;
+        // The clips of one name may stand in another order in the file.
+        let clips = clip::pairs(source, output).into_iter().enumerate();
+        let shown = clips.filter_map(|(ours, theirs)| Some((ours, theirs?))).next();
+        let (our_clip, their_clip) = shown.unwrap_or((0, 0));
         let change = match &provenance {
             Some(_) => Change::recorded(steps).in_unit_of(output.written_unit()),
             None => Change::guessed(
-                &Skeleton::of_scene(source, Some(0)),
-                &output.skeleton(Some(0))?,
+                &Skeleton::of_scene(source, Some(our_clip)),
+                &output.skeleton(Some(their_clip))?,
                 &pairs,
                 metres_of(source),
                 output.stated_unit(source),
@@ -317,45 +364,43 @@ impl Verifier {
         match change.humanoid {
             // Joints that are no bones are left out, and the others hang together as VRM demands.
             Some(_) => verification.findings.extend(output.missing_bones()),
-            None => pairs.find(
-                &ours,
-                &theirs,
-                is_ours,
-                change.has_root_motion,
-                &mut verification.findings,
-            ),
+            None => pairs.find(&ours, &theirs, is_ours, change.added_roots, &mut verification.findings),
         }
         if output.is_of_points() {
             verification
                 .findings
                 .retain(|found| found.kind != FindingKind::MovedJoint);
         }
+        let replayed = |scene: &Scene| {
+            let scene = replay.steps(scene, all_steps).ok()?;
+            let named = change::named(&scene, all_steps);
+            Some(named.unwrap_or(scene))
+        };
         if let Some(skinned) = output.skinned() {
             let own_meshes = Importer::new()
                 .gltf_meshes(true)
                 .skeleton_mesh(SkeletonMesh::Own)
                 .hash(false);
-            let with_names = |scene: Scene| change::named(&scene, steps).unwrap_or(scene);
+            // The steps change bind poses too.
             let with_meshes = || match file {
-                Some(path) => own_meshes.clone().import(path).ok().map(with_names),
-                None => Some(with_names(original.clone())),
+                Some(path) => own_meshes.clone().import(path).ok().and_then(|scene| replayed(&scene)),
+                None => replayed(original),
             };
-            // The steps that were repeated above have changed the unit of `source`, not that of `original`.
-            let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
-            let named = change::named(original, steps);
-            let found = skin::find(
-                named.as_ref().unwrap_or(original),
-                skinned,
-                (
-                    whole.as_ref().unwrap_or(&change),
-                    output.keeps_axes(source) && !has_new_axes,
-                ),
-                &with_meshes,
-            );
+            let keeps_axes = output.keeps_axes(source) && !has_new_axes;
+            let found = skin::find(source, skinned, (&change, keeps_axes), &with_meshes);
             verification.findings.extend(found);
+            // Vertices are compared with those of the file, before its steps.
+            let unchanged = || {
+                let scene = match file {
+                    Some(path) => own_meshes.clone().import(path).ok()?,
+                    None => original.clone(),
+                };
+                Some(change::named(&scene, all_steps).unwrap_or(scene))
+            };
             let keeps_rest = !has_new_axes && !change.rests_elsewhere(&pairs, &ours, &theirs);
+            let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
             let change = whole.as_ref().unwrap_or(&change);
-            let found = mesh::find(&with_meshes, skinned, change, keeps_rest);
+            let found = mesh::find(&unchanged, skinned, change, keeps_rest);
             verification.findings.extend(found);
         }
         verification.findings.extend(output.miscounted());
@@ -363,14 +408,23 @@ impl Verifier {
         if let Some(provenance) = output.provenance().filter(|_| !is_of_character) {
             claims(original, source, &provenance, &change, &mut verification.findings)?;
         }
+        let metres = output.metres_per_unit(source, &change);
         let compared = clip::Compared {
             pairs: &pairs,
             change: &change,
-            metres: output.metres_per_unit(source, &change),
+            metres,
+            skin: clip::skin_of(&ours, metres * change.metres_per_unit),
             is_gltf: output.format() == Some(Format::Gltf),
             is_packed: output.format() == Some(Format::Mclip),
             rotations: output.keeps_axes(source) && !has_new_axes,
+            new_axes: None,
         };
+        // Where steps give joints other axes, the steps themselves say which.
+        let replayed = match takes_new_axes && output.keeps_axes(source) {
+            true => replayed(original),
+            false => None,
+        };
+        let allowed = self.max_error.unwrap_or(timeline::SMALLEST_MOTION);
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;
         // Of a character the rest pose is compared: its clips are those of other files.
@@ -386,10 +440,20 @@ impl Verifier {
             };
             let ours = Skeleton::of_scene(source, ours_clip);
             let theirs = output.skeleton(theirs_clip)?;
+            let new_axes = replayed
+                .as_ref()
+                .and_then(|replayed| compared.axes_of(replayed, (ours_clip, &ours), &timeline));
+            let compared = clip::Compared { new_axes, ..compared };
             let mut of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
             if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
                 let name = clip::name_of(source, clip);
-                timeline.find(&name, &ours, &theirs, of_clip.farthest(), &mut verification.findings);
+                timeline.find(
+                    &name,
+                    &ours,
+                    &theirs,
+                    (of_clip.farthest(), allowed),
+                    &mut verification.findings,
+                );
                 if change.humanoid.is_some() {
                     let missing = face::compare((clip, &name), &ours, &theirs, &timeline, &mut of_clip);
                     verification.findings.extend(missing);
@@ -424,4 +488,17 @@ impl Verifier {
         verification.worst = errors.worst;
         Ok(verification)
     }
+}
+
+/// Whether the source says of itself what the output says, as a copy does: no step lies between the two.
+fn is_of_same_steps(output: &Output<'_>, source: &Path) -> bool {
+    let Some(provenance) = output.provenance() else {
+        return false;
+    };
+    let opener = Importer::new();
+    let open = |sibling: &Path| opener.open(&source.with_file_name(sibling));
+    let stated = opener
+        .open(source)
+        .and_then(|bytes| output::provenance_of(&bytes, source, &open));
+    stated.is_ok_and(|stated| stated.is_some_and(|stated| stated == provenance))
 }

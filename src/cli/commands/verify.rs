@@ -59,6 +59,7 @@ pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Fai
 fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
     let verifier = Verifier::new()
         .importer(args.read.importer())
+        .allowing(args.tolerance.max_error.to_metres())
         .second_motions(&args.with);
     verifier.files(&args.source, &args.output)
 }

@@ -106,6 +106,10 @@ impl Conversion {
 
         if let RestPoseSource::Frame(frame) = self.rest {
             scene.set_rest_pose_at(frame as f64);
+            self.record_rest(scene);
+        }
+        if standing.is_some() && !self.t_pose_first {
+            self.record_rest(scene);
         }
         if first > 0.0 || last.is_finite() {
             scene.trim(first, last);

@@ -58,6 +58,15 @@ impl Conversion {
         Ok(pose(t_pose).map(|pose| t_pose.at_rest(scene, pose)))
     }
 
+    /// Records the rest pose, for steps that depend on it.
+    pub(super) fn record_rest(&self, scene: &mut Scene) {
+        scene.metadata.steps.push(AppliedStep::Edit {
+            edit: serde_json::json!({ "step": "rest", "pose": self.rest }),
+            with: None,
+            bones: self.bones.clone(),
+        });
+    }
+
     /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
     pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>, figure: &Figure) -> Result<()> {
         if self.t_pose_first {
@@ -77,6 +86,9 @@ impl Conversion {
                 with: None,
                 bones: self.bones.clone(),
             });
+        }
+        if self.t_pose_first && standing.is_some() {
+            self.record_rest(scene);
         }
         if let Some(standing) = standing {
             process::set_rest_pose(scene, &standing);

@@ -107,16 +107,12 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
         None => Figure::new(source).survey.metres_per_unit / change.metres_per_unit,
     };
     let roots = roots(&ours);
-    let cuts = match clip.filter(|_| timeline.is_resampled) {
-        Some(clip) => source.cuts(clip),
-        None => Vec::new(),
-    };
     let mut errors = Errors::default();
     errors.rotation = Some(0.0);
     let mut world = Vec::new();
     let frames = if clip.is_some() { file.frames } else { 0 };
     for frame in 0..frames {
-        let tick = timeline.tick(frame, &cuts);
+        let tick = timeline.shown(timeline.tick(frame));
         ours.world(tick / timeline.rate, &mut world);
         for (joint, &node) in node_of.iter().enumerate() {
             let parent = file.header.joints[joint].parent.map(|parent| &world[node_of[parent]]);

@@ -2,12 +2,15 @@
 
 use glam::{DMat4, DQuat, DVec3};
 use mocap_edit::{EditStep, StepInput};
-use mocap_figure::Humanoid;
+use mocap_figure::convert::RestPoseSource;
+use mocap_figure::{Conversion, Humanoid, HumanoidMap};
 use mocap_retarget::retargeting::second_motion;
-use mocap_scene::error::Result;
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process;
 use mocap_scene::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
+
+use serde_json::Value;
 
 use super::chain::Skeleton;
 use super::pairs::Pairs;
@@ -26,71 +29,107 @@ const SAME_UNIT: f64 = 0.01;
 /// The shortest distance of two joints that says anything about a unit, as a fraction of the longest.
 const SHORTEST_LINK: f64 = 1e-4;
 
-/// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
-/// source too. `None` without an edit. `second` imports the second motion of a step.
-pub(super) fn edited(
-    source: &Scene,
-    steps: &[AppliedStep],
-    second: &dyn Fn(&SecondMotion) -> Result<Scene>,
-) -> Result<Option<(Scene, usize)>> {
-    let is_edit = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. });
-    let Some(last) = steps.iter().rposition(is_edit) else {
-        return Ok(None);
-    };
-    let mut scene = source.clone();
-    apply(&mut scene, &steps[..=last], second)?;
-    Ok(Some((scene, last + 1)))
+/// Does the steps of a file to its source.
+pub(super) struct Replay<'a> {
+    /// Imports the second motion of a step.
+    pub(super) second: &'a dyn Fn(&SecondMotion) -> Result<Scene>,
+    /// Whether the file has the unit and the axes of its source. What is not converted may then be unknown.
+    pub(super) keeps_units: bool,
 }
 
-fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion) -> Result<Scene>) -> Result<()> {
-    for step in steps {
-        match step {
-            AppliedStep::ConvertUnits {
-                metres_per_unit,
-                up,
-                out_metres_per_unit,
-                out_up,
-            } => {
-                process::convert_units_to(scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
-                scene.metadata.metres_per_unit = Some(*out_metres_per_unit);
-                scene.metadata.up = Some(*out_up);
-            }
-            AppliedStep::Trim { first, last } => scene.trim(*first, *last),
-            AppliedStep::Resample { frames_per_second } => {
-                scene.resample(*frames_per_second, &Limits::default())?;
-            }
-            AppliedStep::InPlace => scene.put_in_place(),
-            AppliedStep::RootMotion => drop(scene.extract_root_motion()),
-            AppliedStep::Retime { .. }
-            | AppliedStep::SelectClip { .. }
-            | AppliedStep::VrmHumanoid { .. }
-            | AppliedStep::Retarget { .. }
-            | AppliedStep::NameJoints { .. }
-            | AppliedStep::ZeroRestRotations => {}
-            AppliedStep::Edit { edit, with, bones } => {
-                let mut other = match with {
-                    Some(with) => {
-                        let mut other = second(with)?;
-                        apply(&mut other, &with.steps, second)?;
-                        Some(other)
-                    }
-                    None => None,
-                };
-                let known = match bones.is_empty() {
-                    true => None,
-                    false => Some(Humanoid::of(scene).with_map(scene, bones.clone())?),
-                };
-                // One of another skeleton was retargeted.
-                if let Some(second) = &other
-                    && let Some(fitted) = second_motion(scene, bones, second)?
-                {
-                    other = Some(fitted.scene);
-                }
-                let input = StepInput::new().other(other.as_ref()).humanoid(known.as_ref());
-                EditStep::from_value(edit)?.apply(scene, &input)?;
-            }
+impl Replay<'_> {
+    /// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to
+    /// the source too. `None` without an edit.
+    pub(super) fn edits(&self, source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Scene, usize)>> {
+        let is_resample = |step: &AppliedStep| matches!(step, AppliedStep::Resample { .. });
+        let resampled = steps.iter().rposition(is_resample);
+        // Of several frame rates, a file has no frames of its source but by the last.
+        let before = resampled.and_then(|last| steps[..last].iter().rposition(is_resample));
+        match steps.iter().rposition(AppliedStep::changes_motion).max(before) {
+            Some(last) => Ok(Some((self.steps(source, &steps[..=last])?, last + 1))),
+            None => Ok(None),
         }
     }
+
+    /// The source after steps.
+    pub(super) fn steps(&self, source: &Scene, steps: &[AppliedStep]) -> Result<Scene> {
+        let mut scene = source.clone();
+        self.apply(&mut scene, steps)?;
+        Ok(scene)
+    }
+
+    fn apply(&self, scene: &mut Scene, steps: &[AppliedStep]) -> Result<()> {
+        for step in steps {
+            match step {
+                AppliedStep::ConvertUnits {
+                    metres_per_unit,
+                    up,
+                    out_metres_per_unit,
+                    out_up,
+                } => {
+                    let (known_metres, known_up) = (scene.metadata.metres_per_unit, scene.metadata.up);
+                    process::convert_units_to(scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
+                    if self.keeps_units && metres_per_unit == out_metres_per_unit {
+                        scene.metadata.metres_per_unit = known_metres;
+                    }
+                    if self.keeps_units && up == out_up {
+                        scene.metadata.up = known_up;
+                    }
+                }
+                AppliedStep::Trim { first, last } => scene.trim(*first, *last),
+                AppliedStep::Resample { frames_per_second } => {
+                    scene.resample(*frames_per_second, &Limits::default())?;
+                }
+                AppliedStep::InPlace => scene.put_in_place(),
+                AppliedStep::RootMotion => drop(scene.extract_root_motion()),
+                AppliedStep::ZeroRestRotations => process::zero_rest_rotations(scene)?,
+                AppliedStep::Retime { .. }
+                | AppliedStep::SelectClip { .. }
+                | AppliedStep::VrmHumanoid { .. }
+                | AppliedStep::Retarget { .. }
+                | AppliedStep::NameJoints { .. } => {}
+                AppliedStep::Edit { edit, bones, .. } if edit.get("step").is_some_and(|step| step == "rest") => {
+                    set_rest(scene, edit, bones)?;
+                }
+                AppliedStep::Edit { edit, with, bones } => self.edit(scene, edit, with.as_ref(), bones)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn edit(&self, scene: &mut Scene, edit: &Value, with: Option<&SecondMotion>, bones: &HumanoidMap) -> Result<()> {
+        let mut other = match with {
+            Some(with) => {
+                let mut other = (self.second)(with)?;
+                self.apply(&mut other, &with.steps)?;
+                Some(other)
+            }
+            None => None,
+        };
+        let known = match bones.is_empty() {
+            true => None,
+            false => Some(Humanoid::of(scene).with_map(scene, bones.clone())?),
+        };
+        // One of another skeleton was retargeted.
+        if let Some(second) = &other
+            && let Some(fitted) = second_motion(scene, bones, second)?
+        {
+            other = Some(fitted.scene);
+        }
+        let input = StepInput::new().other(other.as_ref()).humanoid(known.as_ref());
+        EditStep::from_value(edit)?.apply(scene, &input)?;
+        Ok(())
+    }
+}
+
+/// Sets the rest pose that a conversion records.
+fn set_rest(scene: &mut Scene, edit: &Value, bones: &HumanoidMap) -> Result<()> {
+    let pose = edit.get("pose").and_then(Value::as_str).unwrap_or_default();
+    let pose: RestPoseSource = pose
+        .parse()
+        .map_err(|error: String| Diagnostic::new(Code::InvalidValue, format!("the rest pose of the file: {error}")))?;
+    let conversion = Conversion::new().keep_units(true).rest(pose).bones(bones.clone());
+    conversion.apply(scene)?;
     Ok(())
 }
 
@@ -111,8 +150,10 @@ pub(super) struct Change {
     pub(super) metres_per_unit: f64,
     /// The axis that points up in the source, and in the file.
     up: (UpAxis, UpAxis),
-    pub(super) in_place: bool,
-    pub(super) has_root_motion: bool,
+    /// How many of the steps in `times` come before the motion is put in place, where it is.
+    pub(super) in_place: Option<usize>,
+    /// Joints that were added for the path over the ground.
+    pub(super) added_roots: usize,
     /// Metres in a unit of the file, where it was converted to one.
     pub(super) out_metres_per_unit: Option<f64>,
     /// Where only the bones of a humanoid are left: how the figure was rotated, and by which offset it was moved.
@@ -128,8 +169,8 @@ impl Change {
         Self {
             metres_per_unit: 1.0,
             up: (UpAxis::Y, UpAxis::Y),
-            in_place: false,
-            has_root_motion: false,
+            in_place: None,
+            added_roots: 0,
             out_metres_per_unit: None,
             humanoid: None,
             times: Vec::new(),
@@ -161,8 +202,8 @@ impl Change {
                     is_turned = true;
                 }
                 AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
-                AppliedStep::InPlace => change.in_place = true,
-                AppliedStep::RootMotion => change.has_root_motion = true,
+                AppliedStep::InPlace => change.in_place = Some(change.times.len()),
+                AppliedStep::RootMotion => change.added_roots += 1,
                 AppliedStep::VrmHumanoid { heading, lift } => {
                     change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
                 }

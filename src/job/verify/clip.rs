@@ -1,8 +1,8 @@
 //! The comparison of one clip, moment by moment.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
-use glam::{DMat4, DQuat, DVec3, DVec4};
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{NodeKind, Scene, UNNAMED_MOTION};
 
@@ -12,24 +12,30 @@ use super::pairs::{Pairs, kept_of};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
 
-/// How far from a joint the points are that show its rotation, in metres: about as far as the skin around it.
+/// How far from a joint the points are that show its rotation, in metres: about as far as the skin of a person around
+/// it.
 pub(super) const SKIN: f64 = 0.03;
 
-/// Which clip of the source is which of the file: those of one name; the others in their order, where as many are left
-/// in both, or where the format of the file has no names of clips. A source without a clip is a skeleton at rest, and
-/// so is a file without one, or with one in which nothing moves.
-pub(super) fn matched(
-    source: &Scene,
-    output: &Output<'_>,
-    change: &Change,
-    findings: &mut Vec<Finding>,
-) -> Result<Vec<(Option<usize>, Option<usize>)>> {
-    let ours: Vec<String> = source.animations.iter().map(|clip| clip.name.clone()).collect();
+/// The same for a skeleton, whose unit has so many metres: less around one that is smaller than a metre.
+pub(super) fn skin_of(skeleton: &Skeleton, metres: f64) -> f64 {
+    let mut world = Vec::new();
+    skeleton.world(0.0, &mut world);
+    let places = || world.iter().map(|matrix| matrix.w_axis.truncate());
+    let (low, high) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
+    let size = low.zip(high).map_or(0.0, |(low, high)| low.distance(high)) * metres;
+    match size > 0.0 {
+        true => SKIN * size.min(1.0),
+        false => SKIN,
+    }
+}
+
+/// For every clip of the source the clip of the file: the one of its name; the others in their order, where as many are
+/// left in both, or where the format of the file has no names of clips.
+pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
+    let ours = names_of(source);
     let theirs = output.clip_names();
     let mut pair_of = same_names(&ours, &theirs);
-    let mut left: Vec<usize> = (0..theirs.len())
-        .filter(|clip| !pair_of.contains(&Some(*clip)))
-        .collect();
+    let mut left = unpaired(&theirs, &pair_of);
     let count = pair_of.iter().filter(|pair| pair.is_none()).count();
     // One clip of a file that has one is that of a source that has one, whatever their names.
     if count == left.len() || ours.len() == 1 || !output.names_clips() {
@@ -38,8 +44,27 @@ pub(super) fn matched(
             *pair = Some(clip);
         }
     }
+    pair_of
+}
+
+/// Which clips are compared, with what is wrong beside that. A source without a clip is a skeleton at rest, and so is a
+/// file without one, or with one in which nothing moves.
+pub(super) fn matched(
+    source: &Scene,
+    output: &Output<'_>,
+    change: &Change,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<(Option<usize>, Option<usize>)>> {
+    let ours = names_of(source);
+    let theirs = output.clip_names();
+    let pair_of = self::pairs(source, output);
+    let mut left = unpaired(&theirs, &pair_of);
+    let is_first_of_several = output.has_one_clip() && pair_of.first().is_some_and(Option::is_some);
     let mut pairs = Vec::new();
     for (clip, &pair) in pair_of.iter().enumerate() {
+        if pair.is_none() && is_first_of_several {
+            continue;
+        }
         if pair.is_none() && moves(source, clip, change)? {
             let message = format!("{} is not in the file", name_of(source, clip));
             findings.push(Finding::new(FindingKind::MissingClip, message));
@@ -76,6 +101,16 @@ pub(super) fn matched(
         pairs.push((None, None));
     }
     Ok(pairs)
+}
+
+fn names_of(source: &Scene) -> Vec<String> {
+    source.animations.iter().map(|clip| clip.name.clone()).collect()
+}
+
+/// The clips of the file that are those of no clip of the source.
+fn unpaired(theirs: &[String], pair_of: &[Option<usize>]) -> Vec<usize> {
+    let paired: HashSet<usize> = pair_of.iter().copied().flatten().collect();
+    (0..theirs.len()).filter(|clip| !paired.contains(clip)).collect()
 }
 
 /// For every clip of the source, the clip of the file with its name.
@@ -125,6 +160,8 @@ pub(super) struct Compared<'a> {
     pub(super) change: &'a Change,
     /// Metres in a unit of the file.
     pub(super) metres: f64,
+    /// How far from a joint the points are that show its rotation, in metres.
+    pub(super) skin: f64,
     /// Whether the times of the file are 32-bit seconds.
     pub(super) is_gltf: bool,
     /// Whether the file is a packed clip, whose bound holds for positions: of rotations it holds for those that move no
@@ -132,9 +169,40 @@ pub(super) struct Compared<'a> {
     pub(super) is_packed: bool,
     /// Whether a joint has the same axes in both.
     pub(super) rotations: bool,
+    /// Where it has others on purpose, the rotation of its axes, of each joint of the source; none where that is not
+    /// known.
+    pub(super) new_axes: Option<Vec<Option<DQuat>>>,
 }
 
 impl Compared<'_> {
+    /// How the axes of each joint are rotated in the scene to which all steps were done, in the first moment. It is the
+    /// same rotation at all times.
+    pub(super) fn axes_of(
+        &self,
+        replayed: &Scene,
+        (clip, ours): (Option<usize>, &Skeleton),
+        timeline: &Timeline,
+    ) -> Option<Vec<Option<DQuat>>> {
+        let clip = clip.map(|clip| clip.min(replayed.animations.len().saturating_sub(1)));
+        let theirs = Skeleton::of_scene(replayed, clip);
+        let pairs = Pairs::new(ours, &theirs).ok()?;
+        let first = timeline.moments.first()?;
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(timeline.shown(*first) / timeline.rate, &mut here);
+        theirs.world(0.0, &mut there);
+        let mut axes = vec![None; here.len()];
+        for (a, b) in pairs
+            .list
+            .into_iter()
+            .filter(|(a, b)| is_rotation(&here[*a]) && is_rotation(&there[*b]))
+        {
+            let turned = |axis: DVec3| self.change.turn(rotation_of(&here[a]) * axis);
+            let expected = DQuat::from_mat3(&DMat3::from_cols(turned(DVec3::X), turned(DVec3::Y), turned(DVec3::Z)));
+            axes[a] = Some(expected.inverse() * rotation_of(&there[b]));
+        }
+        Some(axes)
+    }
+
     /// Compares at these ticks of the source.
     pub(super) fn frames(
         &self,
@@ -148,6 +216,10 @@ impl Compared<'_> {
         let rigid = self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs));
         let ends = ours.turning_ends();
         let mut first: Option<Moment> = None;
+        let place = self
+            .change
+            .in_place
+            .map(|_| self.moment(timeline.place, ours, theirs, timeline));
         let mut errors = Errors {
             rotation: Some(0.0),
             ..Errors::default()
@@ -170,8 +242,8 @@ impl Compared<'_> {
                     let mut off = DVec3::ZERO;
                     if has_position {
                         let mut expected = moment.positions[a];
-                        if self.change.in_place {
-                            let offset = moment.positions[root_of[a]] - first.positions[root_of[a]];
+                        if let Some(place) = &place {
+                            let offset = moment.positions[root_of[a]] - place.positions[root_of[a]];
                             expected -= self.change.over_ground(offset);
                         }
                         off = (moment.there[b].w_axis.truncate() - expected) * self.metres;
@@ -196,7 +268,14 @@ impl Compared<'_> {
                             && ours.joints[a].kind != NodeKind::EndSite
                             && [now.0, now.1, then.0, then.1].into_iter().all(is_rotation) =>
                         {
-                            errors.add_rotation(self.skin_error_since(then, now));
+                            let since = self.skin_error_since(then, now);
+                            let axes = self.new_axes.as_ref().and_then(|axes| axes[a]);
+                            let error = axes.map_or(since, |axes| {
+                                let off = if ends[a] { off } else { DVec3::ZERO };
+                                let here = *now.0 * DMat4::from_quat(axes);
+                                since.min(self.skin_error(&here, now.1, off))
+                            });
+                            errors.add_rotation(error);
                         }
                         _ => {}
                     }
@@ -211,7 +290,7 @@ impl Compared<'_> {
     fn moment(&self, tick: f64, ours: &Skeleton, theirs: &Skeleton, timeline: &Timeline) -> Moment {
         let seconds = timeline.seconds(tick);
         let (mut here, mut there) = (Vec::new(), Vec::new());
-        ours.world(tick / timeline.rate, &mut here);
+        ours.world(timeline.shown(tick) / timeline.rate, &mut here);
         // The moment that glTF has for this frame. Just before it a cut is another pose.
         let rounded = if self.is_gltf {
             f64::from(seconds as f32)
@@ -235,7 +314,7 @@ impl Compared<'_> {
         let (ours, theirs) = (since(first.0, now.0), since(first.1, now.1));
         let points = DVec3::AXES
             .into_iter()
-            .map(|axis| (theirs * self.change.turn(axis)).distance(self.change.turn(ours * axis)) * SKIN);
+            .map(|axis| (theirs * self.change.turn(axis)).distance(self.change.turn(ours * axis)) * self.skin);
         points.fold(0.0, worse)
     }
 
@@ -246,7 +325,7 @@ impl Compared<'_> {
         let both = axes(ours).into_iter().zip(axes(theirs));
         let points = both.filter(|(ours, _)| *ours != DVec3::ZERO).map(|(ours, theirs)| {
             let ours = self.change.turn(ours.normalize_or_zero());
-            (theirs.normalize_or_zero() - ours) * SKIN
+            (theirs.normalize_or_zero() - ours) * self.skin
         });
         points.map(|point| (off + point).length()).fold(0.0, worse)
     }

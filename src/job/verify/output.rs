@@ -1,12 +1,13 @@
 //! A file that was written, as its reader gives it.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use mocap_figure::Figure;
-use mocap_formats::Sidecar;
 use mocap_formats::fbx;
 use mocap_formats::gltf::{File, Provenance};
 use mocap_formats::usd;
+use mocap_formats::{FormatInfo, Sidecar};
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
@@ -86,6 +87,17 @@ impl<'a> Output<'a> {
             _ => None,
         };
         Ok(Self::Scene(Box::new(scene), provenance.or(sidecar)))
+    }
+
+    /// Forgets what the file says of itself.
+    pub(super) fn forget_provenance(&mut self) {
+        match self {
+            Self::Gltf(file, skinned) => {
+                file.forget_provenance();
+                *skinned = None;
+            }
+            Self::Scene(_, provenance) => *provenance = None,
+        }
     }
 
     pub(super) fn provenance(&self) -> Option<Provenance> {
@@ -230,14 +242,39 @@ impl<'a> Output<'a> {
         )
     }
 
+    /// Whether the format has the unit and the axes of the source, which may be unknown.
+    pub(super) fn keeps_units(&self) -> bool {
+        self.format().is_some_and(|format| FormatInfo::of(format).keeps_units())
+    }
+
+    /// Whether the format has one clip, which is the first of several.
+    pub(super) fn has_one_clip(&self) -> bool {
+        self.format().is_some_and(|format| FormatInfo::of(format).has_one_clip)
+    }
+
     /// Takes the clips of these indices as `other` has them.
-    pub(super) fn take_clips(&mut self, other: Self, is_taken: impl Fn(usize) -> bool) {
+    pub(super) fn take_clips(&mut self, other: Self, taken: &HashSet<usize>) {
         let (Self::Scene(scene, _), Self::Scene(other, _)) = (self, other) else {
             return;
         };
         let clips = scene.animations.iter_mut().zip(other.animations).enumerate();
-        let taken = clips.filter(|(index, _)| is_taken(*index));
-        taken.for_each(|(_, (clip, other))| *clip = other);
+        for (_, (clip, other)) in clips.filter(|(index, _)| taken.contains(index)) {
+            *clip = other;
+        }
+    }
+
+    /// Plays a clip so many times as slow.
+    pub(super) fn play_slower(&mut self, clip: Option<usize>, times: f64) {
+        let Self::Scene(scene, _) = self else { return };
+        if let Some(clip) = clip.and_then(|clip| scene.animations.get_mut(clip)) {
+            clip.ticks_per_second /= times;
+        }
+    }
+
+    /// Frames per second of the first clip, as the file states them.
+    pub(super) fn frame_rate(&self) -> Option<f64> {
+        let Self::Scene(scene, _) = self else { return None };
+        scene.animations.first().map(|clip| clip.ticks_per_second)
     }
 
     pub(super) fn clip_names(&self) -> Vec<String> {
@@ -321,53 +358,113 @@ fn is_file_of(scene: &Scene, recorded: Option<&Origin>) -> bool {
     matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
 }
 
-/// The frame rates of the clips of a scene, where there are some.
-pub(super) fn several_rates(scene: &Scene) -> Vec<f64> {
-    /// A file is read again for each.
-    const MOST: usize = 16;
-    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
-    rates.sort_by(f64::total_cmp);
-    rates.dedup();
-    if (2..=MOST).contains(&rates.len()) {
-        rates
-    } else {
-        Vec::new()
+/// What the file `name` with these bytes says of itself, if this crate wrote it.
+pub(super) fn provenance_of(
+    bytes: &[u8],
+    name: &Path,
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Option<Provenance>> {
+    if File::sniff(bytes) {
+        let file = File::read(bytes, open, &Limits::default())?;
+        return Ok(file.provenance_of_kept().or_else(|| file.provenance()));
+    }
+    let inside = fbx::provenance(bytes).or_else(|| usd::provenance(bytes));
+    match inside {
+        Some(provenance) => Ok(Some(provenance)),
+        None => Ok(sidecar(bytes, name, open)?.map(|provenance| *provenance)),
     }
 }
 
-/// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
-pub(super) fn common_rate(scene: &Scene, steps: &[AppliedStep]) -> Option<f64> {
-    /// Frames per second at most.
-    const MOST: u64 = 6000;
-    let greatest_divisor = |mut a: u64, mut b: u64| {
-        while b != 0 {
-            (a, b) = (b, a % b);
+/// The frame rates of the clips that a FBX file is to have.
+pub(super) struct Rates {
+    /// Of every clip of the source after the steps.
+    pub(super) of_clips: Vec<f64>,
+    /// Of frames that the file may have keys at beside those: the sides of a cut keep their ticks.
+    others: Vec<f64>,
+    /// Whether the file has whole rates where those of the source are next to one.
+    is_whole: bool,
+}
+
+impl Rates {
+    /// A file of this crate has whole rates where it states one instead of that of its fastest clip.
+    pub(super) fn new(source: &Scene, steps: &[AppliedStep], output: &Output<'_>) -> Self {
+        let mut of_clips: Vec<f64> = source.animations.iter().map(|clip| clip.ticks_per_second).collect();
+        let mut others = Vec::new();
+        for step in steps {
+            if let AppliedStep::Resample { frames_per_second } = step {
+                let before = of_clips
+                    .iter()
+                    .map(|rate| process::rate_before(*rate, *frames_per_second));
+                others.extend(before);
+                of_clips.fill(*frames_per_second);
+            }
         }
-        a
-    };
-    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
-    for step in steps {
-        if let AppliedStep::Resample { frames_per_second } = step {
-            // Both sides of a cut keep their ticks.
-            rates
-                .iter_mut()
-                .for_each(|rate| *rate = process::rate_before(*rate, *frames_per_second));
-            rates.push(*frames_per_second);
+        let fastest = of_clips.iter().copied().max_by(f64::total_cmp);
+        let whole = fastest
+            .and_then(fbx::whole_rate)
+            .filter(|whole| Some(*whole) != fastest);
+        let stated = output.frame_rate().filter(|_| output.is_ours());
+        Self {
+            is_whole: whole.is_some() && stated == whole,
+            of_clips,
+            others,
         }
     }
-    let mut common = 1;
-    for &rate in &rates {
-        let whole = rate.round();
-        if (rate - whole).abs() > 1e-6 * rate || !(1.0..=MOST as f64).contains(&whole) {
-            return None;
-        }
-        let whole = whole as u64;
-        common = common / greatest_divisor(common, whole) * whole;
-        if common > MOST {
-            return None;
-        }
+
+    /// The rate of a clip of the source in the file.
+    pub(super) fn written(&self, clip: usize) -> f64 {
+        self.in_file(self.of_clips[clip])
     }
-    rates.iter().any(|rate| *rate != rates[0]).then_some(common as f64)
+
+    fn in_file(&self, rate: f64) -> f64 {
+        fbx::whole_rate(rate).filter(|_| self.is_whole).unwrap_or(rate)
+    }
+
+    /// All of them, each once.
+    fn all(&self) -> Vec<f64> {
+        let rates = self.of_clips.iter().chain(&self.others);
+        let mut rates: Vec<f64> = rates.map(|rate| self.in_file(*rate)).collect();
+        rates.sort_by(f64::total_cmp);
+        rates.dedup();
+        rates
+    }
+
+    /// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
+    pub(super) fn common(&self) -> Option<f64> {
+        /// Frames per second at most.
+        const MOST: u64 = 6000;
+        let greatest_divisor = |mut a: u64, mut b: u64| {
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a
+        };
+        let rates = self.all();
+        let mut common = 1;
+        for &rate in &rates {
+            let whole = rate.round();
+            if (rate - whole).abs() > 1e-6 * rate || !(1.0..=MOST as f64).contains(&whole) {
+                return None;
+            }
+            let whole = whole as u64;
+            common = common / greatest_divisor(common, whole) * whole;
+            if common > MOST {
+                return None;
+            }
+        }
+        (rates.len() > 1).then_some(common as f64)
+    }
+
+    /// Those of the clips, each once, where they have several and none in common.
+    pub(super) fn several(&self) -> Vec<f64> {
+        /// A file is read again for each.
+        const MOST: usize = 16;
+        let mut rates: Vec<f64> = (0..self.of_clips.len()).map(|clip| self.written(clip)).collect();
+        rates.sort_by(f64::total_cmp);
+        rates.dedup();
+        let has_several = (2..=MOST).contains(&rates.len()) && self.common().is_none();
+        if has_several { rates } else { Vec::new() }
+    }
 }
 
 /// What the file beside a BVH file says of it.

@@ -103,7 +103,7 @@ impl Pairs {
         ours: &Skeleton,
         theirs: &Skeleton,
         is_ours: bool,
-        has_root_motion: bool,
+        mut added_roots: usize,
         findings: &mut Vec<Finding>,
     ) {
         let mut find = |kind, names: Vec<String>, singular: &str, plural: &str| {
@@ -157,13 +157,12 @@ impl Pairs {
                     joint.kind == NodeKind::Group && is_its
                 })
             };
-            // The joint for the path over the ground stands above the first root.
-            let mut added = usize::from(has_root_motion);
+            // A joint for the path over the ground stands above the first root.
             let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
                 let is_extra =
                     pair.is_none() && !joint.shows && joint.kind != NodeKind::Group && !is_group(&joint.name);
-                let is_expected = is_extra && added > 0;
-                added -= usize::from(is_expected);
+                let is_expected = is_extra && added_roots > 0;
+                added_roots -= usize::from(is_expected);
                 is_extra && !is_expected
             });
             let extra = extra.map(|(joint, _)| quoted(joint)).collect();
@@ -263,6 +262,13 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         }
     }
     matching.pair_stand_ins();
+    // A joint that one of both takes for an end site is the other's all the same.
+    for (index, (name, is_end_site)) in keys.iter().enumerate() {
+        let other = (name.clone(), !is_end_site);
+        if let Some(found) = candidates.get_mut(&other).filter(|_| matching.of_ours[index].is_none()) {
+            matching.pair_first(index, found, true);
+        }
+    }
     let unnamed = (0..ours.joints.len()).filter(|index| is_unnamed(&ours.joints[*index]));
     let mut all = Candidates((0..theirs.joints.len()).collect());
     for index in unnamed {

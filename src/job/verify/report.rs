@@ -21,8 +21,9 @@ pub struct Verification {
     /// Where and when the largest distance is. Absent where nothing was compared.
     pub worst: Option<Worst>,
     /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres; with the distance of the
-    /// joint where it moves no other joint. Where the joints of the file may stand otherwise at rest, as in files of
-    /// other programs, rotations count from those of the first frame. Absent where nothing was compared.
+    /// joint where it moves no other joint. In a skeleton smaller than a metre the point is nearer, in proportion.
+    /// Where the joints of the file may stand otherwise at rest, as in files of other programs, rotations count from
+    /// those of the first frame. Absent where nothing was compared.
     pub rotation_error: Option<f64>,
     /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
     /// those are about the frames that the file has.

@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec
 
 /// Finds joints of `output`, which this crate wrote, that stand otherwise in its skin than in the rest pose of the
 /// source; or, where the pose at rest is another on purpose, than in that of the file, or in its first frame; or than
-/// in the skin of the source, which `with_meshes` reads.
+/// in the source with its skin after all steps, which `with_meshes` makes.
 pub(super) fn find(
     source: &Scene,
     output: &Scene,
@@ -50,7 +50,8 @@ pub(super) fn find(
 ) -> Option<Finding> {
     let unread = output.warnings.iter().find(|warning| warning.code == Code::IgnoredMesh);
     if let Some(warning) = unread {
-        return Some(Finding::new(FindingKind::Skin, warning.message.clone()));
+        let message = format!("the skin was not compared: {}", warning.message);
+        return Some(Finding::new(FindingKind::Skin, message));
     }
     let mut poses = vec![own(output, None)];
     poses.extend((!output.animations.is_empty()).then(|| own(output, Some(0))));
@@ -58,8 +59,11 @@ pub(super) fn find(
         poses.extend(of_source(source, output, change.metres_per_unit, at_rest));
     }
     let mut wrong = wrong_of_all(output, &poses);
-    if let Some(source) = with_meshes().filter(|_| !wrong.is_empty() && keeps_axes) {
-        poses.extend(of_source(&source, output, change.metres_per_unit, when_bound));
+    if !wrong.is_empty()
+        && let Some(source) = with_meshes()
+    {
+        poses.extend(of_source(&source, output, 1.0, at_rest));
+        poses.extend(of_source(&source, output, 1.0, when_bound));
         wrong = wrong_of_all(output, &poses);
     }
     let (first, others) = wrong.split_first()?;

@@ -17,7 +17,7 @@ const NEAR_FRAME: f64 = 1e-2;
 
 /// How far a joint is moved at least, in metres, by a motion whose lack is said: the usual error of compressed files.
 /// What is less is seen in the distances.
-const SMALLEST_MOTION: f64 = 1e-3;
+pub(super) const SMALLEST_MOTION: f64 = 1e-3;
 
 /// Moments between frames that are looked at, for each frame on average, at most.
 const MOST_BETWEEN: usize = 8;
@@ -29,13 +29,18 @@ pub(super) struct Timeline {
     /// Ticks of the source in a second of the file, and in one of its frames.
     file_rate: f64,
     frame: f64,
-    /// The part of the source that the file is to have.
+    /// The part of the source that the file is to have, and the last moment of it that the file has.
     first: f64,
     last: f64,
+    end: f64,
+    /// The moment above whose place over the ground a motion in place stays.
+    pub(super) place: f64,
     /// The moments at which the file is to be what its source is: the frames of the source; or, where the frame rate is
     /// another, its own.
     pub(super) moments: Vec<f64>,
     pub(super) is_resampled: bool,
+    /// The frames between which the source jumps, and another frame rate takes no value.
+    cuts: Vec<(f64, f64)>,
     /// Whether anything is known of what was done to times.
     is_recorded: bool,
 }
@@ -55,15 +60,18 @@ impl Timeline {
             frame: 1.0,
             first: 0.0,
             last: duration,
+            end: duration,
+            place: 0.0,
             moments: Vec::new(),
             is_resampled: false,
+            cuts: Vec::new(),
             is_recorded: !change.times.is_empty(),
         };
-        // The frames between which nothing may be taken from, each with the next.
-        let mut cuts = Vec::new();
-        let mut edges = Vec::new();
         let mut before = change.times.iter().any(is_resample).then(|| source.clone());
-        for step in &change.times {
+        for (index, step) in change.times.iter().enumerate() {
+            if change.in_place == Some(index) {
+                timeline.place = timeline.first;
+            }
             match *step {
                 AppliedStep::Trim { first, last } => {
                     let start = timeline.first;
@@ -79,8 +87,7 @@ impl Timeline {
                     };
                     for cut in before.cuts(clip) {
                         let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
-                        cuts.push((edge(cut), edge(cut + 1)));
-                        edges.extend([edge(cut), edge(cut + 1)]);
+                        timeline.cuts.push((edge(cut), edge(cut + 1)));
                     }
                     let old_rate = timeline.file_rate / timeline.frame;
                     let meant = process::rate_before(old_rate, frames_per_second);
@@ -88,14 +95,22 @@ impl Timeline {
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;
                     before.resample(frames_per_second, &Limits::default())?;
+                    // The rest behind the last whole frame is gone.
+                    let frames = before.animations.get(clip).map_or(0.0, |clip| clip.duration);
+                    timeline.last = timeline.last.min(timeline.first + frames * timeline.frame);
                 }
                 _ => {}
             }
         }
+        if change.in_place == Some(change.times.len()) {
+            timeline.place = timeline.first;
+        }
+        timeline.cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
         timeline.moments = match timeline.is_resampled {
             false => timeline.source_frames(),
-            true => timeline.own_frames(&cuts, &edges),
+            true => timeline.own_frames(),
         };
+        timeline.end = timeline.moments.last().copied().unwrap_or(timeline.first);
         Ok(timeline)
     }
 
@@ -112,15 +127,13 @@ impl Timeline {
         frames
     }
 
-    /// The frames of the file, as [`Scene::resample`] sets them.
-    fn own_frames(&self, cuts: &[(f64, f64)], edges: &[f64]) -> Vec<f64> {
+    /// The frames of the file, and both sides of each cut, as [`Scene::resample`] sets them.
+    fn own_frames(&self) -> Vec<f64> {
         let near = SAME_TICK * self.frame;
-        let count = ((self.last - self.first) / self.frame + SAME_TICK).floor() as u64;
-        let frames = (0..=count).map(|frame| self.first + frame as f64 * self.frame);
-        let is_inside = |moment: f64| cuts.iter().any(|&(a, b)| a + near < moment && moment < b - near);
-        let mut moments: Vec<_> = frames.filter(|moment| !is_inside(*moment)).collect();
+        let mut moments: Vec<f64> = (0..self.whole_frames()).map(|frame| self.tick(frame)).collect();
         let is_in_part = |edge: &f64| self.first - near <= *edge && *edge <= self.last + near;
-        moments.extend(edges.iter().copied().filter(is_in_part));
+        let edges = self.cuts.iter().flat_map(|&(before, after)| [before, after]);
+        moments.extend(edges.filter(is_in_part));
         moments.sort_by(f64::total_cmp);
         moments.dedup_by(|later, earlier| *later - *earlier < near);
         moments
@@ -156,13 +169,22 @@ impl Timeline {
         middles.into_iter().step_by(step).collect()
     }
 
-    /// The tick of a frame of evenly spaced ones. Within one of `cuts` the nearer side is taken.
-    pub(super) fn tick(&self, frame: usize, cuts: &[usize]) -> f64 {
-        let tick = self.first + frame as f64 * self.frame;
-        match cuts.contains(&(tick as usize)) {
-            true => tick.round(),
-            false => tick,
+    /// The tick of the source that a moment of the file shows: within a cut its nearer side, and at most the end.
+    pub(super) fn shown(&self, tick: f64) -> f64 {
+        let tick = tick.min(self.end);
+        let near = SAME_TICK * self.frame;
+        let begun = self.cuts.partition_point(|(before, _)| before + near < tick);
+        match begun.checked_sub(1).map(|cut| self.cuts[cut]) {
+            Some((_, after)) if tick >= after - near => tick,
+            Some((before, after)) if tick - before < after - tick => before,
+            Some((_, after)) => after,
+            None => tick,
         }
+    }
+
+    /// The tick of a frame of evenly spaced ones.
+    pub(super) fn tick(&self, frame: usize) -> f64 {
+        self.first + frame as f64 * self.frame
     }
 
     /// How many evenly spaced frames there are: at the rate of the source up to the one nearest to the end, at another
@@ -176,14 +198,11 @@ impl Timeline {
         last as usize + 1
     }
 
-    /// The timeline of a file that has whole frames alone. What its source does between two of them, at its end too, is
-    /// not in the file, and is not looked for.
+    /// The timeline of a file that has whole frames alone. What its source does between two of them, at its end and in
+    /// a cut too, is not in the file, and is not looked for.
     pub(super) fn of_whole_frames(mut self) -> Self {
-        if !self.is_resampled {
-            self.moments = (0..self.whole_frames())
-                .map(|frame| self.first + frame as f64)
-                .collect();
-        }
+        let frames = 0..self.frame_count() as usize;
+        self.moments = frames.map(|frame| self.tick(frame)).collect();
         self
     }
 
@@ -194,8 +213,7 @@ impl Timeline {
 
     /// How many frames the file is to have, as it says so itself.
     pub(super) fn frame_count(&self) -> u64 {
-        let last = self.moments.last().copied().unwrap_or(self.first);
-        ((last - self.first) / self.frame).round() as u64 + 1
+        ((self.end - self.first) / self.frame).round() as u64 + 1
     }
 
     /// Whether anything moves in the part of the source that the file is to have.
@@ -203,14 +221,14 @@ impl Timeline {
         ours.span(self.first / self.rate, self.last / self.rate).is_some()
     }
 
-    /// Finds what is missing at either end, and what is too much. `farthest` is the greatest error of a frame, in
-    /// metres.
+    /// Finds what is missing at either end, and what is too much. `farthest` is the greatest error of a frame, and
+    /// `allowed` that which a file may have, in metres.
     pub(super) fn find(
         &self,
         name: &str,
         ours: &Skeleton,
         theirs: &Skeleton,
-        farthest: f64,
+        (farthest, allowed): (f64, f64),
         findings: &mut Vec<Finding>,
     ) {
         let last = self.moments.last().copied().unwrap_or(self.first);
@@ -229,7 +247,7 @@ impl Timeline {
         let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
         match (start, found) {
             // A motion below the error that was allowed is none in a compressed file.
-            (Some(_), None) if least_end > room && (farthest > SMALLEST_MOTION || farthest.is_nan()) => {
+            (Some(_), None) if least_end > room && (farthest > allowed || farthest.is_nan()) => {
                 find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
             }
             (Some(start), Some((found, _))) if found > start + room => {

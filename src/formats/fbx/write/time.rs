@@ -5,6 +5,7 @@ use mocap_scene::limits;
 use mocap_scene::scene::Scene;
 
 use super::FbxOptions;
+use crate::fbx::whole_rate;
 
 /// FBX's units of time in a second.
 pub const SECOND: f64 = 46_186_158_000.0;
@@ -26,12 +27,9 @@ impl Rate {
 
     /// A rate, made whole where that is wanted and next to it.
     pub(super) fn new(ticks_per_second: f64, options: &FbxOptions) -> Result<Self> {
-        /// As a fraction of the rate: that of a frame time with four digits.
-        const NEAR: f64 = 1e-4;
         let rate = limits::frame_rate(Code::FrameTime, ticks_per_second)?;
-        let whole = rate.round();
-        let is_near = options.whole_rate && whole > 0.0 && (rate - whole).abs() <= NEAR * whole;
-        Ok(Self(if is_near { whole } else { rate }))
+        let whole = whole_rate(rate).filter(|_| options.whole_rate);
+        Ok(Self(whole.unwrap_or(rate)))
     }
 
     pub(super) fn frames_per_second(self) -> f64 {

@@ -156,11 +156,7 @@ fn the_motion_is_unchanged_in_every_format() {
                 Exporter::new().overwrite(true).export(&scene, &path).unwrap();
                 let verifier = Verifier::new().provenance(Provenance::of(&scene));
                 let found = verifier.files(&source, &path).unwrap();
-                assert!(
-                    found.max_error < 1e-5,
-                    "{name} {rest:?} {extension}: {} m",
-                    found.max_error
-                );
+                assert!(found.max_error < 1e-5, "{name} {rest:?} {extension}: {found:?}");
                 assert!(
                     found.rotation_error.unwrap_or(0.0) < 1e-4,
                     "{name} {extension}: {found:?}"

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::GltfOptions;
+use mocap::gltf::{GltfOptions, Provenance};
 
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier};
@@ -136,6 +136,61 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
     assert!(lost[0] > 1e-5 && lost[1] > lost[0], "{lost:?}");
     // A T-pose that was smeared over a frame of a thirtieth would be half a metre off.
     assert!(lost[1] < 0.03, "{lost:?}");
+}
+
+/// The motion jumps away from the rest pose in its first frame. In files with a pose for each frame, the jump lies
+/// between two of them; a frame in the jump is one of its sides, and no mixture of both.
+#[test]
+fn a_jump_is_compared_at_the_frames_that_the_file_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("walk.bvh"), cut::first_frames("real/cmu_12_01_walk.bvh", 60)).unwrap();
+    let source = mocap::import(path("walk.bvh")).unwrap();
+    // The frame of the source that a frame of the file is next to.
+    let nearest = |frame: usize, rate: f64| (frame as f64 * 120.0 / rate).round() as usize;
+    for rate in [24.0, 30.0, 60.0, 100.0, 240.0, 480.0] {
+        let mut scene = source.clone();
+        scene.resample(rate, &Limits::default()).unwrap();
+        let steps = Provenance::of(&scene);
+        for extension in ["bvh", "trc", "fbx", "vrma", "glb", "usda", "mclip"] {
+            let output = path(&format!("out.{extension}"));
+            let mut metres = scene.clone();
+            metres.convert_units(0.056_444, UpAxis::Y);
+            let provenance = Provenance::of(&metres);
+            Exporter::new().overwrite(true).export(&metres, &output).unwrap();
+            let verifier = Verifier::new().provenance(provenance);
+            let verified = verifier.files(path("walk.bvh"), &output).unwrap();
+            let allowed = if extension == "mclip" { 1e-3 } else { 2e-5 };
+            assert!(verified.is_within(allowed), "{extension}, {rate}: {verified:?}");
+        }
+        // Whole frames of the source, read from the text of the file, and those in the jump.
+        Exporter::new().overwrite(true).export(&scene, path("out.bvh")).unwrap();
+        let rows = |name: &str| -> Vec<Vec<f32>> {
+            let text = std::fs::read_to_string(path(name)).unwrap();
+            let lines = text.lines().skip_while(|line| !line.starts_with("Frame Time"));
+            let numbers = |line: &str| line.split_whitespace().map(|word| word.parse().unwrap()).collect();
+            lines.skip(1).map(numbers).collect()
+        };
+        let (ours, theirs) = (rows("walk.bvh"), rows("out.bvh"));
+        let mut compared = 0;
+        for (frame, row) in theirs.iter().enumerate() {
+            let at = frame as f64 * 120.0 / rate;
+            if at < 1.0 || at.fract() == 0.0 {
+                let expected = &ours[nearest(frame, rate)];
+                let off = row.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(off < 2e-3, "{rate}, row {frame}: {off}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 10 || rate == 100.0, "{rate}: {compared}");
+        // A row that is another is found.
+        let mut wrong = scene.clone();
+        wrong.animations[0].channels[0].position_keys.values[3].x += 0.2;
+        Exporter::new().overwrite(true).export(&wrong, path("out.bvh")).unwrap();
+        let verifier = Verifier::new().provenance(steps);
+        let verified = verifier.files(path("walk.bvh"), path("out.bvh")).unwrap();
+        assert!(!verified.is_within(1e-3), "{rate}: {verified:?}");
+    }
 }
 
 /// The frame time .0083333 means 1/120, so that this changes no frame, and the time of each by a part in 250,000.

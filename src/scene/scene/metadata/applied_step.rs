@@ -101,6 +101,15 @@ pub enum AppliedStep {
 }
 
 impl AppliedStep {
+    /// Whether it is a step of `edit` that moves something: another rest pose and other frames of joints do not.
+    #[doc(hidden)]
+    pub fn changes_motion(&self) -> bool {
+        let Self::Edit { edit, .. } = self else { return false };
+        !["bone-axis", "rest"]
+            .iter()
+            .any(|step| edit.get("step").is_some_and(|name| name == step))
+    }
+
     /// Whether the frames of joints are others at rest than those of the source.
     #[doc(hidden)]
     pub fn takes_new_axes(&self) -> bool {

@@ -4,10 +4,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 
+use mocap::bvh::BvhOptions;
+use mocap::compress::ErrorBound;
+use mocap::fbx::{FbxOptions, FbxTarget};
 use mocap::figure::Humanoid;
-use mocap::scene::{NodeKind, UpAxis};
+use mocap::gltf::{Compression, GltfOptions};
+use mocap::scene::{Animation, NodeKind, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier};
-use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
+use mocap::{Code, Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
 use super::{as_of_another_program, glb};
@@ -328,6 +332,41 @@ fn a_joint_without_children_that_turns_is_looked_at() {
     }
 }
 
+/// The unit and the up axis are found in clips of one name, wherever these stand in the file.
+#[test]
+fn clips_in_another_order_are_those_of_their_names() {
+    let files = Files::of_fixture("cmu_short.bvh");
+    let mut scene = files.scene();
+    let standing = scene.animations[0].clone();
+    // Somebody who lies: in it alone another up axis fits.
+    let mut lying = standing.clone();
+    let aside = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let root = &mut lying.channels[0];
+    root.position_keys.values.iter_mut().for_each(|key| *key = aside * *key);
+    root.rotation_keys.values.iter_mut().for_each(|key| *key = aside * *key);
+    let mut still = standing.clone();
+    still.channels.truncate(1);
+    scene.animations.clear();
+    for (name, clip) in [("standing", standing), ("lying", lying), ("still", still)] {
+        scene.animations.push(Animation {
+            name: name.to_owned(),
+            ..clip
+        });
+    }
+    let source = scene.clone();
+    let glb = |scene: &Scene| foreign(GltfOptions::new().write_glb(scene).unwrap());
+    for order in [[1, 0, 2], [2, 1, 0], [1, 2, 0]] {
+        scene.animations = order.map(|clip| source.animations[clip].clone()).into();
+        let verified = Verification::of(&source, &glb(&scene)).unwrap();
+        assert!(verified.is_within(1e-5), "{order:?}: {verified:?}");
+    }
+    // Names that are exchanged are another matter.
+    scene.animations[0].name = "still".to_owned();
+    scene.animations[1].name = "lying".to_owned();
+    let verified = Verification::of(&source, &glb(&scene)).unwrap();
+    assert!(!verified.is_within(1e-3), "{verified:?}");
+}
+
 #[test]
 fn an_inverse_bind_matrix_that_is_wrong_is_found() {
     let files = Files::of_fixture("cmu_short.bvh");
@@ -343,6 +382,99 @@ fn an_inverse_bind_matrix_that_is_wrong_is_found() {
             "{extension}"
         );
     }
+}
+
+/// The bind poses of a compressed file are decoded: the right one is accepted, and another is found.
+#[test]
+fn an_inverse_bind_matrix_in_a_stream_of_meshopt_is_read() {
+    let files = Files::of_fixture("cmu_short.bvh");
+    for kind in [Compression::Meshopt, Compression::MeshoptKhr] {
+        let options = GltfOptions::new()
+            .compression(kind)
+            .error_bound(Some(ErrorBound::new(1e-3)));
+        let mut scene = files.scene();
+        let whole = match options.write_glb(&scene) {
+            Ok(whole) => whole,
+            Err(error) => {
+                assert_eq!(error.code(), Code::MissingFeature);
+                return;
+            }
+        };
+        let source = mocap::import(files.source()).unwrap();
+        let verified = Verification::of(&source, &whole).unwrap();
+        assert!(verified.is_within(1e-3), "{kind:?}: {verified:?}");
+        let bone = &mut scene.meshes[0].bones[7];
+        bone.offset_matrix = mocap::glam::Mat4::from_rotation_x(0.3) * bone.offset_matrix;
+        let moved = options.write_glb(&scene).unwrap();
+        assert_eq!(
+            kinds(&Verification::of(&source, &moved).unwrap()),
+            [FindingKind::Skin],
+            "{kind:?}"
+        );
+    }
+}
+
+/// A copy says what its source says: no step lies between the two. Another motion of the same steps is not its source.
+#[test]
+fn a_copy_of_a_written_file_is_what_its_source_is() {
+    let files = Files::of_fixture("cmu_short.bvh");
+    let mut scene = files.scene();
+    scene.trim(5.0, 40.0);
+    scene.put_in_place();
+    let path = |name: &str| files.0.path().join(name);
+    for extension in ["glb", "gltf", "fbx", "usda", "usdz", "bvh", "vrma"] {
+        let output = path(&format!("out.{extension}"));
+        let exporter = Exporter::new().bvh(BvhOptions::new().sidecar(true));
+        exporter.export(&scene, &output).unwrap();
+        let verified = Verifier::new().files(&output, &output).unwrap();
+        assert!(verified.is_within(1e-9), "{extension}: {verified:?}");
+        let mut other = scene.clone();
+        let channels = &mut other.animations[0].channels;
+        channels[3].rotation_keys.values.reverse();
+        channels[8].rotation_keys.values.reverse();
+        let another = path(&format!("another.{extension}"));
+        exporter.export(&other, &another).unwrap();
+        let verified = Verifier::new().files(&output, &another).unwrap();
+        assert!(!verified.is_within(1e-3), "{extension}: {verified:?}");
+    }
+}
+
+/// Makes the keys of a track four times as long: forwards and back, twice.
+fn extended<T: Copy>(keys: &mut Vec<T>) {
+    let times = if keys.len() > 1 { 2 } else { 0 };
+    for _ in 0..times {
+        let again: Vec<T> = keys.iter().rev().copied().collect();
+        keys.extend(again);
+    }
+}
+
+/// Some programs take whole frame rates alone: each frame is then a little earlier, the later the more.
+#[test]
+fn a_long_motion_at_a_whole_frame_rate_is_compared_frame_by_frame() {
+    let files = Files::of_fixture("cmu_01_01.bvh");
+    let mut source = mocap::import(files.source()).unwrap();
+    for clip in &mut source.animations {
+        for channel in &mut clip.channels {
+            extended(&mut channel.position_keys.values);
+            extended(&mut channel.rotation_keys.values);
+        }
+        clip.duration = 4.0 * (clip.duration + 1.0) - 1.0;
+    }
+    source.metadata.origin = None;
+    let mut scene = source.clone();
+    Conversion::new().apply(&mut scene).unwrap();
+    let path = files.0.path().join("out.fbx");
+    for target in [FbxTarget::Unreal, FbxTarget::MotionBuilder] {
+        let exporter = Exporter::new().overwrite(true).fbx(FbxOptions::of_target(target));
+        exporter.export(&scene, &path).unwrap();
+        let verified = Verification::of(&source, &std::fs::read(&path).unwrap()).unwrap();
+        assert!(verified.is_within(2e-5), "{target:?}: {verified:?}");
+    }
+    // Another rate is another motion.
+    scene.animations[0].ticks_per_second *= 0.999;
+    Exporter::new().overwrite(true).export(&scene, &path).unwrap();
+    let verified = Verification::of(&source, &std::fs::read(&path).unwrap()).unwrap();
+    assert!(!verified.is_within(1e-3), "{verified:?}");
 }
 
 #[test]
