@@ -49,7 +49,7 @@ pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 
-use crate::{Contents, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 pub use self::character::Character;
@@ -100,7 +100,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: false,
-    contents: Contents::Motion,
+    contents: crate::Contents::Motion,
     has_sidecar: false,
 };
 
@@ -129,7 +129,7 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: true,
-    contents: Contents::Motion,
+    contents: crate::Contents::Motion,
     has_sidecar: false,
 };
 

@@ -92,7 +92,7 @@ impl<'a> Output<'a> {
     /// Forgets what the file says of itself.
     pub(super) fn forget_provenance(&mut self) {
         match self {
-            Self::Gltf(file, skinned) => {
+            Self::Gltf(file, skinned, _) => {
                 file.forget_provenance();
                 *skinned = None;
             }

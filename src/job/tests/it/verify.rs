@@ -418,6 +418,7 @@ fn files_are_read_as_the_conversion_read_them() {
     assert_eq!(error.code().as_str(), "io");
 }
 
+mod allowed;
 mod of_arrays;
 mod sidecar;
 mod truth;
