@@ -2,10 +2,12 @@
 //!
 //! A tool is a command: its arguments are those of the command line ([`schema`]), and it calls the functions that the
 //! command calls ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds them, and
-//! [`reports`] keeps the reports of a session.
+//! [`reports`] keeps the reports of a session. The server answers at once what needs no file. Each call of a tool runs
+//! in a process of its own ([`work`]), so that it can be ended at any moment; [`calls`] has those that wait and run.
 
 mod answer;
 mod call;
+mod calls;
 #[doc(hidden)]
 pub(crate) mod line;
 mod protocol;
@@ -14,20 +16,21 @@ mod root;
 #[doc(hidden)]
 pub(crate) mod schema;
 pub(crate) mod tools;
+mod work;
 
-use std::io::{self, Write};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::io;
+use std::thread;
+use std::time::Duration;
 
+use serde_json::value::to_raw_value;
 use serde_json::{Value, json};
 
-use self::answer::Answer;
-use self::call::Call;
+use self::calls::{Call, Calls, MOST_RUNNING};
 use self::line::Line;
 use self::protocol::{Era, Fault, Message};
-use self::reports::Reports;
 use self::root::Root;
 use self::schema::Commands;
+use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
 /// What a client may tell its model of the server.
@@ -37,45 +40,53 @@ const INSTRUCTIONS: &str = "Motion capture files: survey a folder of takes, clea
     everything but write. mocap://steps lists the steps of edit, mocap://formats the formats.";
 
 /// Answers the messages of standard input, until it ends.
-pub(crate) fn serve(folder: &Path) -> Result<(), Failure> {
-    let root = Root::enter(folder)?;
+pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
+    let root = Root::enter(&args.root)?;
     // Standard error is a log that nobody may read; what is said is in the answers.
     report::set_quiet(true);
     streams::take();
-    let mut session = Session {
-        root,
+    if args.call {
+        return work::serve(root);
+    }
+    let calls = Calls::new(Duration::from_secs(args.time_limit))?;
+    let mut server = Server {
+        calls: &calls,
         commands: Commands::default(),
-        reports: Reports::new(),
         is_initialized: false,
     };
     let mut input = io::BufReader::new(io::stdin());
-    let mut output = io::stdout();
-    loop {
-        let answer = match line::read(&mut input)? {
-            Line::End => return Ok(()),
-            Line::Text(text) => session.answer(&text),
-            Line::TooLong => Some(protocol::failed(&Value::Null, &line::too_long())),
-        };
-        if let Some(answer) = answer {
-            let mut text = report::visible_json(&answer.to_string()).into_owned();
-            text.push('\n');
-            output.write_all(text.as_bytes())?;
-            output.flush()?;
+    thread::scope(|scope| {
+        for _ in 0..MOST_RUNNING {
+            scope.spawn(|| calls.work());
         }
-    }
+        let read = server.read(&mut input);
+        calls.close();
+        read
+    })
 }
 
-/// What the server knows of its client's calls.
-struct Session {
-    root: Root,
+struct Server<'a> {
+    calls: &'a Calls,
     commands: Commands,
-    reports: Reports,
     /// Whether the client has shaken hands, as those of earlier revisions do.
     is_initialized: bool,
 }
 
-impl Session {
-    /// The answer to a message; none to what asks for none.
+impl Server<'_> {
+    fn read(&mut self, input: &mut impl io::BufRead) -> Result<(), Failure> {
+        loop {
+            let answer = match line::read(input)? {
+                Line::End => return Ok(()),
+                Line::Text(text) => self.answer(&text),
+                Line::TooLong => Some(protocol::failed(&Value::Null, &line::too_long())),
+            };
+            if let Some(answer) = answer {
+                self.calls.send(&answer.to_string());
+            }
+        }
+    }
+
+    /// The answer to a message; none to what asks for none, and to a call that begins.
     fn answer(&mut self, text: &[u8]) -> Option<Value> {
         if text.iter().all(u8::is_ascii_whitespace) {
             return None;
@@ -83,47 +94,45 @@ impl Session {
         match protocol::parse(text) {
             Err((id, fault)) => Some(protocol::failed(&id, &fault)),
             Ok(Message::Silent) => None,
-            Ok(Message::Request { id, method, params }) => Some(match self.request(&method, &params) {
-                Ok(result) => json!({"jsonrpc": "2.0", "id": id, "result": result}),
-                Err(fault) => protocol::failed(&id, &fault),
-            }),
+            Ok(Message::Cancelled(id)) => {
+                self.calls.cancel(&id);
+                None
+            }
+            Ok(Message::Request { id, method, params }) => match self.request(&id, &method, params) {
+                Ok(result) => result.map(|result| json!({"jsonrpc": "2.0", "id": id, "result": result})),
+                Err(fault) => Some(protocol::failed(&id, &fault)),
+            },
         }
     }
 
-    fn request(&mut self, method: &str, params: &Value) -> Result<Value, Fault> {
+    fn request(&mut self, id: &Value, method: &str, params: Value) -> Result<Option<Value>, Fault> {
         if method == "initialize" {
             self.is_initialized = true;
-            return Ok(protocol::initialized(params, INSTRUCTIONS));
+            return Ok(Some(protocol::initialized(&params, INSTRUCTIONS)));
         }
-        let era = Era::of(params, self.is_initialized)?;
+        let era = Era::of(&params, self.is_initialized)?;
         let result = match method {
             "server/discover" if era == Era::Current => protocol::discovered(INSTRUCTIONS),
             "ping" => json!({}),
             "tools/list" => json!({"tools": schema::list(&self.commands)}),
-            "tools/call" => self.call(params)?,
-            "resources/list" => json!({"resources": self.reports.list()}),
+            "tools/call" => {
+                let (tool, arguments) = tools::named(&params)?;
+                let arguments = to_raw_value(&arguments).map_err(|error| Fault::invalid_params(error.to_string()))?;
+                let progress = protocol::progress_token(&params)?;
+                self.calls.begin(Call {
+                    id: id.to_string(),
+                    tool: tool.tool_name(),
+                    arguments,
+                    era,
+                    progress,
+                })?;
+                return Ok(None);
+            }
+            "resources/list" => json!({"resources": self.calls.reports().list()}),
             "resources/templates/list" => json!({"resourceTemplates": []}),
-            "resources/read" => json!({"contents": [self.reports.read(params)?]}),
+            "resources/read" => json!({"contents": [self.calls.reports().read(&params)?]}),
             _ => return Err(Fault::unknown_method(method)),
         };
-        Ok(era.finish(result, method))
-    }
-
-    /// Calls a tool. What goes wrong in it is a result, which the model of the client sees.
-    fn call(&mut self, params: &Value) -> Result<Value, Fault> {
-        let (tool, arguments) = tools::named(params)?;
-        let mut call = Call {
-            root: self.root,
-            commands: &self.commands,
-            tool,
-            arguments: &arguments,
-        };
-        let answered = catch_unwind(AssertUnwindSafe(|| call.answer()));
-        let answer = match answered {
-            Ok(Ok(answer)) => answer,
-            Ok(Err(failure)) => Answer::failed(failure),
-            Err(_) => Answer::failed(Failure::Usage(crate::batch::PANICKED.to_owned())),
-        };
-        Ok(self.reports.keep(tool.name, answer))
+        Ok(Some(era.finish(result, method)))
     }
 }

@@ -285,7 +285,16 @@ pub(crate) struct McpArgs {
     /// opened, and no file is replaced that the session has not written
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: PathBuf,
+    /// End a call that takes longer than so many seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS))]
+    pub(crate) time_limit: u64,
+    /// Do one call of a server, which starts itself with this option.
+    #[arg(long, hide = true)]
+    pub(crate) call: bool,
 }
+
+/// The longest time limit: a year.
+const MOST_SECONDS: u64 = 31_536_000;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PoseArgs {

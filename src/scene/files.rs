@@ -15,7 +15,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::mem;
 use std::path::{Path, PathBuf};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
 #[doc(hidden)]
 pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK, PARQUET_CREATOR};
@@ -28,6 +30,8 @@ pub use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 #[doc(hidden)]
 pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
+#[doc(hidden)]
+pub use self::own::{OwnFiles, go_on};
 #[doc(hidden)]
 pub use self::set::{OutputSet, check_distinct};
 use self::unfinished::Unfinished;
@@ -62,12 +66,26 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
+/// Held while an output is written.
+static WRITING: RwLock<()> = RwLock::new(());
+
+fn writing() -> RwLockReadGuard<'static, ()> {
+    WRITING.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Waits until no output is being written, and lets none be written from now on, for a process that is about to end.
+#[doc(hidden)]
+pub fn stop_writing() {
+    mem::forget(WRITING.write().unwrap_or_else(PoisonError::into_inner));
+}
+
 /// As [`write_file`], for bytes in several buffers: `write` writes them one after the other. Returns their number.
 ///
 /// # Errors
 /// As [`write_file`].
 #[doc(hidden)]
 pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
+    let _writing = writing();
     let write = || match Target::to_write(path)? {
         Target::Stream => write_stream(path, write),
         Target::File(target) => {

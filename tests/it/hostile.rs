@@ -211,3 +211,30 @@ fn xml_that_ends_with_a_line_is_refused() {
         assert!(mocap::Importer::new().read_robot(text.as_bytes(), "robot.xml").is_err());
     }
 }
+
+#[test]
+fn security_names_tests_that_exist() {
+    let page = fs::read_to_string("SECURITY.md").unwrap();
+    let table = page.split("## Which test holds which promise").nth(1).unwrap();
+    let quoted = table.split('`').skip(1).step_by(2);
+    let names: Vec<&str> = quoted.filter(|text| text.matches('_').count() > 2).collect();
+    assert!(names.len() > 10, "{names:?}");
+    let (mut code, mut folders) = (String::new(), vec![PathBuf::from("src")]);
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match path.is_dir() {
+                true => folders.push(path),
+                false if path.extension().is_some_and(|extension| extension == "rs") => {
+                    code += &fs::read_to_string(path).unwrap();
+                }
+                false => {}
+            }
+        }
+    }
+    for name in names {
+        assert!(
+            code.contains(&format!("#[test]\nfn {name}()")) || code.contains(&format!("#[test]\n    fn {name}()")),
+            "{name}"
+        );
+    }
+}

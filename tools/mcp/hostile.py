@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -59,6 +60,13 @@ def make_root(whole):
     os.symlink(whole / "secret.bvh", root / "link.bvh")
     os.symlink(whole / "folder", root / "linked")
     os.symlink(whole / "new.glb", root / "dangling.glb")
+    # A search that follows these never ends.
+    (root / "loops").mkdir()
+    os.symlink(".", root / "loops/self")
+    os.symlink("../loops", root / "loops/again")
+    os.symlink("/", root / "loops/everything")
+    # Who reads this waits for ever.
+    os.mkfifo(root / "pipe.bvh")
     # A file that refers to one outside of the folder: its buffer is a link.
     (whole / "secret.bin").write_bytes(bytes(64))
     os.symlink(whole / "secret.bin", root / "buffer.bin")
@@ -133,8 +141,10 @@ def paths(server, whole):
         answer = server.call("convert", inputs=["take.bvh"], output=folder, to="bvh")
         assert answer["isError"], (folder, answer)
     # A folder that leads out by a link among its entries: the entries outside are not there.
-    found = server.call("survey", inputs=["."])["structuredContent"]
-    assert not any("secret" in clip["file"] or "link" in clip["file"] for clip in found["clips"]), found
+    for inputs in [".", "*", "**", "**/*", "*/*", "*/*/*/*/*/*", "[!x]*/**"]:
+        found = server.call("survey", inputs=[inputs])["structuredContent"]
+        assert not any("secret" in clip["file"] or "link" in clip["file"] for clip in found.get("clips", [])), found
+        assert "everything" not in json.dumps(found), found
     answer = server.call("inspect", input="refers.gltf")
     assert answer["isError"] and "outside" in answer["content"][0]["text"], answer
 
@@ -156,6 +166,11 @@ def messages(server):
         b"[" * 100_000: -32700,
         b"[]": -32600,
         b"1": -32600,
+        b'[{"jsonrpc": "2.0", "id": 1, "method": "ping"}]': -32600,
+        b'{"jsonrpc": "2.0", "id": 1.5, "method": "ping"}': -32600,
+        b'{"jsonrpc": "2.0", "id": 1' + b"0" * 400 + b', "method": "ping"}': -32700,
+        b'{"jsonrpc": "2.0", "id": 99999999999999999999, "method": "ping"}': -32600,
+        b'{"jsonrpc": "2.0", "id": 1, "method": "tools/call", "params": {"_meta": {"progressToken": []}}}': -32602,
         b'{"jsonrpc": "1.0", "id": 1, "method": "ping"}': -32600,
         b'{"jsonrpc": "2.0", "id": 1}': -32600,
         b'{"jsonrpc": "2.0", "id": null, "method": "ping"}': -32600,
@@ -176,13 +191,85 @@ def messages(server):
     assert server.request("tools/call", name="check", arguments=[])["error"]["code"] == -32602
     assert server.request("resources/read", uri="file:///etc/passwd")["error"]["code"] == -32602
     # None of these is answered: the next answer is that of the request.
-    for silent in [{"method": "notifications/cancelled"}, {"method": "nonsense"}, {"id": 1, "result": {}}]:
+    nobody = [{"requestId": id} for id in (1, "1", None, 10**30, [], {})] + [None, [], "1"]
+    cancelled = [{"method": "notifications/cancelled", "params": params} for params in nobody]
+    for silent in [{"method": "notifications/cancelled"}, {"method": "nonsense"}, {"id": 1, "result": {}}, *cancelled]:
         server.send(json.dumps({"jsonrpc": "2.0"} | silent).encode())
     server.send(b"")
     answer = server.call("convert", inputs=["take.bvh"], output="x.glb", nonsense=1)
     assert answer["isError"] and "nonsense" in answer["content"][0]["text"]
     for value in [{"a": 1}, [[]], 1e300, "x" * 900_000]:
         assert server.call("convert", inputs=["take.bvh"], output="x.glb", trim=value)["isError"], value
+
+
+def calls_at_once(server):
+    """A call that hangs blocks no other, and ends when it is cancelled. An identifier is of one call at a time."""
+
+    def send(id, method="tools/call", **params):
+        message = {"jsonrpc": "2.0", "id": id, "method": method, "params": {"_meta": META} | params}
+        server.send(json.dumps(message).encode())
+
+    def cancel(id):
+        message = {"jsonrpc": "2.0", "method": "notifications/cancelled", "params": {"requestId": id}}
+        server.send(json.dumps(message).encode())
+
+    long = "x" * 100_000
+    hang = {"name": "inspect", "arguments": {"input": "pipe.bvh"}}
+    for id in ["hang", 2**63, long]:
+        send(id, **hang)
+        send("ping", "ping")
+        assert server.receive()["id"] == "ping"
+        send(id, **hang)
+        answer = server.receive()
+        assert answer["id"] == id and answer["error"]["code"] == -32600, answer
+    assert server.call("inspect", input="take.bvh")["structuredContent"]["frames"] == 75
+    for id in ["hang", 2**63, long]:
+        cancel(id)
+    # More than may wait, all at once: each is answered once, or cancelled.
+    for id in range(1000, 1300):
+        send(id, **hang)
+    for id in range(1000, 1300):
+        cancel(id)
+    send("after", name="inspect", arguments={"input": "take.bvh"})
+    refused = set()
+    while (answer := server.receive())["id"] != "after":
+        assert answer["error"]["code"] == -32000 and answer["id"] not in refused, answer
+        refused.add(answer["id"])
+    assert answer["result"]["structuredContent"]["frames"] == 75, answer
+
+
+def random_calls(server, whole, count):
+    """Calls of every tool with arguments that are none, some beside each other: each is answered, and none is done."""
+    dice = random.Random(int(os.environ.get("MOCAP_SEED", 7)))
+    tools = server.request("tools/list")["result"]["tools"]
+    paths = ["../secret.bvh", "/etc/passwd", str(whole / "secret.bvh"), "linked/secret.bvh", "pipe", "loops/self/x", "", "."]
+    odd = [None, True, -1, 1e308, [], {}, [[]], {"a": 1}, "\0", "-", "--force", "x" * 10_000, "[" * 100, "**/" * 500 + "*"]
+
+    def value(depth=0):
+        if depth < 3 and dice.random() < 0.2:
+            return [value(depth + 1) for _ in range(dice.randrange(4))]
+        if depth < 3 and dice.random() < 0.1:
+            return {dice.choice(paths): value(depth + 1)}
+        return dice.choice(paths + odd)
+
+    waiting = set()
+    for number in range(count):
+        tool = dice.choice(tools)
+        names = [*tool["inputSchema"]["properties"], "nonsense", "../x"]
+        arguments = {name: value() for name in dice.sample(names, dice.randrange(len(names)))}
+        # A tool whose output leads out does nothing, whatever else is asked.
+        for name in {"output", "html", "sarif", "matrix"} & {*names}:
+            arguments[name] = dice.choice(["../out.glb", str(whole / "out.glb"), "dangling.glb", "mine.glb", "linked/x.glb"])
+        id = dice.choice([f"call {number}", number + 10_000])
+        params = {"_meta": META | {"progressToken": number}, "name": tool["name"], "arguments": arguments}
+        server.send(json.dumps({"jsonrpc": "2.0", "id": id, "method": "tools/call", "params": params}).encode())
+        waiting.add(id)
+        while len(waiting) > 8 or waiting and number == count - 1:
+            answer = server.receive()
+            if "method" in answer:
+                continue
+            waiting.remove(answer["id"])
+            assert "error" in answer or "result" in answer, answer
 
 
 def main(mocap):
@@ -194,7 +281,9 @@ def main(mocap):
         paths(server, whole)
         assert snapshot(whole) == before, set(snapshot(whole)) ^ set(before)
         messages(server)
-        assert snapshot(whole) == before
+        calls_at_once(server)
+        random_calls(server, whole, 950)
+        assert snapshot(whole) == before, set(snapshot(whole)) ^ set(before)
         own_outputs(server)
         assert snapshot(whole) == before | {root / "out.bvh": (root / "out.bvh").read_bytes()}
         peak = server.peak_megabytes()

@@ -1,5 +1,6 @@
 //! Messages of JSON-RPC 2.0, and what the revisions of the Model Context Protocol have around a result.
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// The current revision: no handshake, and every request says its revision.
@@ -38,6 +39,10 @@ impl Fault {
         Self::new(-32601, format!("there is no method {shown:?}"))
     }
 
+    pub(super) fn busy(message: impl Into<String>) -> Self {
+        Self::new(-32000, message)
+    }
+
     pub(super) fn invalid_params(message: impl Into<String>) -> Self {
         Self::new(-32602, message)
     }
@@ -50,7 +55,9 @@ pub(super) enum Message {
         method: String,
         params: Value,
     },
-    /// A notification, or an answer to nothing that was asked. A call that has begun is not stopped.
+    /// The request of this identifier is not wanted any more.
+    Cancelled(Value),
+    /// Another notification, or an answer to nothing that was asked.
     Silent,
 }
 
@@ -76,7 +83,15 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
         None if message.contains_key("result") || message.contains_key("error") => return Ok(Message::Silent),
         _ => return Err((answered, Fault::invalid_request("\"method\" must be a text"))),
     };
-    let Some(id) = id else { return Ok(Message::Silent) };
+    let Some(id) = id else {
+        return Ok(match method.as_str() {
+            "notifications/cancelled" => {
+                let params = message.remove("params").unwrap_or_default();
+                Message::Cancelled(params.get("requestId").cloned().unwrap_or_default())
+            }
+            _ => Message::Silent,
+        });
+    };
     if !id.is_string() && !id.is_i64() && !id.is_u64() {
         let words = "\"id\" must be a text or an integer";
         return Err((Value::Null, Fault::invalid_request(words)));
@@ -85,6 +100,15 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
     match params.is_object() {
         true => Ok(Message::Request { id, method, params }),
         false => Err((id, Fault::invalid_params("\"params\" must be an object"))),
+    }
+}
+
+/// What the client calls the progress of a request, if it wants to hear of it.
+pub(super) fn progress_token(params: &Value) -> Result<Option<Value>, Fault> {
+    match &params["_meta"]["progressToken"] {
+        Value::Null => Ok(None),
+        token if token.is_string() || token.is_i64() || token.is_u64() => Ok(Some(token.clone())),
+        _ => Err(Fault::invalid_params("\"progressToken\" must be a text or an integer")),
     }
 }
 
@@ -98,7 +122,7 @@ pub(super) fn failed(id: &Value, fault: &Fault) -> Value {
 }
 
 /// Whether a request is of the current revision, or of one with a handshake.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Era {
     Current,
     Handshake,

@@ -59,32 +59,23 @@ impl Reports {
         }
     }
 
-    /// The result of a call, whose report is kept.
-    pub(super) fn keep(&mut self, tool: &str, answer: Answer) -> Value {
+    /// The number of the next report.
+    pub(super) fn next_number(&mut self) -> usize {
         self.count += 1;
-        let uri = format!("mocap://reports/{}", self.count);
-        let title = format!("the report of call {}, {tool}", self.count);
-        let text = answer.report.to_string();
-        let length = text.len();
-        let mut shown = match answer.brief {
-            None if length <= LONGEST => answer.report,
-            Some(brief) if brief.to_string().len() <= LONGEST => brief,
-            _ => json!({"note": "the report is long; read it as a resource"}),
-        };
-        let mut content = vec![];
-        if length > LONGEST || shown.get("report").is_none() {
-            shown["report"] = uri.as_str().into();
-        }
-        content.push(json!({"type": "text", "text": shown.to_string()}));
-        if let Some(picture) = answer.picture {
-            content.push(json!({"type": "image", "data": STANDARD.encode(picture), "mimeType": "image/png"}));
-        }
-        self.characters += length;
-        self.kept.push_back(Report { uri, title, text });
+        self.count
+    }
+
+    /// Keeps the report of a call.
+    pub(super) fn keep(&mut self, number: usize, tool: &str, text: String) {
+        self.characters += text.len();
+        self.kept.push_back(Report {
+            uri: uri_of(number),
+            title: format!("the report of call {number}, {tool}"),
+            text,
+        });
         while self.characters > MOST_KEPT && self.kept.len() > 1 {
             self.characters -= self.kept.pop_front().map_or(0, |report| report.text.len());
         }
-        json!({"content": content, "structuredContent": shown, "isError": answer.is_error})
     }
 
     /// What can be read.
@@ -121,6 +112,29 @@ impl Reports {
         let kind = fixed.map_or("application/json", |(.., kind)| *kind);
         Ok(json!({"uri": uri, "mimeType": kind, "text": text}))
     }
+}
+
+fn uri_of(number: usize) -> String {
+    format!("mocap://reports/{number}")
+}
+
+/// The result of a call, and its report, which has this number.
+pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
+    let text = answer.report.to_string();
+    let mut shown = match answer.brief {
+        None if text.len() <= LONGEST => answer.report,
+        Some(brief) if brief.to_string().len() <= LONGEST => brief,
+        _ => json!({"note": "the report is long; read it as a resource"}),
+    };
+    if text.len() > LONGEST || shown.get("report").is_none() {
+        shown["report"] = uri_of(number).into();
+    }
+    let mut content = vec![json!({"type": "text", "text": shown.to_string()})];
+    if let Some(picture) = answer.picture {
+        content.push(json!({"type": "image", "data": STANDARD.encode(picture), "mimeType": "image/png"}));
+    }
+    let result = json!({"content": content, "structuredContent": shown, "isError": answer.is_error});
+    (result, text)
 }
 
 fn formats() -> Value {

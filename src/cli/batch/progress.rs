@@ -1,6 +1,7 @@
 //! The progress of a run, on standard error: a bar on a terminal, lines of JSON for programs, or nothing.
 
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
@@ -64,6 +65,13 @@ pub(crate) struct Progress {
     display: Display,
 }
 
+/// Hears of every file that is finished, beside the display: the client of a server.
+static LISTENER: OnceLock<fn(&Counts)> = OnceLock::new();
+
+pub(crate) fn listen(listener: fn(&Counts)) {
+    let _ = LISTENER.set(listener);
+}
+
 enum Display {
     Bar(ProgressBar),
     Json { last: Instant },
@@ -94,6 +102,9 @@ impl Progress {
             Outcome::Done => {}
             Outcome::Skipped => self.counts.skipped += 1,
             Outcome::Failed => self.counts.failed += 1,
+        }
+        if let Some(listener) = LISTENER.get() {
+            listener(&self.counts);
         }
         match &mut self.display {
             Display::Bar(bar) => {

@@ -4,5 +4,5 @@ use crate::args::McpArgs;
 use crate::{Failure, agent};
 
 pub(crate) fn run(args: &McpArgs) -> Result<(), Failure> {
-    agent::serve(&args.root)
+    agent::serve(args)
 }

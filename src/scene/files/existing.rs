@@ -6,7 +6,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
@@ -239,7 +239,7 @@ pub fn has_provenance(path: &Path) -> bool {
 }
 
 /// Identifies a file: two paths to one file have one id.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) enum FileId {
     #[cfg(unix)]
     Inode { device: u64, inode: u64 },

@@ -1,15 +1,40 @@
-//! The files that this process has written since it was confined: it replaces no others.
+//! The files that this process, or those whose work it goes on with, has written since it was confined: it replaces no
+//! others.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use serde::{Deserialize, Serialize};
 
 use super::confined::is_confined;
 use super::existing::FileId;
 
-/// The files by their real paths.
-static WRITTEN: Mutex<BTreeMap<PathBuf, FileId>> = Mutex::new(BTreeMap::new());
+/// Files that were written, by their real paths.
+#[doc(hidden)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct OwnFiles(BTreeMap<PathBuf, FileId>);
+
+impl OwnFiles {
+    /// Adds the files of another process.
+    pub fn extend(&mut self, others: Self) {
+        self.0.extend(others.0);
+    }
+}
+
+static WRITTEN: Mutex<OwnFiles> = Mutex::new(OwnFiles(BTreeMap::new()));
+
+/// Hears of each file that this process writes, before it may end.
+static HEARS: OnceLock<fn(OwnFiles)> = OnceLock::new();
+
+/// Goes on with the work of other processes: what they have written counts as written by this one, and `hears` is told
+/// of each file that this one writes.
+#[doc(hidden)]
+pub fn go_on(others: OwnFiles, hears: fn(OwnFiles)) {
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).extend(others);
+    let _ = HEARS.set(hears);
+}
 
 /// Why a confined process does not replace a file.
 pub(super) const OF_OTHERS: &str = "the file exists, and this process has not written it";
@@ -20,7 +45,11 @@ pub(super) fn note(path: &Path) {
         return;
     }
     if let (Ok(real), Some(id)) = (fs::canonicalize(path), FileId::of(path)) {
-        WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).insert(real, id);
+        let file = OwnFiles(BTreeMap::from([(real, id)]));
+        if let Some(hears) = HEARS.get() {
+            hears(file.clone());
+        }
+        WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).extend(file);
     }
 }
 
@@ -37,6 +66,6 @@ pub(super) fn is_of_others(path: &Path) -> bool {
 /// A file that another program has put in place of the written one has another id.
 fn is_noted(path: &Path) -> bool {
     let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
-    let noted = fs::canonicalize(path).ok().and_then(|real| written.get(&real));
+    let noted = fs::canonicalize(path).ok().and_then(|real| written.0.get(&real));
     noted.is_some_and(|noted| FileId::of(path).as_ref() == Some(noted))
 }

@@ -10,7 +10,7 @@ use tempfile::TempPath;
 
 use super::existing::FileId;
 use super::unfinished::{Unfinished, named};
-use super::{ReplacePolicy, Target, folder_of, own, remove_all_unfinished, write_file_with, write_stream};
+use super::{ReplacePolicy, Target, folder_of, own, remove_all_unfinished, write_file_with, write_stream, writing};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// All files of an output: the files that a user named, and files that stand beside them, such as buffers, textures
@@ -167,6 +167,7 @@ pub fn check_distinct<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result
 }
 
 fn write_whole(files: &[&OutputFile<'_>]) -> Result<()> {
+    let _writing = writing();
     // All files are complete before the first is replaced.
     let (mut written, mut streams) = (Vec::new(), Vec::new());
     for &file in files {

@@ -3,43 +3,93 @@
 mod line;
 mod schema;
 
-use std::io::Write;
-use std::process::{Command, Stdio};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use crate::at_root;
 use crate::program::Folder;
 
-/// The answers of a server to requests, one for each.
-fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
-    let mut server = Command::new(env!("CARGO_BIN_EXE_mocap"))
-        .args(["mcp", "--root"])
-        .arg(folder.path(""))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut input = server.stdin.take().unwrap();
-    for (index, (method, params)) in requests.iter().enumerate() {
-        let mut params = params.clone();
-        params["_meta"] = json!({
-            "io.modelcontextprotocol/protocolVersion": "2026-07-28",
-            "io.modelcontextprotocol/clientCapabilities": {},
+/// A server that is spoken to by lines.
+struct Server {
+    child: Child,
+    input: Option<ChildStdin>,
+    answers: Receiver<Value>,
+}
+
+impl Server {
+    fn start(folder: &Folder, options: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_mocap"))
+            .args(["mcp", "--root"])
+            .arg(folder.path(""))
+            .args(options)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        let (sender, answers) = mpsc::channel();
+        thread::spawn(move || {
+            for line in output.lines() {
+                let _ = sender.send(serde_json::from_str(&line.unwrap()).unwrap());
+            }
         });
-        let message = json!({"jsonrpc": "2.0", "id": index, "method": method, "params": params});
-        writeln!(input, "{message}").unwrap();
+        Self {
+            input: child.stdin.take(),
+            child,
+            answers,
+        }
     }
-    drop(input);
-    let output = server.wait_with_output().unwrap();
-    assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).unwrap();
-    let answers: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert!(
-        answers.iter().enumerate().all(|(index, answer)| answer["id"] == index),
-        "{text}"
-    );
-    assert_eq!(answers.len(), requests.len());
+
+    fn send(&mut self, line: &str) {
+        writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// Sends a request of the current revision.
+    fn request(&mut self, id: impl Into<Value>, method: &str, mut params: Value) {
+        let meta = &mut params["_meta"];
+        meta["io.modelcontextprotocol/protocolVersion"] = "2026-07-28".into();
+        meta["io.modelcontextprotocol/clientCapabilities"] = json!({});
+        let id = id.into();
+        self.send(&json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}).to_string());
+    }
+
+    fn cancel(&mut self, id: impl Into<Value>) {
+        let id: Value = id.into();
+        let params = json!({"requestId": id, "reason": "not wanted"});
+        self.send(&json!({"jsonrpc": "2.0", "method": "notifications/cancelled", "params": params}).to_string());
+    }
+
+    /// The next message of the server.
+    fn next(&self) -> Value {
+        self.answers
+            .recv_timeout(Duration::from_secs(60))
+            .expect("the server is silent")
+    }
+
+    /// Closes the input. The server then ends by itself.
+    fn end(mut self) {
+        self.input = None;
+        assert!(self.child.wait().unwrap().success());
+        assert!(self.answers.recv().is_err(), "a message that nothing asked for");
+    }
+}
+
+/// The answers of a server to requests, each sent after the answer to the one before.
+fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
+    let mut server = Server::start(folder, &[]);
+    let answer = |(index, (method, params)): (usize, &(&str, Value))| {
+        server.request(index, method, params.clone());
+        let answer = server.next();
+        assert_eq!(answer["id"], index, "{answer}");
+        answer
+    };
+    let answers = requests.iter().enumerate().map(answer).collect();
+    server.end();
     answers
 }
 
@@ -252,4 +302,276 @@ fn a_session_replaces_nothing_beside_its_outputs() {
         assert!(!root.path(name).exists(), "{name}");
     }
     assert!(root.read("sub/take.bvh").len() < root.read("take.bvh").len());
+}
+
+/// A pipe that nobody writes to: a call that reads it never ends by itself.
+#[cfg(unix)]
+fn with_a_pipe() -> Folder {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let made = Command::new("mkfifo").arg(folder.path("pipe.bvh")).status();
+    assert!(made.unwrap().success());
+    folder
+}
+
+fn named(tool: &str, arguments: Value) -> Value {
+    json!({"name": tool, "arguments": arguments})
+}
+
+#[cfg(unix)]
+#[test]
+fn a_call_that_hangs_blocks_nothing_and_is_cancelled_without_an_answer() {
+    let folder = with_a_pipe();
+    let mut server = Server::start(&folder, &[]);
+    let hangs = named("inspect", json!({"input": "pipe.bvh"}));
+    server.request("hangs", "tools/call", hangs.clone());
+    server.request(1, "ping", json!({}));
+    assert_eq!(server.next()["id"], 1);
+    // Another call runs beside it.
+    server.request(2, "tools/call", named("inspect", json!({"input": "cmu_short.bvh"})));
+    let answer = server.next();
+    assert_eq!(
+        (&answer["id"], &answer["result"]["structuredContent"]["frames"]),
+        (&json!(2), &json!(75))
+    );
+    // Its identifier is taken until it has ended.
+    server.request("hangs", "tools/call", hangs.clone());
+    let answer = server.next();
+    assert_eq!(
+        (&answer["id"], &answer["error"]["code"]),
+        (&json!("hangs"), &json!(-32600))
+    );
+    // Identifiers that no call has, and one of another type.
+    for unknown in [json!(null), json!(1), json!(77), json!([]), json!({"a": 1})] {
+        server.cancel(unknown);
+    }
+    server.cancel("hangs");
+    let start = Instant::now();
+    loop {
+        server.request(
+            "hangs",
+            "tools/call",
+            named("inspect", json!({"input": "cmu_short.bvh"})),
+        );
+        let answer = server.next();
+        assert_eq!(answer["id"], "hangs");
+        if answer.get("result").is_some() {
+            break;
+        }
+        assert!(start.elapsed() < Duration::from_secs(30), "{answer}");
+        thread::sleep(Duration::from_millis(20));
+    }
+    server.end();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_call_has_a_time_limit() {
+    let folder = with_a_pipe();
+    let mut server = Server::start(&folder, &["--time-limit", "1"]);
+    // More than run at once: those that wait have their own time.
+    for id in 0..6 {
+        server.request(id, "tools/call", named("inspect", json!({"input": "pipe.bvh"})));
+    }
+    let mut ids = Vec::new();
+    for _ in 0..6 {
+        let answer = server.next();
+        assert_eq!(answer["result"]["isError"], true, "{answer}");
+        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
+        assert!(
+            error.contains("longer than 1 s") && error.contains("--time-limit"),
+            "{error}"
+        );
+        ids.push(answer["id"].as_u64().unwrap());
+    }
+    ids.sort_unstable();
+    assert_eq!(ids, [0, 1, 2, 3, 4, 5]);
+    server.end();
+}
+
+#[cfg(unix)]
+#[test]
+fn calls_that_wait_are_cancelled_and_too_many_are_refused() {
+    let folder = with_a_pipe();
+    let mut server = Server::start(&folder, &[]);
+    for id in 0..200 {
+        server.request(id, "tools/call", named("inspect", json!({"input": "pipe.bvh"})));
+    }
+    server.request("ping", "ping", json!({}));
+    let mut refused = 0;
+    loop {
+        let answer = server.next();
+        if answer["id"] == "ping" {
+            break;
+        }
+        assert_eq!(answer["error"]["code"], -32000, "{answer}");
+        refused += 1;
+    }
+    assert!((40..=100).contains(&refused), "{refused}");
+    for id in 0..200 {
+        server.cancel(id);
+    }
+    server.request(
+        "last",
+        "tools/call",
+        named("inspect", json!({"input": "cmu_short.bvh"})),
+    );
+    let answer = server.next();
+    assert_eq!(
+        (&answer["id"], &answer["result"]["isError"]),
+        (&json!("last"), &json!(false))
+    );
+    server.end();
+}
+
+/// Who ends a server ends its calls.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_processes_of_calls_end_with_the_server() {
+    let folder = with_a_pipe();
+    let mut server = Server::start(&folder, &[]);
+    server.request(1, "tools/call", named("inspect", json!({"input": "pipe.bvh"})));
+    // Linux lists children by the thread that started them.
+    let processes = |parent: u32| {
+        let threads = std::fs::read_dir(format!("/proc/{parent}/task"))
+            .into_iter()
+            .flatten()
+            .flatten();
+        let children = threads.map(|thread| std::fs::read_to_string(thread.path().join("children")));
+        let children: String = children.map(Result::unwrap_or_default).collect();
+        children.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let start = Instant::now();
+    let child = loop {
+        if let Some(child) = processes(server.child.id()).first() {
+            break child.clone();
+        }
+        assert!(start.elapsed() < Duration::from_secs(30), "no process");
+    };
+    server.child.kill().unwrap();
+    server.child.wait().unwrap();
+    let is_gone = || {
+        let status = std::fs::read_to_string(format!("/proc/{child}/stat")).unwrap_or_default();
+        status.is_empty() || status.contains(") Z ")
+    };
+    while !is_gone() {
+        assert!(
+            start.elapsed() < Duration::from_secs(30),
+            "the process of the call is alive"
+        );
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// What is there of a cancelled call is whole: outputs that equal those of the command, and none else.
+#[test]
+fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let bytes = folder.read("cmu_short.bvh");
+    for number in 0..300 {
+        folder.write(&format!("in/{number}.bvh"), &bytes);
+    }
+    folder.succeeds("convert in -o expected --to gltf");
+    let mut server = Server::start(&folder, &[]);
+    let job = named("convert", json!({"inputs": ["in"], "output": "out/", "to": "gltf"}));
+    let mut params = job.clone();
+    params["_meta"] = json!({"progressToken": "folder"});
+    server.request(1, "tools/call", params);
+    let told = server.next();
+    assert_eq!(told["method"], "notifications/progress", "{told}");
+    assert_eq!(
+        (&told["params"]["progressToken"], &told["params"]["total"]),
+        (&json!("folder"), &json!(300))
+    );
+    assert!(told["params"]["progress"].as_u64().unwrap() < 300, "{told}");
+    server.cancel(1);
+    // The progress that was on its way, and then this answer, which comes when the call has ended.
+    let start = Instant::now();
+    let answer = loop {
+        server.request(1, "tools/call", named("inspect", json!({"input": "cmu_short.bvh"})));
+        let answer = loop {
+            let message = server.next();
+            if message.get("method").is_none() {
+                break message;
+            }
+        };
+        if answer.get("result").is_some() {
+            break answer;
+        }
+        assert!(start.elapsed() < Duration::from_secs(30), "{answer}");
+        thread::sleep(Duration::from_millis(5));
+    };
+    assert_eq!(answer["result"]["isError"], false, "{answer}");
+    let mut outputs = 0;
+    for (path, bytes) in folder.contents() {
+        let Ok(name) = path.strip_prefix(folder.path("out")) else {
+            continue;
+        };
+        if name.as_os_str() != "mocap-manifest.jsonl" {
+            assert!(
+                bytes == std::fs::read(folder.path("expected").join(name)).unwrap(),
+                "{}",
+                path.display()
+            );
+            outputs += 1;
+        }
+    }
+    assert!(outputs < 600, "the call was not ended: {outputs}");
+    // The session may write its own folder again, with numbers that only rise.
+    let mut params = job;
+    params["_meta"] = json!({"progressToken": 7});
+    server.request(2, "tools/call", params);
+    let mut last = 0;
+    let answer = loop {
+        let message = server.next();
+        if message.get("method").is_none() {
+            break message;
+        }
+        let progress = message["params"]["progress"].as_u64().unwrap();
+        assert!(progress > last && message["params"]["progressToken"] == 7, "{message}");
+        last = progress;
+    };
+    assert_eq!(
+        (&answer["id"], &answer["result"]["isError"]),
+        (&json!(2), &json!(false)),
+        "{answer}"
+    );
+    assert_eq!(last, 300);
+    server.end();
+}
+
+/// A job and a graph name files wherever they are; whoever runs them knows that. A server opens none of these.
+#[test]
+fn jobs_and_graphs_name_files_anywhere_but_to_a_server() {
+    let outside = Folder::of_real(&["cmu_12_01_walk.bvh"]);
+    let root = Folder::of_real(&["cmu_short.bvh"]);
+    let walk = outside.path("cmu_12_01_walk.bvh").display().to_string();
+    let job = |input: &str, output: &str| json!({"source": {"inputs": [input]}, "write": {"output": output}});
+    let made = outside.path("made.glb").display().to_string();
+    root.write("job.json", job(&walk, &made).to_string().as_bytes());
+    root.succeeds("run job.json");
+    assert!(outside.path("made.glb").is_file());
+    root.succeeds(&format!("graph {walk} --threshold 5cm -o graph.json"));
+    root.succeeds("graph walk graph.json --seconds 6 -o long.bvh");
+    let before = (outside.contents(), root.contents());
+    let requests = [
+        call("run", json!({"job": job(&walk, "new.glb")})),
+        call(
+            "run",
+            json!({"job": job("cmu_short.bvh", &outside.path("new.glb").display().to_string())}),
+        ),
+        call("run", json!({"job": job("../cmu_short.bvh", "new.glb")})),
+        call(
+            "walk",
+            json!({"graph": "graph.json", "seconds": 6, "output": "new.bvh"}),
+        ),
+    ];
+    for answer in answers(&root, &requests) {
+        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
+        assert_eq!(answer["result"]["isError"], true, "{answer}");
+        assert!(
+            error.contains("leads out of") || error.contains("outside of the folder"),
+            "{error}"
+        );
+    }
+    assert!((outside.contents(), root.contents()) == before);
 }

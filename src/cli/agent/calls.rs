@@ -1,0 +1,276 @@
+//! The calls of a session: those that wait, and those that run, each in a process of its own.
+//!
+//! A process can be ended whatever it is at, and what it ends for stays in it: a call that is cancelled, that takes too
+//! long or that runs out of memory. The process ends when its standard input does, so it does not outlive the server.
+
+use std::collections::{HashMap, VecDeque};
+use std::env;
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::PathBuf;
+use std::process::{self, Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mocap::files::OwnFiles;
+use serde_json::value::RawValue;
+use serde_json::{Value, json};
+
+use super::answer::Answer;
+use super::protocol::{Era, Fault};
+use super::reports::{self, Reports};
+use super::work::{Order, Said};
+use crate::{Failure, report};
+
+/// Calls that run at once. Each uses all cores where it has many files.
+pub(super) const MOST_RUNNING: usize = 4;
+
+/// Calls that wait, each with a message of at most 1 MiB.
+const MOST_WAITING: usize = 128;
+
+/// The time in which a process must end by itself: it may be writing a file.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// A call of a tool.
+pub(super) struct Call {
+    /// The identifier of the request, as JSON.
+    pub(super) id: String,
+    pub(super) tool: &'static str,
+    /// As text, because values take a multiple of its memory while the call waits.
+    pub(super) arguments: Box<RawValue>,
+    pub(super) era: Era,
+    /// What the client calls the progress of the call, if it wants to hear of it.
+    pub(super) progress: Option<Value>,
+}
+
+pub(super) struct Calls {
+    program: PathBuf,
+    time_limit: Duration,
+    state: Mutex<State>,
+    /// A call came, or no more will come.
+    came: Condvar,
+    reports: Mutex<Reports>,
+}
+
+#[derive(Default)]
+struct State {
+    waiting: VecDeque<Call>,
+    running: HashMap<String, Sender<Event>>,
+    /// What the session has written.
+    written: OwnFiles,
+    is_closed: bool,
+}
+
+/// What happens while a call runs.
+enum Event {
+    Said(Said),
+    Ended,
+    Cancelled,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Calls {
+    pub(super) fn new(time_limit: Duration) -> Result<Self, Failure> {
+        Ok(Self {
+            program: env::current_exe()
+                .map_err(|error| Failure::Usage(format!("the program does not find itself, to run calls: {error}")))?,
+            time_limit,
+            state: Mutex::default(),
+            came: Condvar::new(),
+            reports: Mutex::new(Reports::new()),
+        })
+    }
+
+    pub(super) fn reports(&self) -> MutexGuard<'_, Reports> {
+        lock(&self.reports)
+    }
+
+    /// Sends a message to the client. The server ends where nobody hears it.
+    pub(super) fn send(&self, message: &str) {
+        let mut output = io::stdout().lock();
+        let sent = writeln!(output, "{}", report::visible_json(message)).and_then(|()| output.flush());
+        if let Err(error) = sent {
+            process::exit(i32::from(error.kind() != io::ErrorKind::BrokenPipe));
+        }
+    }
+
+    /// Takes a call, which is answered when it ends.
+    pub(super) fn begin(&self, call: Call) -> Result<(), Fault> {
+        let mut state = lock(&self.state);
+        if state.running.contains_key(&call.id) || state.waiting.iter().any(|other| other.id == call.id) {
+            return Err(Fault::invalid_request("\"id\" is that of a call that has not ended"));
+        }
+        if state.waiting.len() == MOST_WAITING {
+            let words = format!("{MOST_WAITING} calls are waiting; call again when some are answered");
+            return Err(Fault::busy(words));
+        }
+        state.waiting.push_back(call);
+        self.came.notify_one();
+        Ok(())
+    }
+
+    /// Ends a call without an answer. One that has been answered, or that never was, is none.
+    pub(super) fn cancel(&self, id: &Value) {
+        let id = id.to_string();
+        let mut state = lock(&self.state);
+        state.waiting.retain(|call| call.id != id);
+        if let Some(events) = state.running.get(&id) {
+            let _ = events.send(Event::Cancelled);
+        }
+    }
+
+    /// No more calls will come; those that wait are done.
+    pub(super) fn close(&self) {
+        lock(&self.state).is_closed = true;
+        self.came.notify_all();
+    }
+
+    /// Does one call after the other, until none will come.
+    pub(super) fn work(&self) {
+        loop {
+            let mut state = lock(&self.state);
+            let call = loop {
+                match state.waiting.pop_front() {
+                    Some(call) => break call,
+                    None if state.is_closed => return,
+                    None => state = self.came.wait(state).unwrap_or_else(PoisonError::into_inner),
+                }
+            };
+            let (sender, events) = mpsc::channel();
+            state.running.insert(call.id.clone(), sender.clone());
+            let written = state.written.clone();
+            drop(state);
+            let answer = self.run(&call, written, sender, &events);
+            // The client may use the identifier again as soon as it has the answer.
+            lock(&self.state).running.remove(&call.id);
+            if let Some(result) = answer {
+                self.send(&format!(r#"{{"jsonrpc":"2.0","id":{},"result":{result}}}"#, call.id));
+            }
+        }
+    }
+
+    /// The result of a call as JSON; none of one that is cancelled.
+    fn run(&self, call: &Call, written: OwnFiles, sender: Sender<Event>, events: &Receiver<Event>) -> Option<String> {
+        let number = self.reports().next_number();
+        let order = Order {
+            name: call.tool,
+            arguments: &call.arguments,
+            era: call.era,
+            written: &written,
+            number,
+        };
+        let ended = match Process::start(&self.program, &order, sender) {
+            Ok(process) => self.watch(call, process, events)?,
+            Err(error) => Err(format!("the call could not be started: {error}")),
+        };
+        let (result, report) = ended.unwrap_or_else(|problem| {
+            let (result, report) = reports::result(number, Answer::failed(Failure::Usage(problem)));
+            (call.era.finish(result, "tools/call").to_string(), report)
+        });
+        self.reports().keep(number, call.tool, report);
+        Some(result)
+    }
+
+    /// What a process makes of a call: its result and its report, or why there are none. Nothing of a call that is
+    /// cancelled.
+    fn watch(
+        &self,
+        call: &Call,
+        mut process: Process,
+        events: &Receiver<Event>,
+    ) -> Option<Result<(String, String), String>> {
+        let end = Instant::now() + self.time_limit;
+        let (mut done, mut furthest) = (None, 0);
+        loop {
+            match events.recv_timeout(end.saturating_duration_since(Instant::now())) {
+                Ok(Event::Said(Said::Progress(count, of))) if count > furthest => {
+                    furthest = count;
+                    self.tell_progress(call, count, of);
+                }
+                Ok(Event::Said(Said::Progress(..))) => {}
+                Ok(Event::Said(Said::Wrote(files))) => lock(&self.state).written.extend(files),
+                Ok(Event::Said(Said::Done { result, report })) => done = Some((result.get().to_owned(), report)),
+                Ok(Event::Cancelled) => {
+                    self.end(process, events);
+                    return None;
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    self.end(process, events);
+                    return Some(Err(format!(
+                        "the call was ended because it took longer than {} s; name fewer files, or start mocap mcp with \
+                         a larger --time-limit",
+                        self.time_limit.as_secs()
+                    )));
+                }
+                Ok(Event::Ended) | Err(RecvTimeoutError::Disconnected) => {
+                    let status = process.child.wait();
+                    return Some(done.ok_or_else(|| match status {
+                        Ok(status) => format!("the call ended without a result: {status}; please report this call"),
+                        Err(error) => format!("the call ended without a result: {error}"),
+                    }));
+                }
+            }
+        }
+    }
+
+    fn tell_progress(&self, call: &Call, count: usize, of: usize) {
+        if let Some(token) = &call.progress {
+            let params = json!({"progressToken": token, "progress": count, "total": of});
+            let message = json!({"jsonrpc": "2.0", "method": "notifications/progress", "params": params});
+            self.send(&message.to_string());
+        }
+    }
+
+    /// Ends a process, which finishes the file that it is writing.
+    fn end(&self, mut process: Process, events: &Receiver<Event>) {
+        drop(process.orders);
+        let end = Instant::now() + GRACE;
+        while let Ok(event) = events.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            match event {
+                Event::Said(Said::Wrote(files)) => lock(&self.state).written.extend(files),
+                Event::Ended => break,
+                Event::Said(_) | Event::Cancelled => {}
+            }
+        }
+        // One that has ended already takes no harm.
+        let _ = process.child.kill();
+        let _ = process.child.wait();
+    }
+}
+
+/// A process that does a call.
+struct Process {
+    child: Child,
+    /// Its standard input, which ends where the call is to end.
+    orders: Option<ChildStdin>,
+}
+
+impl Process {
+    fn start(program: &PathBuf, order: &Order<'_>, events: Sender<Event>) -> io::Result<Self> {
+        let mut child = Command::new(program)
+            .args(["mcp", "--root", ".", "--call"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let mut orders = child.stdin.take();
+        let said = child.stdout.take();
+        thread::spawn(move || {
+            let lines = said.into_iter().flat_map(|said| BufReader::new(said).lines());
+            for line in lines.map_while(Result::ok) {
+                if let Ok(said) = serde_json::from_str(&line) {
+                    let _ = events.send(Event::Said(said));
+                }
+            }
+            let _ = events.send(Event::Ended);
+        });
+        if let Some(orders) = &mut orders {
+            // One that has ended before it read says so by its status.
+            let _ = writeln!(orders, "{}", serde_json::to_string(order)?);
+        }
+        Ok(Self { child, orders })
+    }
+}
