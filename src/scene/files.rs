@@ -5,6 +5,7 @@ pub(crate) mod confined;
 mod csv_table;
 mod existing;
 mod fbx_header;
+mod file_id;
 mod own;
 #[doc(hidden)]
 pub mod set;

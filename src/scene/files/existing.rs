@@ -6,11 +6,12 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
 use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
+use super::file_id::FileId;
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -63,8 +64,8 @@ impl ReplacePolicy {
         "mot", "sto",
     ];
 
-    /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too; `-` is the file that
-    /// standard input reads, if it is one.
+    /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too; `-` is the
+    /// file that standard input reads, if it is one.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
         for input in inputs {
@@ -236,53 +237,6 @@ impl ReplacePolicy {
 pub fn has_provenance(path: &Path) -> bool {
     let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
-}
-
-/// Identifies a file: two paths to one file have one id.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(super) enum FileId {
-    #[cfg(unix)]
-    Inode { device: u64, inode: u64 },
-    #[cfg(not(unix))]
-    Path(PathBuf),
-}
-
-impl FileId {
-    /// None if there is no file.
-    #[cfg(unix)]
-    pub(super) fn of(path: &Path) -> Option<Self> {
-        use std::os::unix::fs::MetadataExt;
-        let metadata = fs::metadata(path).ok()?;
-        Some(Self::Inode {
-            device: metadata.dev(),
-            inode: metadata.ino(),
-        })
-    }
-
-    /// The file that a shell gave as standard input; none where that is a terminal or a pipe.
-    #[cfg(unix)]
-    fn of_standard_input() -> Option<Self> {
-        use std::os::fd::AsFd;
-        use std::os::unix::fs::MetadataExt;
-        let input = File::from(io::stdin().as_fd().try_clone_to_owned().ok()?);
-        let metadata = input.metadata().ok().filter(fs::Metadata::is_file)?;
-        Some(Self::Inode {
-            device: metadata.dev(),
-            inode: metadata.ino(),
-        })
-    }
-
-    /// Standard input has no name here.
-    #[cfg(not(unix))]
-    fn of_standard_input() -> Option<Self> {
-        None
-    }
-
-    /// None if there is no file.
-    #[cfg(not(unix))]
-    pub(super) fn of(path: &Path) -> Option<Self> {
-        fs::canonicalize(path).ok().map(Self::Path)
-    }
 }
 
 /// Whether a `.gltf` file of this crate beside `path` has it as its buffer.

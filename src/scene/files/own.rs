@@ -9,7 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::confined::is_confined;
-use super::existing::FileId;
+use super::file_id::FileId;
 
 /// Files that were written, by their real paths.
 #[doc(hidden)]

@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 use tempfile::TempPath;
 
-use super::existing::FileId;
+use super::file_id::FileId;
 use super::unfinished::{Unfinished, named};
 use super::{ReplacePolicy, Target, folder_of, own, remove_all_unfinished, write_file_with, write_stream, writing};
 use crate::error::{Code, Diagnostic, Error, Result};

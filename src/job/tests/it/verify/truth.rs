@@ -1,8 +1,8 @@
 //! The truth matrix: each kind of corruption in each format, and what is no corruption; both verdicts.
 //!
 //! `kinds` changes a scene before it is written, `planted` the bytes of a file. A kind that changes no byte of a format
-//! is not in it. `MOCAP_ALL=1 cargo test truth` tries all, and with `MOCAP_WRITE=1` and `--features parquet` it writes the
-//! table of `docs/verification.md`.
+//! is not in it. `MOCAP_ALL=1 cargo test truth` tries all, and with `MOCAP_WRITE=1` and `--features parquet` it writes
+//! the table of `docs/verification.md`.
 
 mod kinds;
 mod planted;
