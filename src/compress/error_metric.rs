@@ -22,7 +22,7 @@ pub struct LeverArms {
     /// The length of the longest chain below the joint, in metres.
     pub chain_length: f32,
     /// A matrix, by rows: from the error of the joint's own position to the rotation (axis times angle) that moves the
-    /// ends of the arms back as far as possible. See [`counter_rotation`].
+    /// ends of the arms back as far as possible. The function of this name derives it.
     pub counter_rotation: [[f32; 3]; 3],
 }
 

@@ -57,6 +57,7 @@ pub mod usd {
     pub use crate::usd::write::animation::{STEP, half, half_of_scale};
     pub use crate::usd::write::names::Names;
 }
+#[cfg(any(feature = "fbx", feature = "gltf", feature = "mjcf", feature = "urdf"))]
 pub mod named_file {
     pub use crate::named_file::{below, near};
 }

@@ -16,7 +16,9 @@ mod solved;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use mocap_formats::{Contents, FormatInfo, ReadOptions, Source, read_robot};
+#[cfg(any(feature = "arrays", feature = "solve"))]
+use mocap_formats::FormatInfo;
+use mocap_formats::{Contents, ReadOptions, Source, read_robot};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;

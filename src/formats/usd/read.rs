@@ -100,6 +100,8 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
 
 /// Warns of samples behind the end that the layer states: other programs do not play them.
 fn check_end(layer: &Layer, warnings: &mut Warnings) {
+    /// A part of a frame by which a rounded end may be before its time code.
+    const ROUNDING: f64 = 1e-3;
     let attributes = layer
         .prims
         .iter()
@@ -109,7 +111,7 @@ fn check_end(layer: &Layer, warnings: &mut Warnings) {
         .flat_map(|attribute| &attribute.samples)
         .map(|(time, _)| *time);
     let last = times.fold(f64::NEG_INFINITY, f64::max);
-    if let Some(end) = metadata_number(layer, "endTimeCode").filter(|end| *end < last) {
+    if let Some(end) = metadata_number(layer, "endTimeCode").filter(|end| *end < last - ROUNDING) {
         warnings.push(Code::FrameCount, || {
             Diagnostic::new(
                 Code::FrameCount,

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DMat4, DVec3};
-use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene, Texture};
+use glam::{DMat4, DVec3, Vec3};
+use mocap_scene::scene::{Bone, Mesh, Primitive, SKELETON_MATERIAL, Scene, Texture};
 
 use super::chain::Skeleton;
 use super::change::Change;
@@ -61,7 +61,14 @@ pub(super) fn find(
         return Vec::new();
     };
     let their_joint: BTreeMap<usize, usize> = pairs.list.iter().copied().collect();
-    let (here, there) = (placed(&skeletons.0, &ours), placed(&skeletons.1, &theirs));
+    let there = placed(&skeletons.1, &theirs, usize::MAX);
+    // glTF has the four strongest weights of a vertex.
+    let counts = there.iter().flat_map(|mesh| mesh.weights.iter().map(Vec::len));
+    let most_weights = match counts.max() {
+        Some(4) => 4,
+        _ => usize::MAX,
+    };
+    let here = placed(&skeletons.0, &ours, most_weights);
     let size = size(here.iter().flat_map(|mesh| &mesh.positions)) * change.metres_per_unit;
     for (here, there) in std::iter::zip(&here, &there) {
         let name = &here.mesh.name;
@@ -128,11 +135,12 @@ fn meshes(scene: &Scene) -> Vec<(usize, &Mesh)> {
     }
 }
 
-fn placed<'a>(skeleton: &Skeleton, all: &[(usize, &'a Mesh)]) -> Vec<Placed<'a>> {
+/// The meshes in the rest pose, with at most so many weights of a vertex, the strongest.
+fn placed<'a>(skeleton: &Skeleton, all: &[(usize, &'a Mesh)], most_weights: usize) -> Vec<Placed<'a>> {
     let mut world = Vec::new();
     skeleton.world(0.0, &mut world);
     all.iter()
-        .map(|(node, mesh)| Placed::new(mesh, *node, &world))
+        .map(|(node, mesh)| Placed::new(mesh, *node, &world, most_weights))
         .collect()
 }
 
@@ -148,28 +156,36 @@ struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    fn new(mesh: &'a Mesh, node: usize, world: &[DMat4]) -> Self {
+    fn new(mesh: &'a Mesh, node: usize, world: &[DMat4], most_weights: usize) -> Self {
         let mut weights = vec![Vec::new(); mesh.vertices.len()];
-        let mut positions = vec![DVec3::ZERO; mesh.vertices.len()];
-        for bone in &mesh.bones {
-            let to_world = world[bone.node.index()] * bone.offset_matrix.as_dmat4();
+        for (index, bone) in mesh.bones.iter().enumerate() {
             for weight in &bone.weights {
-                let (vertex, weight) = (weight.vertex_id as usize, f64::from(weight.weight));
-                if let Some(position) = mesh.vertices.get(vertex) {
-                    positions[vertex] += weight * to_world.transform_point3(position.as_dvec3());
-                    weights[vertex].push((bone.node.index(), weight));
+                if let Some(weights) = weights.get_mut(weight.vertex_id as usize) {
+                    weights.push((index, f64::from(weight.weight)));
                 }
             }
         }
-        for (vertex, weights) in weights.iter_mut().enumerate() {
+        for weights in &mut weights {
             weights.sort_by(|a, b| b.1.total_cmp(&a.1));
+            weights.truncate(most_weights);
             let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
             if sum > 0.0 {
-                positions[vertex] /= sum;
                 weights.iter_mut().for_each(|(_, weight)| *weight /= sum);
-            } else if mesh.bones.is_empty() {
-                positions[vertex] = world[node].transform_point3(mesh.vertices[vertex].as_dvec3());
             }
+        }
+        let of_bone = |bone: &Bone| world[bone.node.index()] * bone.offset_matrix.as_dmat4();
+        let to_world: Vec<DMat4> = mesh.bones.iter().map(of_bone).collect();
+        let place = |(position, weights): (&Vec3, &Vec<(usize, f64)>)| {
+            let position = position.as_dvec3();
+            let moved = |(bone, weight): &(usize, f64)| *weight * to_world[*bone].transform_point3(position);
+            match mesh.bones.is_empty() {
+                true => world[node].transform_point3(position),
+                false => weights.iter().map(moved).sum(),
+            }
+        };
+        let positions = std::iter::zip(&mesh.vertices, &weights).map(place).collect();
+        for (bone, _) in weights.iter_mut().flatten() {
+            *bone = mesh.bones[*bone].node.index();
         }
         let count = mesh.vertices.len();
         let faces = mesh.faces().filter_map(|face| <[u32; 3]>::try_from(face).ok());

@@ -327,7 +327,7 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
 }
 
 /// The frames in which the values turn from rising to falling, and from falling to rising, after a change of at least
-/// [`TURN`] of their usual range, on both sides; none where that is less than `least`.
+/// `TURN` of their usual range, on both sides; none where that is less than `least`.
 pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
