@@ -46,6 +46,7 @@ mod timeline;
 mod trc;
 mod units;
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use mocap_formats::gltf::Provenance;
@@ -381,21 +382,20 @@ impl Verifier {
                 .gltf_meshes(true)
                 .skeleton_mesh(SkeletonMesh::Own)
                 .hash(false);
-            // The steps change bind poses too.
+            let read = OnceCell::new();
             let with_meshes = || match file {
-                Some(path) => own_meshes.clone().import(path).ok().and_then(|scene| replayed(&scene)),
-                None => replayed(original),
+                Some(path) => read.get_or_init(|| own_meshes.import(path).ok()).as_ref(),
+                None => Some(original),
             };
             let keeps_axes = output.keeps_axes(source) && !has_new_axes;
-            let found = skin::find(source, skinned, (&change, keeps_axes), &with_meshes);
+            // The steps change bind poses too.
+            let bound = || replayed(with_meshes()?);
+            let found = skin::find(source, skinned, (&change, keeps_axes), &bound);
             verification.findings.extend(found);
             // Vertices are compared with those of the file, before its steps.
             let unchanged = || {
-                let scene = match file {
-                    Some(path) => own_meshes.clone().import(path).ok()?,
-                    None => original.clone(),
-                };
-                Some(change::named(&scene, all_steps).unwrap_or(scene))
+                let scene = with_meshes()?;
+                Some(change::named(scene, all_steps).unwrap_or_else(|| scene.clone()))
             };
             let keeps_rest = !has_new_axes && !change.rests_elsewhere(&pairs, &ours, &theirs);
             let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));

@@ -44,10 +44,8 @@ pub(super) struct Header {
 /// A joint or an end site.
 #[derive(Deserialize)]
 pub(super) struct Joint {
-    #[doc(hidden)]
-    pub name: String,
-    #[doc(hidden)]
-    pub parent: Option<usize>,
+    pub(super) name: String,
+    pub(super) parent: Option<usize>,
     pub(super) end_site: bool,
     /// The letters of the axes.
     pub(super) rotation_order: Option<String>,

@@ -99,8 +99,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
 struct Records<'a> {
     rest: &'a str,
     /// Of the record that was read last, from 1.
-    #[doc(hidden)]
-    pub line: usize,
+    line: usize,
 }
 
 impl Records<'_> {

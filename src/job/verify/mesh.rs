@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec3, Vec3};
-use mocap_scene::scene::{Bone, Mesh, Primitive, SKELETON_MATERIAL, Scene, Texture};
+use mocap_scene::scene::{Bone, Mesh, Primitive, SKELETON_MATERIAL, Scene};
 
 use super::chain::Skeleton;
 use super::change::Change;
@@ -62,12 +62,9 @@ pub(super) fn find(
     };
     let their_joint: BTreeMap<usize, usize> = pairs.list.iter().copied().collect();
     let there = placed(&skeletons.1, &theirs, usize::MAX);
-    // glTF has the four strongest weights of a vertex.
+    // A file keeps the strongest weights of a vertex, as many as its format has.
     let counts = there.iter().flat_map(|mesh| mesh.weights.iter().map(Vec::len));
-    let most_weights = match counts.max() {
-        Some(4) => 4,
-        _ => usize::MAX,
-    };
+    let most_weights = counts.fold(MOST_JOINTS, usize::max);
     let here = placed(&skeletons.0, &ours, most_weights);
     let size = size(here.iter().flat_map(|mesh| &mesh.positions)) * change.metres_per_unit;
     for (here, there) in std::iter::zip(&here, &there) {
@@ -216,7 +213,7 @@ fn size<'a>(points: impl Iterator<Item = &'a DVec3>) -> f64 {
     (most - least).length()
 }
 
-/// Whether the joints of a vertex move it as in the source, but for those that few formats can store.
+/// Whether the joints of a vertex move it as in the source.
 fn has_weights(ours: &[(usize, f64)], theirs: &[(usize, f64)], their_joint: &BTreeMap<usize, usize>) -> bool {
     // A vertex without weights follows any joint.
     if ours.is_empty() {
@@ -230,9 +227,8 @@ fn has_weights(ours: &[(usize, f64)], theirs: &[(usize, f64)], their_joint: &BTr
             None => unpaired += weight,
         }
     }
-    let lost: f64 = ours.iter().skip(MOST_JOINTS).map(|(_, weight)| weight).sum();
     let differs: f64 = of_joint.values().map(|weight| weight.abs()).sum::<f64>() + unpaired;
-    differs <= SAME_WEIGHTS + 2.0 * lost
+    differs <= SAME_WEIGHTS
 }
 
 fn has_coords(ours: &Mesh, theirs: &Mesh, a: u32, b: u32) -> bool {
@@ -263,10 +259,11 @@ fn other_material(source: &Scene, ours: &Mesh, output: &Scene, theirs: &Mesh) ->
     {
         return Some("the colour");
     }
-    let bytes = |scene: &'_ Scene, index: Option<usize>| {
-        let texture: Option<&Texture> = index.and_then(|index| scene.textures.get(index));
-        texture.map(|texture| texture.bytes.clone())
-    };
-    let is_other = bytes(source, our_surface.texture) != bytes(output, their_surface.texture);
+    let is_other = texture(source, our_surface.texture) != texture(output, their_surface.texture);
     is_other.then_some("the texture")
+}
+
+/// The bytes of a texture.
+fn texture(scene: &Scene, index: Option<usize>) -> Option<&[u8]> {
+    Some(&scene.textures.get(index?)?.bytes)
 }
