@@ -11,8 +11,6 @@ mod bind;
 mod character;
 mod compression;
 #[cfg(feature = "gltf")]
-mod contents;
-#[cfg(feature = "gltf")]
 mod encoding;
 #[cfg(feature = "gltf")]
 mod face;
@@ -30,6 +28,8 @@ mod meshes;
 mod meshopt;
 #[cfg(feature = "gltf")]
 mod original;
+#[cfg(feature = "gltf")]
+mod raw_file;
 #[cfg(feature = "gltf")]
 mod read;
 #[cfg(feature = "gltf")]
@@ -49,17 +49,17 @@ pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 
-use crate::{FormatInfo, WriteOption};
+use crate::{Contents, FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 pub use self::character::Character;
 pub use self::compression::Compression;
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
-pub use self::contents::Contents;
+pub use self::file::File;
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
-pub use self::file::File;
+pub use self::raw_file::RawFile;
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
 pub use self::tracks::{Bend, Values};
@@ -100,7 +100,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: false,
-    contents: crate::Contents::Motion,
+    contents: Contents::Motion,
     has_sidecar: false,
 };
 
@@ -129,7 +129,7 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     states_origin: true,
     has_rest_rotations: true,
     keeps_shear: true,
-    contents: crate::Contents::Motion,
+    contents: Contents::Motion,
     has_sidecar: false,
 };
 

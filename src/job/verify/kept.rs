@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use glam::{DMat4, DQuat, DVec3};
-use mocap_formats::gltf::Contents;
+use mocap_formats::gltf::RawFile;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::percent_decoded;
 use mocap_scene::scene::OriginalFile;
@@ -35,16 +35,16 @@ const ROUNDED: f64 = 1e-5;
 
 /// A file, and the bytes of its images.
 pub(super) struct Parts {
-    contents: Contents,
+    raw: RawFile,
     images: Vec<Option<Vec<u8>>>,
 }
 
 impl Parts {
     pub(super) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
-        let contents = Contents::read(bytes, open)?;
-        let images = contents.list("images").iter().map(|image| contents.image(image, open));
+        let raw = RawFile::read(bytes, open)?;
+        let images = raw.list("images").iter().map(|image| raw.image(image, open));
         let images = images.collect();
-        Ok(Self { contents, images })
+        Ok(Self { raw, images })
     }
 
     fn of_original(file: &OriginalFile) -> Result<Self> {
@@ -62,7 +62,7 @@ impl Parts {
     }
 
     fn item(&self, section: &str, index: usize) -> Option<&Value> {
-        self.contents.list(section).get(index)
+        self.raw.list(section).get(index)
     }
 }
 
@@ -131,7 +131,7 @@ struct Both<'a> {
 impl Both<'_> {
     /// The sections that are passed through as they are.
     fn sections(&self, found: &mut Found) {
-        let (before, after) = (&self.before.contents.json, &self.after.contents.json);
+        let (before, after) = (&self.before.raw.json, &self.after.raw.json);
         let keys = |json: &Value| -> BTreeSet<String> {
             json.as_object()
                 .into_iter()
@@ -147,8 +147,8 @@ impl Both<'_> {
             }
         }
         for key in ["extensionsUsed", "extensionsRequired"] {
-            let has = self.after.contents.list(key);
-            let lost = self.before.contents.list(key).iter().find(|name| !has.contains(name));
+            let has = self.after.raw.list(key);
+            let lost = self.before.raw.list(key).iter().find(|name| !has.contains(name));
             if let Some(lost) = lost {
                 found.add(FindingKind::Character, format!("{key} lacks {lost}"));
             }
@@ -157,7 +157,7 @@ impl Both<'_> {
 
     /// The nodes of the character; a node for the root motion may stand behind them.
     fn nodes(&self, found: &mut Found) {
-        let (before, after) = (self.before.contents.list("nodes"), self.after.contents.list("nodes"));
+        let (before, after) = (self.before.raw.list("nodes"), self.after.raw.list("nodes"));
         for (index, node) in before.iter().enumerate() {
             let is_same = after.get(index).is_some_and(|other| {
                 node == other || (without_transform(node) == without_transform(other) && is_near(node, other))
@@ -188,14 +188,14 @@ impl Both<'_> {
             };
             scenes.iter().map(scene).collect()
         };
-        let [before, after] = [self.before, self.after].map(|file| roots(file.contents.list("scenes")));
+        let [before, after] = [self.before, self.after].map(|file| roots(file.raw.list("scenes")));
         if before != after {
             found.add(FindingKind::Character, "the list of scenes");
         }
     }
 
     fn images(&self, found: &mut Found) {
-        let (before, after) = (self.before.contents.list("images"), self.after.contents.list("images"));
+        let (before, after) = (self.before.raw.list("images"), self.after.raw.list("images"));
         for (index, image) in before.iter().enumerate() {
             // An image may be in the file or beside it.
             let rest = |image: &Value| without(image, &["uri", "bufferView", "mimeType"]);
@@ -209,10 +209,7 @@ impl Both<'_> {
 
     /// Animations that no command has written are those of the character.
     fn animations(&self, changed: Changed, found: &mut Found) {
-        let (before, after) = (
-            self.before.contents.list("animations"),
-            self.after.contents.list("animations"),
-        );
+        let (before, after) = (self.before.raw.list("animations"), self.after.raw.list("animations"));
         let is_same = |index: usize| after.get(index) == before.get(index);
         let stays = |index: usize| match changed {
             Changed::All => false,
@@ -230,10 +227,10 @@ impl Both<'_> {
 
     /// Accessors and buffer views, but those that only animations need which are written anew.
     fn numbers(&self, found: &mut Found) {
-        let users = users(&self.before.contents);
-        let after = self.after.contents.list("animations");
+        let users = users(&self.before.raw);
+        let after = self.after.raw.list("animations");
         let (mut gone, mut stay) = (BTreeSet::new(), BTreeSet::new());
-        for (index, animation) in self.before.contents.list("animations").iter().enumerate() {
+        for (index, animation) in self.before.raw.list("animations").iter().enumerate() {
             let samplers = animation["samplers"].as_array().into_iter().flatten();
             let numbers = samplers.flat_map(|sampler| [number(&sampler["input"]), number(&sampler["output"])]);
             match after.get(index) == Some(animation) {
@@ -245,7 +242,7 @@ impl Both<'_> {
         let other = |what: &str, index: usize| (FindingKind::Character, format!("{what} {index}"));
         // Of every view whose accessor it is, and whether no other needs it.
         let (mut of_view, mut of_gone) = (BTreeMap::new(), BTreeSet::new());
-        for (index, accessor) in self.before.contents.list("accessors").iter().enumerate() {
+        for (index, accessor) in self.before.raw.list("accessors").iter().enumerate() {
             let places = ["/bufferView", "/sparse/indices/bufferView", "/sparse/values/bufferView"];
             let views = places.iter().filter_map(|place| number(accessor.pointer(place)?));
             if is_gone(&index) {
@@ -260,21 +257,21 @@ impl Both<'_> {
                 of_view.entry(view).or_insert_with(|| user.clone());
             });
         }
-        for (index, image) in self.before.contents.list("images").iter().enumerate() {
+        for (index, image) in self.before.raw.list("images").iter().enumerate() {
             if let Some(view) = number(&image["bufferView"]) {
                 of_view.insert(view, (FindingKind::Material, labelled("image", index, image)));
             }
         }
-        for (index, view) in self.before.contents.list("bufferViews").iter().enumerate() {
+        for (index, view) in self.before.raw.list("bufferViews").iter().enumerate() {
             if of_gone.contains(&index) && !of_view.contains_key(&index) {
                 continue;
             }
             let is_same = self.after.item("bufferViews", index).is_some_and(|other| {
                 without_place(view) == without_place(other)
-                    && self.before.contents.view(view) == self.after.contents.view(other)
+                    && self.before.raw.view(view) == self.after.raw.view(other)
                     && STREAMS.iter().all(|name| {
                         let [before, after] = [(self.before, view), (self.after, other)]
-                            .map(|(file, view)| file.contents.view(&view["extensions"][name]));
+                            .map(|(file, view)| file.raw.view(&view["extensions"][name]));
                         before == after
                     })
             });
@@ -319,7 +316,7 @@ fn labelled(what: &str, index: usize, item: &Value) -> String {
 }
 
 /// What each accessor of meshes and skins is for.
-fn users(file: &Contents) -> BTreeMap<usize, (FindingKind, String)> {
+fn users(file: &RawFile) -> BTreeMap<usize, (FindingKind, String)> {
     let mut users = BTreeMap::new();
     for (index, mesh) in file.list("meshes").iter().enumerate() {
         let mesh_name = labelled("mesh", index, mesh);

@@ -11,14 +11,14 @@ use super::json;
 
 /// The JSON of a file, and its buffers.
 #[doc(hidden)]
-pub struct Contents {
+pub struct RawFile {
     #[doc(hidden)]
     pub json: Value,
     /// `None` where a buffer has no bytes, or its file is missing.
     buffers: Vec<Option<Vec<u8>>>,
 }
 
-impl Contents {
+impl RawFile {
     /// Takes a file apart. `open` reads a file beside it.
     ///
     /// # Errors
