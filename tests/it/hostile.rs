@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::sample::Sample;
+use crate::source::rust_files;
 use mocap::process::SkeletonMesh;
 use mocap::{Code, Importer, Limits, Pose};
 
@@ -219,18 +220,8 @@ fn security_names_tests_that_exist() {
     let quoted = table.split('`').skip(1).step_by(2);
     let names: Vec<&str> = quoted.filter(|text| text.matches('_').count() > 2).collect();
     assert!(names.len() > 10, "{names:?}");
-    let (mut code, mut folders) = (String::new(), vec![PathBuf::from("src")]);
-    while let Some(folder) = folders.pop() {
-        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            match path.is_dir() {
-                true => folders.push(path),
-                false if path.extension().is_some_and(|extension| extension == "rs") => {
-                    code += &fs::read_to_string(path).unwrap();
-                }
-                false => {}
-            }
-        }
-    }
+    let files = rust_files(|_| true);
+    let code: String = files.iter().map(|path| fs::read_to_string(path).unwrap()).collect();
     for name in names {
         assert!(
             code.contains(&format!("#[test]\nfn {name}()")) || code.contains(&format!("#[test]\n    fn {name}()")),

@@ -132,18 +132,24 @@ fn expand(prefix: &str, tree: &str, paths: &mut Vec<(String, String)>) {
 
 /// The files of all packages, without integration tests.
 pub(crate) fn sources() -> Vec<Source> {
-    let (mut sources, mut folders) = (Vec::new(), vec![PathBuf::from("src")]);
+    let paths = rust_files(|folder| !folder.ends_with("tests"));
+    assert!(paths.len() > 500, "the source is somewhere else");
+    paths.iter().map(|path| Source::read(path)).collect()
+}
+
+/// The Rust files below `src`, in the folders that `is_entered` allows.
+pub(crate) fn rust_files(is_entered: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
+    let (mut files, mut folders) = (Vec::new(), vec![PathBuf::from("src")]);
     while let Some(folder) = folders.pop() {
         for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() && !path.ends_with("tests") {
-                folders.push(path);
+            if path.is_dir() {
+                folders.extend(is_entered(&path).then_some(path));
             } else if path.extension().is_some_and(|extension| extension == "rs") {
-                sources.push(Source::read(&path));
+                files.push(path);
             }
         }
     }
-    assert!(sources.len() > 500, "the source is somewhere else");
-    sources
+    files
 }
 
 /// Finds where an item is declared, through re-exports.
