@@ -40,7 +40,7 @@ pub(super) struct Call {
     /// As text, because values take a multiple of its memory while the call waits.
     pub(super) arguments: Box<RawValue>,
     pub(super) era: Era,
-    /// What the client calls the progress of the call, if it wants to hear of it.
+    /// The progress token of the request, if the client asks for progress.
     pub(super) progress: Option<Value>,
 }
 
@@ -102,7 +102,9 @@ impl Calls {
     pub(super) fn begin(&self, call: Call) -> Result<(), Fault> {
         let mut state = lock(&self.state);
         if state.running.contains_key(&call.id) || state.waiting.iter().any(|other| other.id == call.id) {
-            return Err(Fault::invalid_request("\"id\" is that of a call that has not ended"));
+            return Err(Fault::invalid_request(
+                "\"id\" belongs to a call that still runs or waits; use a new \"id\"",
+            ));
         }
         if state.waiting.len() == MOST_WAITING {
             let words = format!("{MOST_WAITING} calls are waiting; call again when some are answered");
@@ -113,7 +115,7 @@ impl Calls {
         Ok(())
     }
 
-    /// Ends a call without an answer. One that has been answered, or that never was, is none.
+    /// Ends a call without an answer. Ignores an identifier that no running or waiting call has.
     pub(super) fn cancel(&self, id: &Value) {
         let id = id.to_string();
         let mut state = lock(&self.state);
@@ -145,7 +147,7 @@ impl Calls {
             let written = state.written.clone();
             drop(state);
             let answer = self.run(&call, written, sender, &events);
-            // The client may use the identifier again as soon as it has the answer.
+            // First, because the client may reuse the identifier when it has the answer.
             lock(&self.state).running.remove(&call.id);
             if let Some(result) = answer {
                 self.send(&format!(r#"{{"jsonrpc":"2.0","id":{},"result":{result}}}"#, call.id));
@@ -175,8 +177,8 @@ impl Calls {
         Some(result)
     }
 
-    /// What a process makes of a call: its result and its report, or why there are none. Nothing of a call that is
-    /// cancelled.
+    /// Waits for a process. Returns the result and the report of the call, or the reason why it failed; `None` for a
+    /// cancelled call.
     fn watch(
         &self,
         call: &Call,

@@ -103,7 +103,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
     }
 }
 
-/// What the client calls the progress of a request, if it wants to hear of it.
+/// The progress token of a request, if the client asks for progress.
 pub(super) fn progress_token(params: &Value) -> Result<Option<Value>, Fault> {
     match &params["_meta"]["progressToken"] {
         Value::Null => Ok(None),

@@ -109,12 +109,12 @@ pub(crate) fn find_except(
             gathered.add(Input::named(path))?;
         }
         if gathered.inputs.len() == before && !args.allow_empty {
-            gathered.say_what_is_left_out();
+            gathered.say_what_is_skipped();
             let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());
             return Err(Failure::Usage(message));
         }
     }
-    gathered.say_what_is_left_out();
+    gathered.say_what_is_skipped();
     let mut inputs = gathered.inputs;
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
     inputs.dedup_by(|a, b| a.path == b.path);
@@ -187,29 +187,27 @@ impl Gathered {
         self.add(Input::new(path, base))
     }
 
-    /// Names the tables that are left out, and the links.
-    fn say_what_is_left_out(&mut self) {
+    /// Prints which tables and links are skipped.
+    fn say_what_is_skipped(&mut self) {
         if let Some(first) = self.tables.first() {
             let how = match first.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet")) {
                 true => "; a Parquet file of motions is read where it is named",
                 false => "",
             };
-            say_left_out(
-                &self.tables,
-                "is a table and no motion",
-                "are tables and no motions",
-                how,
-            );
+            say_skipped(&self.tables, "table, not a motion", "tables and no motions", how);
         }
-        let why =
-            ["leads to a folder that", "lead to folders that"].map(|lead| format!("{lead} another path has already"));
-        say_left_out(&self.again, &why[0], &why[1], "");
+        say_skipped(
+            &self.again,
+            "link to a folder that is searched already",
+            "links to folders that are searched already",
+            "",
+        );
         self.tables.clear();
         self.again.clear();
     }
 }
 
-fn say_left_out(paths: &[PathBuf], why_one: &str, why_several: &str, how: &str) {
+fn say_skipped(paths: &[PathBuf], one: &str, several: &str, how: &str) {
     const NAMED: usize = 3;
     let names = paths
         .iter()
@@ -221,8 +219,8 @@ fn say_left_out(paths: &[PathBuf], why_one: &str, why_several: &str, how: &str) 
     }
     match paths.len() {
         0 => {}
-        1 => report::say(&format!("left out, for it {why_one}: {names}{how}")),
-        count => report::say(&format!("left out, for they {why_several}: {count}: {names}{how}")),
+        1 => report::say(&format!("skipped 1 {one}: {names}{how}")),
+        count => report::say(&format!("skipped {count} {several}: {names}{how}")),
     }
 }
 

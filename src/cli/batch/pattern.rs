@@ -108,7 +108,7 @@ impl Part {
             return Ok(Self::Folders);
         }
         if name.contains("**") {
-            return Err("** stands for folders and must be a whole name of the path, as in **/*.bvh");
+            return Err("** matches any number of folders; write it as a name of its own, as in **/*.bvh");
         }
         let mut rest = name.chars();
         let mut tokens = Vec::new();
