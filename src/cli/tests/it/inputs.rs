@@ -122,7 +122,11 @@ fn pipes_in_a_folder_are_no_inputs() {
 fn wildcards_that_mean_nothing_are_refused() {
     let folder = Folder::with(&["in/a.bvh"]);
     folder.refuses("convert in/[a -o out", 2, "the [ of a wildcard lacks its ]");
-    folder.refuses("convert in/**.bvh -o out", 2, "** stands for folders");
+    folder.refuses(
+        "convert in/**.bvh -o out",
+        2,
+        "write it as a name of its own, as in **/*.bvh",
+    );
     folder.refuses(
         "convert i*/../in/a.bvh -o out",
         2,
