@@ -215,7 +215,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     let path = align(&first, &second, &carrier);
     let times = times(&path, weight, [first.rate, second.rate]);
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
-    let count = (times[times.len() - 1] * first.rate + 1e-6).floor() as usize + 1;
+    let count = first.up_to(times[times.len() - 1] * first.rate + 1e-6, &[&second])?;
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
     let mut piece = 0;
     let mut fit = Fit::new(scene, &first, metres_per_unit(scene, input));

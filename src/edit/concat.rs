@@ -126,7 +126,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     let mut rows: Vec<Vec<Trs>> = (0..=last).map(|frame| first.row(frame).to_vec()).collect();
     // The second at the frame rate of the first.
     let step = second.rate / first.rate;
-    let count = (((second.len() - 1) as f64 - start) / step + 1e-6).floor() as usize + 1;
+    let count = first.up_to(((second.len() - 1) as f64 - start) / step + 1e-6, &[&second])?;
     let mut added: Vec<Vec<Trs>> = (0..count)
         .map(|frame| second.row_at(start + frame as f64 * step))
         .collect();

@@ -39,7 +39,7 @@ step! {
     ///
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is
-    /// negative.
+    /// negative; [`Code::LimitExceeded`] for a spike that is too long to look for in a long motion.
     Despike {
         /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
         threshold: f64 = 8.0, Takes::Factor;
@@ -101,6 +101,8 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     not_negative(Code::InvalidValue, "angle", options.angle)?;
     not_negative(Code::InvalidValue, "distance", options.distance)?;
     let mut frames = Frames::new(scene, animation, &[])?;
+    // For each length the frames within it are looked at.
+    frames.filter_radius(options.longest.min(frames.len()).saturating_pow(2))?;
     let before = frames.clone();
     let flipped = flips::mend_all(scene, &mut frames);
     let size = scene

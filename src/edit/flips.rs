@@ -30,6 +30,8 @@ const LEAST_OVER: f32 = 20.0;
 const LONGEST: f64 = 2.0;
 /// ... and the longest that is replaced, since what was there cannot be known.
 const LONGEST_REPLACED: f64 = 0.2;
+/// Frames of a run at most, so that the time is no product of two numbers of frames.
+const MOST_FRAMES: usize = 2000;
 /// How far the rotations at both ends of a run may differ, as a fraction of the smaller jump.
 const AGREE: f32 = 0.4;
 /// How far from half a turn about the bone a jump is taken for exactly that, in degrees.
@@ -98,7 +100,7 @@ pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<Mended> {
 pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> Mended {
     let mut mended = Mended::default();
     let jumps = jumps(track);
-    let frames = |seconds: f64| ((seconds * rate).round() as usize).max(3);
+    let frames = |seconds: f64| ((seconds * rate).round() as usize).clamp(3, MOST_FRAMES);
     let (longest, longest_replaced) = (frames(LONGEST), frames(LONGEST_REPLACED));
     let mut after = 0;
     for (index, &first) in jumps.iter().enumerate() {

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use mocap_figure::contacts;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{FrameBudget, Limits};
+use mocap_scene::limits::{self, FrameBudget, Limits};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
@@ -173,6 +173,13 @@ impl Frames {
         }
     }
 
+    /// How many frames a motion that is made of these and others has, from 0 to `last` at another time or rate, if they
+    /// are not too many for what there is.
+    pub(super) fn up_to(&self, last: f64, others: &[&Self]) -> Result<usize> {
+        let stated: usize = [self].iter().chain(others).map(|frames| frames.transforms.len()).sum();
+        Ok(FrameBudget::stated_by(&Limits::default(), stated as u64).frames(last, self.held)?)
+    }
+
     /// Makes these frames the whole animation: every key of the nodes that they hold, and the duration.
     pub(super) fn write_all(&self, scene: &mut Scene, animation: usize) {
         self.write(scene, animation, &self.nodes, &self.nodes);
@@ -196,6 +203,11 @@ impl Frames {
     /// The whole number of frames nearest to a time, at least 1.
     pub(super) fn frames_in(&self, seconds: f64) -> usize {
         contacts::frames_in(seconds, self.rate, self.len())
+    }
+
+    /// The frames on either side that a filter averages, if they are not too many for this motion.
+    pub(super) fn filter_radius(&self, frames: usize) -> Result<usize> {
+        Ok(limits::filter_radius(frames, self.transforms.len())?)
     }
 
     /// Moves `pose`, which is one of the same scene, to a frame.

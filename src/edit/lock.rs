@@ -172,7 +172,7 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     let limit = options
         .largest_change
         .map_or(f32::INFINITY, |metres| metres as f32 / figure.metres());
-    let (blend, floor) = (legs.frames.frames_in(options.blend), floor / figure.metres());
+    let (blend, floor) = (legs.blend(options.blend)?, floor / figure.metres());
     let levels: Vec<f32> = options.levels.iter().map(|level| level / figure.metres()).collect();
     let hold = |leg| Hold::new(scene, &figure, leg, &contacts, &levels);
     let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
@@ -200,7 +200,7 @@ pub fn follow_feet(
         .collect();
     let mut legs = Legs::new(scene, animation, figure, &pivots)?;
     legs.check(followed.contacts)?;
-    let blend = legs.frames.frames_in(FootLockOptions::default().blend);
+    let blend = legs.blend(FootLockOptions::default().blend)?;
     let follow = |leg| Follow::new(scene, figure, leg, followed);
     let mut feet: Vec<Follow> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
     let report = legs.change(scene, figure, followed.floor, &mut feet, |feet, shifts| {

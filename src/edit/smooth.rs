@@ -46,9 +46,9 @@ impl SmoothFilter {
         }
     }
 
-    /// Its weights at 0, 1, 2, ... frames on either side, whose sum over both sides is 1.
+    /// Its weights at 0, 1, 2, ... frames on either side, at most `most`, whose sum over both sides is 1.
     #[doc(hidden)]
-    pub fn kernel(self, cut_off: f64, rate: f64) -> Vec<f32> {
+    pub fn kernel(self, cut_off: f64, rate: f64, most: usize) -> Vec<f32> {
         use std::f64::consts::{LN_2, SQRT_2, TAU};
         let per_frame = TAU * cut_off / rate;
         let response = |frame: f64| match self {
@@ -66,6 +66,7 @@ impl SmoothFilter {
             Self::Gaussian => (4.0 * LN_2 * 9.3f64).sqrt() / per_frame,
         };
         let weights: Vec<f64> = (0..=reach.ceil() as usize)
+            .take(most)
             .map(|frame| response(frame as f64))
             .collect();
         let sum = 2.0 * weights.iter().sum::<f64>() - weights[0];
@@ -91,6 +92,7 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not
     /// below half of the frame rate, where there is nothing to take out, and for a joint that is not there;
+    /// [`Code::LimitExceeded`] for a cut-off that is too far below the frame rate for a long motion;
     /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of what is no humanoid.
     Smooth {
         /// The filter. Default: Butterworth.
@@ -174,9 +176,12 @@ impl Smooth {
                 format!("cut-off must be above 0 and below half of the frame rate, {half:.3} Hz, got {cut_off}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
+        // Of more weights the sum is not needed to know the others.
+        let most = frames.len().max(1 << 16);
+        let mut kernel = self.filter.kernel(cut_off.max(1e-3), frames.rate, most);
         // Reflected at the ends, a motion has twice as many frames but two.
-        let mut kernel = self.filter.kernel(cut_off.max(1e-3), frames.rate);
         kernel.truncate(frames.len());
+        frames.filter_radius(kernel.len() - 1)?;
         let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
         kernel.iter_mut().for_each(|weight| *weight /= total);
         Ok(kernel)

@@ -14,6 +14,8 @@ use super::frames::Frames;
 
 /// Over how long a turn is spread on either side, in seconds.
 const SPREAD: f64 = 0.2;
+/// The frames of that at most, so that the time is no product of two numbers of frames.
+const MOST_FRAMES: usize = 500;
 /// How much of a jump may be no turn about the bone, as a fraction of the turn.
 const ASIDE: f32 = 0.4;
 /// Below this angle a joint below the bone does not jump, in degrees.
@@ -30,7 +32,7 @@ struct Turn {
 /// Spreads the jump of a joint to `frame`, where it is a turn about its bone and so is what it makes joints below jump.
 /// Returns the columns and the frames that changed; none where it is another jump.
 pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: usize) -> (Vec<usize>, Range<usize>) {
-    let width = ((SPREAD * frames.rate).round() as usize).max(2);
+    let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
     let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
     let Some(turns) = turns(scene, frames, column, frame) else {
         return (Vec::new(), within);

@@ -91,7 +91,8 @@ impl Walk {
         let figure = Figure::new(base);
         let space = CloudSpace::new(base, &figure)?;
         let rate = joined.rate;
-        let count = (self.seconds() * rate + 1e-6).floor() as usize + 1;
+        let held = Vec::from_iter(joined.frames.iter().flatten());
+        let count = held[0].up_to(self.seconds() * rate + 1e-6, &held[1..])?;
         let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
         for frame in 0..count {
             let seconds = frame as f64 / rate;

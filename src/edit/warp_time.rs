@@ -3,7 +3,6 @@
 use std::fmt;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
@@ -50,9 +49,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let last = (frames.len() - 1) as f64 / frames.rate;
     let inverse: Vec<(f64, f64)> = moments.iter().map(|(from, to)| (*to, *from)).collect();
     let seconds = map(moments, last).max(0.0);
-    let stated = frames.len() * frames.nodes().len();
-    let count = FrameBudget::stated_by(&Limits::default(), stated as u64)
-        .frames((seconds * frames.rate + 1e-6).floor(), frames.nodes().len())?;
+    let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
     let rows = (0..count).map(|frame| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
         // A time that was computed there and back is not whole by its last bits.
@@ -93,9 +90,7 @@ fn map(moments: &[(f64, f64)], time: f64) -> f64 {
     if time >= last.0 {
         return time + last.1 - last.0;
     }
-    let piece = moments.windows(2).find(|pair| time <= pair[1].0);
-    piece.map_or(time, |pair| {
-        let fraction = (time - pair[0].0) / (pair[1].0 - pair[0].0);
-        pair[0].1 + fraction * (pair[1].1 - pair[0].1)
-    })
+    let after = moments.partition_point(|moment| moment.0 < time);
+    let (from, to) = (moments[after - 1], moments[after]);
+    from.1 + (time - from.0) / (to.0 - from.0) * (to.1 - from.1)
 }

@@ -186,6 +186,28 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
 }
 
+/// Holds the frames on either side that a filter averages against the size of a motion: the filter visits each of
+/// `values` once for each of them. A frame rate that a file states decides how many they are.
+#[allow(
+    clippy::result_large_err,
+    reason = "every caller makes an error of it, which is boxed"
+)]
+#[doc(hidden)]
+pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> {
+    /// Frames that any motion may have: four seconds at 240 Hz.
+    const ANY: usize = 1024;
+    /// Visits of a filter with more frames, some seconds.
+    const VISITS: usize = 1 << 32;
+    let most = ANY.max(VISITS / values.max(1));
+    if frames <= most {
+        return Ok(frames);
+    }
+    let message = "the step averages too many frames of this motion at once";
+    Err(Diagnostic::new(Code::LimitExceeded, message)
+        .expected_found(format!("at most {most} frames on either side"), frames.to_string())
+        .help("resample the motion to a lower frame rate first, or state shorter times"))
+}
+
 /// `value`, if it is finite and not negative. `name` says what it is.
 #[allow(
     clippy::result_large_err,

@@ -8,7 +8,7 @@ use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{Channel, NodeId, Scene};
 
 use super::leg::Foot;
-use super::pace::Pace;
+use super::pace::{self, Pace};
 use super::{FootLockReport, hips, sole};
 use crate::body::{Leg, and_below, mover};
 use crate::contacts::DetectedContacts;
@@ -113,6 +113,13 @@ impl Legs {
             thigh.distance(knee) + knee.distance(ankle)
         };
         self.legs.iter().map(length).fold(0.0, f32::max)
+    }
+
+    /// The frames of a time to blend, where those that the lock averages are not too many for the motion.
+    pub(super) fn blend(&self, seconds: f64) -> Result<usize> {
+        self.frames
+            .filter_radius(self.frames.frames_in(seconds.max(pace::AROUND)))?;
+        Ok(self.frames.frames_in(seconds))
     }
 
     pub(super) fn check(&self, contacts: &DetectedContacts) -> Result<()> {

@@ -18,7 +18,7 @@ pub(super) const LARGEST_RATIOS: [f32; 2] = [1.2, 1.5];
 const AIM: f32 = 0.97;
 
 /// What is around a moment, in seconds: a lock may move the same acceleration to another frame.
-const AROUND: f64 = 0.25;
+pub(super) const AROUND: f64 = 0.25;
 
 /// Slower than this fraction of the fastest moment of the motion, in m/s and in m/s2, a foot may always be ...
 const OF_FASTEST: f32 = 0.25;

@@ -7,6 +7,7 @@ use mocap::edit::{
 };
 use mocap::figure::{Humanoid, HumanoidBone};
 
+use mocap::Code;
 use proptest::prelude::*;
 
 use super::*;
@@ -418,4 +419,19 @@ fn keys_stay_and_what_lies_between_is_smooth() {
         bends.fold(0.0, f32::max)
     };
     assert!(jump(KeyInterpolation::Squad) < 0.3 * jump(KeyInterpolation::Slerp));
+}
+
+/// The second motion is played at the frame rate of the first, which both files state: an hour at a million.
+#[test]
+fn a_second_motion_that_would_have_too_many_frames_is_refused() {
+    let mut fast = import(WALK);
+    fast.trim(0.0, 10.0);
+    let mut slow = fast.clone();
+    fast.animations[0].ticks_per_second = 1e6;
+    slow.animations[0].ticks_per_second = 1e-3;
+    let refusal = concat(&mut fast.clone(), &slow).unwrap_err();
+    assert_eq!(refusal.code(), Code::LimitExceeded);
+    let refusal = blend(&mut fast.clone(), &slow, BlendWeight::Constant(1.0)).unwrap_err();
+    assert_eq!(refusal.code(), Code::LimitExceeded);
+    assert_eq!(concat(&mut slow, &fast).unwrap().frames, 11);
 }
