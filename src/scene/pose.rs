@@ -10,6 +10,7 @@
 //! [`Updater`] writes into the scene itself, as users of Assimp do; a [`Pose`] is separate from the scene, so any
 //! number of poses can use one scene.
 
+mod bind;
 mod binding;
 mod face;
 mod flat;
@@ -23,6 +24,8 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
+#[doc(hidden)]
+pub use self::bind::complete_bind_pose;
 pub use self::binding::{Binding, OutOfRange};
 #[doc(hidden)]
 pub use self::face::FaceTrack;

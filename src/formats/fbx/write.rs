@@ -153,7 +153,7 @@ impl FbxOptions {
             .enumerate()
             .filter(|(_, at_rest)| at_rest.id != document::SCENE_ROOT);
         let nodes = nodes.map(|(index, at_rest)| {
-            let bind = *binds.get(&index).unwrap_or(&at_rest.world);
+            let bind = binds[index].unwrap_or(at_rest.world);
             (at_rest.id, bound(index, bind))
         });
         let pose: Vec<_> = nodes.chain(skinned).collect();

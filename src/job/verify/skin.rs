@@ -96,19 +96,18 @@ fn at_rest(source: &Scene) -> Vec<Option<DMat4>> {
 }
 
 /// Node to mesh when it was bound. A node that is no bone of the source, but of the file, is where it rests, seen from
-/// the first bone.
+/// the nearest bone above it.
 fn when_bound(source: &Scene) -> Vec<Option<DMat4>> {
     let mut bound = vec![None; source.nodes.len()];
     for bone in source.meshes.iter().flat_map(|mesh| &mesh.bones) {
         bound[bone.node.index()] = Some(bone.offset_matrix.as_dmat4().inverse());
     }
-    let at_rest = at_rest(source);
-    let mut known = bound.iter().zip(&at_rest);
-    let world_to_mesh = known.find_map(|(bound, rest)| Some((*bound)? * (*rest)?.inverse()));
-    if let Some(world_to_mesh) = world_to_mesh {
-        for (bound, rest) in bound.iter_mut().zip(at_rest) {
-            *bound = bound.or_else(|| Some(world_to_mesh * rest?));
-        }
+    // Parents stand before their children.
+    for (index, node) in source.nodes.iter().enumerate() {
+        let parent = node
+            .parent
+            .map_or(DMat4::IDENTITY, |parent| bound[parent.index()].unwrap_or_default());
+        bound[index].get_or_insert_with(|| parent * node.transform.as_dmat4());
     }
     bound
 }

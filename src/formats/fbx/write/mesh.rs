@@ -3,12 +3,13 @@
 //! FBX meshes have several materials, those of a scene one. Meshes of one node that follow each other and have one
 //! name and equal bones become one again.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use glam::{DMat4, DVec3};
 use mocap_scene::error::Result;
 use mocap_scene::limits::is_plausible;
 use mocap_scene::math::rotation::to_euler_xyz;
+use mocap_scene::pose::complete_bind_pose;
 use mocap_scene::scene::{Mesh, Primitive, RotationOrder, Scene};
 
 use super::document::{Document, Id, SCENE_ROOT};
@@ -20,17 +21,19 @@ use super::skeleton::{Placed, model};
 use super::space::Space;
 use super::{FbxReport, FbxTextures, unrepresentable};
 
-/// The nodes that meshes are bound to, each with its matrix to the world in the bind pose of the first such mesh.
-pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> HashMap<usize, DMat4> {
-    let mut binds = HashMap::new();
+/// Of each node its matrix to the world in the bind pose, that of the first mesh which is bound to it or to a node above.
+/// `None` for nodes that are where they rest.
+pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> Vec<Option<DMat4>> {
+    let mut binds = vec![None; placed.len()];
     for mesh in scene.meshes.iter().filter(|mesh| is_written(mesh)) {
         let to_world = to_world(mesh, space, placed);
         for bone in &mesh.bones {
-            binds
-                .entry(bone.node.index())
-                .or_insert_with(|| to_world * space.map(bone.offset_matrix.as_dmat4()).inverse());
+            binds[bone.node.index()]
+                .get_or_insert_with(|| to_world * space.map(bone.offset_matrix.as_dmat4()).inverse());
         }
     }
+    let rest: Vec<DMat4> = placed.iter().map(|at_rest| at_rest.world).collect();
+    complete_bind_pose(&scene.nodes, &rest, &mut binds);
     binds
 }
 

@@ -12,7 +12,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
-use mocap_scene::pose::Pose;
+use mocap_scene::pose::{Pose, complete_bind_pose};
 use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
@@ -374,7 +374,7 @@ impl Builder<'_> {
     }
 
     /// A skin of all joints, which is that of the mesh before where the two are equal. A joint with a bone has the
-    /// bone's bind pose, the others have the rest pose.
+    /// bone's bind pose. The others follow the bone above them, or have the rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
@@ -384,6 +384,15 @@ impl Builder<'_> {
             _ => Mat4::from_translation(-matrix.w_axis.truncate()),
         };
         let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
+        let rest: Vec<_> = node_to_world.iter().map(Mat4::as_dmat4).collect();
+        let mut bind = vec![None; rest.len()];
+        for bone in bones {
+            bind[bone.node.index()] = Some(bone.offset_matrix.as_dmat4().inverse());
+        }
+        complete_bind_pose(&self.scene.nodes, &rest, &mut bind);
+        for (inverse_bind, bind) in std::iter::zip(&mut inverse_bind, bind) {
+            *inverse_bind = bind.map_or(*inverse_bind, |bind| inverse(&bind.as_mat4()));
+        }
         for bone in bones {
             inverse_bind[bone.node.index()] = bone.offset_matrix;
         }

@@ -1,6 +1,7 @@
 //! The integration tests of the formats: one program, because linking is slow, with one module per subject.
 
 mod asf_amc;
+mod bind_pose;
 mod broken;
 mod bvh;
 mod bvh_out;

@@ -3,6 +3,7 @@
 use glam::{DMat4, Vec3};
 use mocap_scene::error::Result;
 use mocap_scene::limits::is_plausible;
+use mocap_scene::pose::complete_bind_pose;
 use mocap_scene::scene::{Mesh, Primitive, Scene};
 
 use super::material::Materials;
@@ -65,6 +66,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
             to_bind,
         });
     }
+    complete_bind_pose(&scene.nodes, &skeleton.rest, &mut skeleton.bind);
     // Those without bones are placed when every bind pose is known.
     for bound in &mut found {
         if scene.meshes[bound.mesh].bones.is_empty() {

@@ -15,7 +15,7 @@ pub(super) struct Skeleton {
     pub(super) joints: Vec<String>,
     /// From each joint to the skeleton, at rest.
     pub(super) rest: Vec<DMat4>,
-    /// The matrices of the bind pose, where a mesh states them.
+    /// The matrices of the bind pose, where a mesh or a joint above states them.
     pub(super) bind: Vec<Option<DMat4>>,
 }
 

@@ -2,14 +2,14 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use mocap::glam::{Quat, Vec3};
+use mocap::glam::{Mat4, Quat, Vec3};
 
 use mocap::bvh::BvhOptions;
 use mocap::compress::ErrorBound;
 use mocap::fbx::{FbxOptions, FbxTarget};
 use mocap::figure::Humanoid;
 use mocap::gltf::{Compression, GltfOptions};
-use mocap::scene::{Animation, NodeKind, UpAxis};
+use mocap::scene::{Animation, Bone, NodeId, NodeKind, UpAxis};
 use mocap::verify::{FindingKind, Verification, Verifier};
 use mocap::{Code, Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
@@ -382,6 +382,43 @@ fn an_inverse_bind_matrix_that_is_wrong_is_found() {
             "{extension}"
         );
     }
+}
+
+/// A character whose joints stand elsewhere than when it was bound, with an end that no vertex follows.
+#[test]
+fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
+    let files = Files::new(&gltf(chain(), &[("walk", 30.0, 10, &[0, 1, 2])]));
+    let mut scene = files.scene();
+    let [hips, spine] = [0, 1].map(|node| scene.nodes[node].name.clone());
+    let bones = &mut scene.meshes[0].bones;
+    bones.retain(|bone| [&hips, &spine].contains(&&bone.name));
+    assert_eq!(bones.len(), 2);
+    bones[0].offset_matrix *= Mat4::from_translation(Vec3::Y * 0.01);
+    bones[1].offset_matrix = Mat4::from_rotation_x(0.5) * bones[1].offset_matrix;
+    let source = files.0.path().join("character.fbx");
+    Exporter::new().export(&scene, &source).unwrap();
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::Own);
+    let mut scene = importer.import(&source).unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let path = files.0.path().join("character.glb");
+    let exporter = Exporter::new().overwrite(true);
+    exporter.export(&scene, &path).unwrap();
+    let verified = Verifier::new().files(&source, &path).unwrap();
+    assert!(verified.is_within(1e-3), "{verified:?}");
+    // Where the end rests is not where it was bound.
+    let end = scene.nodes.iter().position(|node| node.name == "Head").unwrap();
+    let rest = mocap::Pose::rest(&scene).node_to_world[end];
+    scene.meshes[0].bones.push(Bone {
+        name: "Head".into(),
+        node: NodeId::new(end),
+        offset_matrix: rest.inverse(),
+        weights: Vec::new(),
+    });
+    exporter.export(&scene, &path).unwrap();
+    assert_eq!(
+        kinds(&Verifier::new().files(&source, &path).unwrap()),
+        [FindingKind::Skin]
+    );
 }
 
 /// The bind poses of a compressed file are decoded: the right one is accepted, and another is found.
