@@ -25,7 +25,7 @@ use std::time::Duration;
 use serde_json::value::to_raw_value;
 use serde_json::{Value, json};
 
-use self::calls::{Call, Calls, MOST_RUNNING};
+use self::calls::{Call, Calls, MOST_RUNNING, Progress};
 use self::line::Line;
 use self::protocol::{Era, Fault, Message};
 use self::root::Root;
@@ -118,7 +118,7 @@ impl Server<'_> {
             "tools/call" => {
                 let (tool, arguments) = tools::named(&params)?;
                 let arguments = to_raw_value(&arguments).map_err(|error| Fault::invalid_params(error.to_string()))?;
-                let progress = protocol::progress_token(&params)?;
+                let progress = protocol::progress_token(&params)?.map(Progress::new);
                 self.calls.begin(Call {
                     id: id.to_string(),
                     tool: tool.tool_name(),

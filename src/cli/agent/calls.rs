@@ -40,8 +40,70 @@ pub(super) struct Call {
     /// As text, because values take a multiple of its memory while the call waits.
     pub(super) arguments: Box<RawValue>,
     pub(super) era: Era,
-    /// The progress token of the request, if the client asks for progress.
-    pub(super) progress: Option<Value>,
+    /// The progress of the call, if the client asks for it.
+    pub(super) progress: Option<Progress>,
+}
+
+/// The time after which a client hears of a call again that is still waiting or running.
+const BEAT: Duration = Duration::from_secs(1);
+
+/// How far a call is.
+pub(super) struct Progress {
+    token: Value,
+    /// Files that are done, and all files; 0 of a call with one file, and until they are counted.
+    done: usize,
+    files: usize,
+    /// When the call came, and when the last file was done.
+    start: Instant,
+    last: Instant,
+}
+
+impl Progress {
+    pub(super) fn new(token: Value) -> Self {
+        let (start, last) = (Instant::now(), Instant::now());
+        Self {
+            token,
+            done: 0,
+            files: 0,
+            start,
+            last,
+        }
+    }
+
+    /// Takes a new count; whether it is farther than the one before.
+    fn count(&mut self, done: usize, files: usize) -> bool {
+        self.files = files;
+        let is_farther = done > self.done;
+        if is_farther {
+            (self.done, self.last) = (done, Instant::now());
+        }
+        is_farther
+    }
+
+    /// The notification of a count.
+    fn counted(&self) -> String {
+        self.notification(self.done.into(), "running")
+    }
+
+    /// The notification after some time. Its number is above the last count and below the next, and rises with time,
+    /// for each must be larger than the one before.
+    fn beat(&self, what: &str) -> String {
+        let waited = self.last.elapsed().as_secs_f64();
+        self.notification(json!(self.done as f64 + waited / (waited + 10.0)), what)
+    }
+
+    fn notification(&self, progress: Value, what: &str) -> String {
+        let (done, seconds) = (self.done, self.start.elapsed().as_secs());
+        let mut params = json!({"progressToken": self.token, "progress": progress});
+        match self.files {
+            0 => params["message"] = format!("{what}, {seconds} s").into(),
+            files => {
+                params["message"] = format!("{what}, {done} of {files} files, {seconds} s").into();
+                params["total"] = files.into();
+            }
+        }
+        json!({"jsonrpc": "2.0", "method": "notifications/progress", "params": params}).to_string()
+    }
 }
 
 pub(super) struct Calls {
@@ -59,6 +121,8 @@ struct State {
     running: HashMap<String, Sender<Event>>,
     /// What the session has written.
     written: OwnFiles,
+    /// When the calls that wait were told so.
+    told: Option<Instant>,
     is_closed: bool,
 }
 
@@ -135,7 +199,7 @@ impl Calls {
     pub(super) fn work(&self) {
         loop {
             let mut state = lock(&self.state);
-            let call = loop {
+            let mut call = loop {
                 match state.waiting.pop_front() {
                     Some(call) => break call,
                     None if state.is_closed => return,
@@ -146,7 +210,7 @@ impl Calls {
             state.running.insert(call.id.clone(), sender.clone());
             let written = state.written.clone();
             drop(state);
-            let answer = self.run(&call, written, sender, &events);
+            let answer = self.run(&mut call, written, sender, &events);
             // First, because the client may reuse the identifier when it has the answer.
             lock(&self.state).running.remove(&call.id);
             if let Some(result) = answer {
@@ -156,7 +220,13 @@ impl Calls {
     }
 
     /// The result of a call as JSON; none of one that is cancelled.
-    fn run(&self, call: &Call, written: OwnFiles, sender: Sender<Event>, events: &Receiver<Event>) -> Option<String> {
+    fn run(
+        &self,
+        call: &mut Call,
+        written: OwnFiles,
+        sender: Sender<Event>,
+        events: &Receiver<Event>,
+    ) -> Option<String> {
         let number = self.reports().next_number();
         let order = Order {
             name: call.tool,
@@ -181,24 +251,34 @@ impl Calls {
     /// cancelled call.
     fn watch(
         &self,
-        call: &Call,
+        call: &mut Call,
         mut process: Process,
         events: &Receiver<Event>,
     ) -> Option<Result<(String, String), String>> {
         let end = Instant::now() + self.time_limit;
-        let (mut done, mut furthest) = (None, 0);
+        let (mut done, mut beat) = (None, Instant::now() + BEAT);
         loop {
-            match events.recv_timeout(end.saturating_duration_since(Instant::now())) {
-                Ok(Event::Said(Said::Progress(count, of))) if count > furthest => {
-                    furthest = count;
-                    self.tell_progress(call, count, of);
+            match events.recv_timeout(end.min(beat).saturating_duration_since(Instant::now())) {
+                Ok(Event::Said(Said::Progress(count, files))) => {
+                    if let Some(progress) = &mut call.progress
+                        && progress.count(count, files)
+                    {
+                        self.send(&progress.counted());
+                        beat = Instant::now() + BEAT;
+                    }
                 }
-                Ok(Event::Said(Said::Progress(..))) => {}
                 Ok(Event::Said(Said::Wrote(files))) => lock(&self.state).written.extend(files),
                 Ok(Event::Said(Said::Done { result, report })) => done = Some((result.get().to_owned(), report)),
                 Ok(Event::Cancelled) => {
                     self.end(process, events);
                     return None;
+                }
+                Err(RecvTimeoutError::Timeout) if Instant::now() < end => {
+                    beat = Instant::now() + BEAT;
+                    if let Some(progress) = &call.progress {
+                        self.send(&progress.beat("running"));
+                    }
+                    self.tell_waiting();
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     self.end(process, events);
@@ -219,11 +299,16 @@ impl Calls {
         }
     }
 
-    fn tell_progress(&self, call: &Call, count: usize, of: usize) {
-        if let Some(token) = &call.progress {
-            let params = json!({"progressToken": token, "progress": count, "total": of});
-            let message = json!({"jsonrpc": "2.0", "method": "notifications/progress", "params": params});
-            self.send(&message.to_string());
+    /// Tells of the calls that wait, which they do only while others run.
+    fn tell_waiting(&self) {
+        let mut state = lock(&self.state);
+        if state.told.is_some_and(|told| told.elapsed() < BEAT) {
+            return;
+        }
+        state.told = Some(Instant::now());
+        let waiting = state.waiting.iter().filter_map(|call| call.progress.as_ref());
+        for progress in waiting.filter(|progress| progress.start.elapsed() >= BEAT) {
+            self.send(&progress.beat("waiting"));
         }
     }
 

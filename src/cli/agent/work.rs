@@ -37,7 +37,7 @@ pub(super) struct Order<'a> {
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Said {
-    /// So many files of so many are done.
+    /// So many files of so many are done: none, when their number is known.
     Progress(usize, usize),
     /// A file that the session has written now.
     Wrote(OwnFiles),
@@ -100,7 +100,7 @@ fn hear(counts: &Counts) {
     const PAUSE: Duration = Duration::from_millis(200);
     static LAST: Mutex<Option<Instant>> = Mutex::new(None);
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    if counts.done == counts.files || last.is_none_or(|last| last.elapsed() >= PAUSE) {
+    if counts.done == 0 || counts.done == counts.files || last.is_none_or(|last| last.elapsed() >= PAUSE) {
         *last = Some(Instant::now());
         say(&Said::Progress(counts.done, counts.files));
     }

@@ -65,11 +65,18 @@ pub(crate) struct Progress {
     display: Display,
 }
 
-/// Hears of every file that is finished, beside the display: the client of a server.
+/// Hears at the start how many files there are, and then of every file that is finished, beside the display: the client
+/// of a server.
 static LISTENER: OnceLock<fn(&Counts)> = OnceLock::new();
 
 pub(crate) fn listen(listener: fn(&Counts)) {
     let _ = LISTENER.set(listener);
+}
+
+fn tell(counts: &Counts) {
+    if let Some(listener) = LISTENER.get() {
+        listener(counts);
+    }
 }
 
 enum Display {
@@ -91,6 +98,8 @@ impl Progress {
             ProgressArg::Json => Display::Json { last: start },
             ProgressArg::Auto | ProgressArg::None => Display::None,
         };
+        // How many files there are is known before the first is done.
+        tell(&counts);
         Self { counts, start, display }
     }
 
@@ -103,9 +112,7 @@ impl Progress {
             Outcome::Skipped => self.counts.skipped += 1,
             Outcome::Failed => self.counts.failed += 1,
         }
-        if let Some(listener) = LISTENER.get() {
-            listener(&self.counts);
-        }
+        tell(&self.counts);
         match &mut self.display {
             Display::Bar(bar) => {
                 let Counts {

@@ -1,6 +1,8 @@
 //! `mocap mcp`, by messages on standard input. `tools/mcp` holds it against a client of the protocol's authors.
 
 mod line;
+#[cfg(unix)]
+mod progress;
 mod schema;
 
 use std::io::{BufRead, BufReader, Write};
@@ -482,7 +484,7 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
         (&told["params"]["progressToken"], &told["params"]["total"]),
         (&json!("folder"), &json!(300))
     );
-    assert!(told["params"]["progress"].as_u64().unwrap() < 300, "{told}");
+    assert!(told["params"]["progress"].as_f64().unwrap() < 300.0, "{told}");
     server.cancel(1);
     // The progress that was on its way, and then this answer, which comes when the call has ended.
     let start = Instant::now();
@@ -520,13 +522,13 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
     let mut params = job;
     params["_meta"] = json!({"progressToken": 7});
     server.request(2, "tools/call", params);
-    let mut last = 0;
+    let mut last = 0.0;
     let answer = loop {
         let message = server.next();
         if message.get("method").is_none() {
             break message;
         }
-        let progress = message["params"]["progress"].as_u64().unwrap();
+        let progress = message["params"]["progress"].as_f64().unwrap();
         assert!(progress > last && message["params"]["progressToken"] == 7, "{message}");
         last = progress;
     };
@@ -535,7 +537,7 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
         (&json!(2), &json!(false)),
         "{answer}"
     );
-    assert_eq!(last, 300);
+    assert_eq!(last, 300.0);
     server.end();
 }
 
