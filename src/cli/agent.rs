@@ -5,11 +5,17 @@
 //! [`reports`] keeps the reports of a session. The server answers at once what needs no file. Each call of a tool runs
 //! in a process of its own ([`work`]), so that it can be ended at any moment; [`calls`] has those that wait and run.
 
+#[doc(hidden)]
+pub(crate) mod about;
 mod answer;
+mod answers;
+mod brief;
 mod call;
 mod calls;
 #[doc(hidden)]
 pub(crate) mod line;
+mod listing;
+mod paths;
 mod protocol;
 mod reports;
 mod root;
@@ -33,11 +39,28 @@ use self::schema::Commands;
 use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
-/// What a client may tell its model of the server.
-const INSTRUCTIONS: &str = "Motion capture files: survey a folder of takes, clean and change motions, put them on \
-    characters and robots, write GLB, VRMA, FBX, BVH and more, verify and look at the result. Paths are relative to the \
-    root folder. A usual order: survey, clean or edit, retarget with max-error and verify, sheet. dry-run does \
-    everything but write. mocap://steps lists the steps of edit, mocap://formats the formats.";
+/// What a client may tell its model of the server. A test makes every call of it, in this order.
+const INSTRUCTIONS: &str = r#"Motion capture files in one folder: survey takes, clean and edit motions, retarget them to
+characters and robots, write GLB, VRM, FBX, BVH and more, verify and look at the result. Paths are relative to the root
+folder. With takes/walk.bvh and hero.vrm in it, this is a usual order of calls:
+
+list {}
+survey {"inputs": ["takes"]}
+edit {"inputs": ["takes/walk.bvh"], "step": ["foot-lock"], "output": "locked.bvh"}
+retarget {"inputs": ["locked.bvh"], "character": "hero.vrm", "output": "walk.vrm", "max-error": "1mm"}
+sheet {"inputs": ["walk.vrm"]}
+
+A folder of outputs ends with /, and convert compares what it wrote with its source:
+
+retarget {"inputs": ["takes"], "character": "hero.vrm", "output": "retargeted/"}
+convert {"inputs": ["takes/walk.bvh"], "output": "walk.glb", "verify": true}
+
+retarget and robot judge each motion: good, fair (look at it first) or poor. An answer with isError has "error" (nothing
+was made) or "problem" (it was made, and is worse than the arguments allow). The steps of edit, and the schema of a job,
+which has every option:
+
+read {"uri": "mocap://steps"}
+read {"uri": "mocap://job.schema.json"}"#;
 
 /// Answers the messages of standard input, until it ends.
 pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
@@ -117,6 +140,10 @@ impl Server<'_> {
             "tools/list" => json!({"tools": schema::list(&self.commands)}),
             "tools/call" => {
                 let (tool, arguments) = tools::named(&params)?;
+                if tool.name == tools::READ {
+                    let result = self.calls.reports().answer(tool, &arguments);
+                    return Ok(Some(era.finish(result, method)));
+                }
                 let arguments = to_raw_value(&arguments).map_err(|error| Fault::invalid_params(error.to_string()))?;
                 let progress = protocol::progress_token(&params)?.map(Progress::new);
                 self.calls.begin(Call {

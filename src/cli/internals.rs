@@ -1,6 +1,7 @@
 //! What the tests of the program need, and nothing else.
 
 pub use crate::Failure;
+pub use crate::agent::about::ABOUT;
 pub use crate::agent::schema::Commands;
 pub use crate::agent::tools::{TOOLS, Tool};
 pub use crate::args::Args;

@@ -82,8 +82,29 @@ pub fn visible_lines(text: &str) -> String {
     parts.collect()
 }
 
+/// The errors of [`complain`], in a process whose standard error nobody reads.
+static KEPT: Mutex<Option<Vec<String>>> = Mutex::new(None);
+
+const MOST_KEPT: usize = 1000;
+
+/// Keeps the errors that are not about the contents of a file, for [`kept`].
+pub(crate) fn keep() {
+    *KEPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Vec::new());
+}
+
+/// The errors that were kept.
+pub(crate) fn kept() -> Vec<String> {
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.as_mut().map(std::mem::take).unwrap_or_default()
+}
+
 /// Prints an error that is not about the contents of a file.
 pub(crate) fn complain(message: &str) {
+    if let Some(kept) = KEPT.lock().unwrap_or_else(PoisonError::into_inner).as_mut()
+        && kept.len() < MOST_KEPT
+    {
+        kept.push(message.to_owned());
+    }
     let message = visible_lines(message);
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
 }

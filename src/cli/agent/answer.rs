@@ -12,8 +12,10 @@ pub(super) struct Answer {
     pub(super) brief: Option<Value>,
     /// A picture, as PNG.
     pub(super) picture: Option<Vec<u8>>,
-    /// Whether the call has not done what was asked.
+    /// Whether the call could not be done, or its result is worse than its arguments allow.
     pub(super) is_error: bool,
+    /// Whether there is nothing but an error: the report is not what the tool's schema says.
+    pub(super) is_failed: bool,
 }
 
 impl Answer {
@@ -23,7 +25,21 @@ impl Answer {
             brief: None,
             picture: None,
             is_error: false,
+            is_failed: false,
         }
+    }
+
+    /// Says why a call that was done is an error nevertheless.
+    pub(super) fn add_problem(&mut self, problem: &str) {
+        self.is_error = true;
+        for report in [Some(&mut self.report), self.brief.as_mut()].into_iter().flatten() {
+            report["problem"] = problem.into();
+        }
+    }
+
+    /// Whether an error says why it is one.
+    pub(super) fn is_explained(&self) -> bool {
+        ["error", "problem"].iter().any(|key| self.report[key].is_string())
     }
 
     /// A call that could not be done: what is wrong, where, and what to do.
@@ -41,6 +57,7 @@ impl Answer {
         };
         Self {
             is_error: true,
+            is_failed: true,
             ..Self::new(report)
         }
     }

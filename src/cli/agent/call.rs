@@ -1,23 +1,20 @@
 //! A call of a tool.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap::job::{Job, JobReport};
-use mocap::survey::{ClipRow, Corpus, Quality};
+use mocap::job::Job;
 use serde_json::{Map, Value, json};
 
 use super::answer::Answer;
+use super::brief::{self, value};
+use super::listing;
+use super::paths;
 use super::root::{Root, check_folder, check_output};
-use super::schema::Commands;
+use super::schema::{Commands, check_names};
 use super::tools::Tool;
 use crate::args::{Args, Command, GraphCommand, IndexArgs, InputArgs, RunArgs, SpreadArgs};
 use crate::batch::inputs;
-use crate::batch::manifest::Manifest;
 use crate::{Failure, commands, streams};
-
-/// How many clips of a survey stand in its answer.
-const MOST_CLIPS: usize = 50;
 
 pub(super) struct Call<'a> {
     pub(super) root: Root,
@@ -29,9 +26,12 @@ pub(super) struct Call<'a> {
 impl Call<'_> {
     pub(super) fn answer(&mut self) -> Result<Answer, Failure> {
         self.root.check(&Value::Object(self.arguments.clone()))?;
-        if self.tool.name == "run" {
-            return self.run_job();
+        match self.tool.name {
+            "run" => return self.run_job(),
+            "list" => return self.list(),
+            _ => {}
         }
+        paths::check(self.tool, self.arguments)?;
         // A picture goes into the answer, whether it is written or not; the command line asks for a file.
         let mut arguments = self.arguments.clone();
         if self.tool.name == "sheet" {
@@ -41,7 +41,7 @@ impl Call<'_> {
         let job = match &mut args.command {
             Command::Info(args) => return commands::info::summary(args).map(Answer::new),
             Command::Skeleton(args) => return commands::skeleton::summary(args).map(Answer::new),
-            Command::Check(args) => return self.check(commands::check::result(args)?),
+            Command::Check(args) => return commands::check::result(args).map(brief::checked),
             Command::Verify(args) => return self.verify(commands::verify::result(args)?),
             Command::Find(args) => {
                 let found = commands::find::summary(args)?;
@@ -79,15 +79,23 @@ impl Call<'_> {
         }
     }
 
-    fn check(&self, (files, are_whole): (Value, bool)) -> Result<Answer, Failure> {
-        let mut answer = Answer::new(json!({"files": files}));
-        answer.is_error = !are_whole;
-        Ok(answer)
+    fn list(&self) -> Result<Answer, Failure> {
+        check_names(self.tool, self.arguments)?;
+        match self.arguments.get("folder") {
+            None | Some(Value::Null) => listing::list(Path::new(".")),
+            Some(Value::String(folder)) => listing::list(Path::new(folder)),
+            Some(_) => Err(Failure::Usage("\"folder\" must be a text".to_owned())),
+        }
     }
 
     fn verify(&self, (verdict, is_alike): (Value, bool)) -> Result<Answer, Failure> {
         let mut answer = Answer::new(verdict);
-        answer.is_error = !is_alike;
+        if !is_alike {
+            answer.add_problem(
+                "the file is not what its source is: findings, or an error above max_allowed, in metres; max-error allows \
+                 more",
+            );
+        }
         Ok(answer)
     }
 
@@ -113,11 +121,13 @@ impl Call<'_> {
         let names: Vec<&str> = found.iter().map(|input| input.relative.as_str()).collect();
         let is_dry = self.is_dry_run()?;
         let output = args.output.display().to_string();
-        let mut answer = Answer::new(json!({"output": output, "inputs": names, "dry_run": is_dry}));
+        let count = names.len();
+        let mut answer = Answer::new(json!({"output": output, "dry_run": is_dry, "count": count, "inputs": names}));
         if !is_dry {
             match commands::index::run(args) {
                 Ok(()) => {}
-                Err(Failure::Told | Failure::Some) => answer.is_error = true,
+                // The database is written without some of the inputs.
+                Err(Failure::Some) => answer.is_error = true,
                 Err(failure) => return Err(failure),
             }
         }
@@ -162,15 +172,16 @@ impl Call<'_> {
             check_output(output)?;
         }
         let (corpus, outputs) = commands::survey::made(job, inputs, spread)?;
-        let mut answer = surveyed(&corpus);
+        let mut answer = brief::surveyed(&corpus);
         if let Some(problem) = job.survey.as_ref().and_then(|survey| survey.problem(&corpus)) {
-            answer.report["problem"] = problem.into();
-            answer.is_error = true;
+            answer.add_problem(&problem);
         }
         if !is_dry {
             streams::write_all(&outputs, &job.policy())?;
-            if let Some((path, _)) = outputs.last() {
-                answer.report["output"] = path.display().to_string().into();
+            for report in [Some(&mut answer.report), answer.brief.as_mut()].into_iter().flatten() {
+                if let Some((path, _)) = outputs.last() {
+                    report["output"] = path.display().to_string().into();
+                }
             }
         }
         Ok(answer)
@@ -195,7 +206,7 @@ impl Call<'_> {
             ))),
             (None, Some(job @ Value::Object(_))) => self.job(Job::from_json(&job.to_string())?),
             (None, _) => Err(Failure::Usage(
-                "run needs \"job\", an object; its schema is that of the tool".to_owned(),
+                "run needs \"job\", an object; read mocap://job.schema.json has its schema".to_owned(),
             )),
         }
     }
@@ -224,7 +235,7 @@ impl Call<'_> {
             }
             false => job.run()?,
         };
-        Ok(done(&job, &found, is_dry))
+        Ok(brief::done(&job, &found, is_dry))
     }
 
     /// The options of `mocap run` as they are by default.
@@ -244,15 +255,15 @@ impl Call<'_> {
         if is_dry {
             let found = inputs::find(&job.source.inputs, &args.inputs)?;
             let names: Vec<&str> = found.iter().map(|input| input.relative.as_str()).collect();
-            return Ok(Answer::new(
-                json!({"dry_run": true, "inputs": names, "job": value(job)}),
-            ));
+            let (output, count) = (folder.display().to_string(), names.len());
+            let found = json!({"output": output, "dry_run": true, "count": count, "inputs": names});
+            let mut answer = Answer::new(found.clone());
+            answer.report["job"] = value(job);
+            answer.brief = Some(found);
+            return Ok(answer);
         }
         let result = commands::run::many(job, &args);
-        let mut answer = Answer::new(json!({
-            "output": folder.display().to_string(),
-            "motions": records(folder),
-        }));
+        let mut answer = brief::folder(folder);
         match result {
             Ok(()) => {}
             Err(Failure::Told | Failure::Some) => answer.is_error = true,
@@ -260,94 +271,4 @@ impl Call<'_> {
         }
         Ok(answer)
     }
-}
-
-fn value(found: &impl serde::Serialize) -> Value {
-    serde_json::to_value(found).unwrap_or_default()
-}
-
-/// What a job has done.
-fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
-    let output = job.write.output.display().to_string();
-    let mut report = value(found);
-    report["output"] = output.as_str().into();
-    report["dry_run"] = is_dry.into();
-    let clips = found.clips.iter().map(
-        |clip| json!({"clip": clip.name(), "verdict": clip.verdict().as_str(), "mean_degrees": clip.mean_degrees()}),
-    );
-    let brief = json!({
-        "output": output,
-        "dry_run": is_dry,
-        "files": value(&found.files),
-        "notes": found.notes.iter().take(MOST_CLIPS).collect::<Vec<_>>(),
-        "warnings": found.warnings.iter().take(MOST_CLIPS).map(ToString::to_string).collect::<Vec<_>>(),
-        "steps": found.steps.iter().take(MOST_CLIPS).map(ToString::to_string).collect::<Vec<_>>(),
-        "clips": clips.take(MOST_CLIPS).collect::<Vec<_>>(),
-        "walk": found.walk.as_ref().map(value),
-        "error": found.error.as_ref().map(value),
-        "verification": found.verification.as_ref().map(|found| {
-            json!({
-                "frames": found.frames,
-                "joints": found.joints,
-                "max_error": found.max_error,
-                "rms_error": found.rms_error,
-            })
-        }),
-        "problem": found.problem,
-    });
-    let mut answer = Answer::new(report);
-    answer.is_error = found.problem.is_some();
-    answer.brief = Some(brief);
-    answer
-}
-
-/// What the manifest of a folder says of each motion, without the reports.
-fn records(folder: &Path) -> Vec<Value> {
-    let text = fs::read_to_string(Manifest::path(folder, None)).unwrap_or_default();
-    let records = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let brief = records.map(|record| {
-        let keep = |(key, value): (&str, &Value)| (!value.is_null()).then(|| (key.to_owned(), value.clone()));
-        let kept = ["input", "output", "error", "warnings", "max_error"];
-        Value::Object(kept.iter().filter_map(|key| keep((*key, &record[*key]))).collect())
-    });
-    brief.collect()
-}
-
-/// The clips of a survey: what to choose by, the best first; the report has every column.
-fn surveyed(corpus: &Corpus) -> Answer {
-    let mut rows: Vec<&ClipRow> = corpus.rows().collect();
-    rows.sort_by(|a, b| {
-        (a.verdict, b.quality)
-            .partial_cmp(&(b.verdict, a.quality))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
-    let brief = |row: &&ClipRow| {
-        json!({
-            "file": row.file,
-            "clip": row.clip,
-            "verdict": row.verdict.as_str(),
-            "quality": row.quality,
-            "reasons": row.reasons,
-            "error": row.error,
-            "seconds": row.seconds,
-            "frames": row.frames,
-            "distance": row.distance,
-            "walking": row.walking,
-            "running": row.running,
-            "standing": row.standing,
-            "twin_of": row.twin_of,
-        })
-    };
-    let verdicts: Map<String, Value> = Quality::ALL
-        .iter()
-        .map(|verdict| {
-            let count = rows.iter().filter(|row| row.verdict == *verdict).count();
-            (verdict.as_str().to_owned(), count.into())
-        })
-        .collect();
-    let clips: Vec<Value> = rows.iter().take(MOST_CLIPS).map(brief).collect();
-    let shown = json!({"count": rows.len(), "verdicts": verdicts, "clips": clips});
-    let mut answer = Answer::new(json!({"count": rows.len(), "clips": value(&rows)}));
-    answer.brief = Some(shown);
-    answer
 }

@@ -43,6 +43,11 @@ impl Fault {
         Self::new(-32000, message)
     }
 
+    /// What is wrong.
+    pub(super) fn into_words(self) -> String {
+        self.message
+    }
+
     pub(super) fn invalid_params(message: impl Into<String>) -> Self {
         Self::new(-32602, message)
     }

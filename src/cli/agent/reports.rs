@@ -7,13 +7,19 @@ use base64::engine::general_purpose::STANDARD;
 use mocap::FormatInfo;
 use mocap::edit::EditStep;
 use mocap::job::Job;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::answer::Answer;
 use super::protocol::Fault;
+use super::schema::check_names;
+use super::tools::Tool;
+use crate::Failure;
 
 /// The longest report in characters that stands in an answer; a longer one is read as a resource.
 const LONGEST: usize = 24_000;
+
+/// The longest part of a resource that the tool `read` answers with: the schema of a job is shorter.
+const LONGEST_READ: usize = 60_000;
 
 /// How many characters of reports are kept; the oldest go first.
 const MOST_KEPT: usize = 64 << 20;
@@ -91,6 +97,47 @@ impl Reports {
         fixed.chain(kept).collect()
     }
 
+    /// The result of a call of the tool that reads a resource.
+    pub(super) fn answer(&self, tool: &Tool, arguments: &Map<String, Value>) -> Value {
+        let (text, shown) = match self.part(tool, arguments) {
+            Ok(shown) => (shown.to_string(), Some(shown)),
+            Err(problem) => (json!({"error": problem}).to_string(), None),
+        };
+        let mut result = json!({"content": [{"type": "text", "text": text}], "isError": shown.is_none()});
+        if let Some(shown) = shown {
+            result["structuredContent"] = shown;
+        }
+        result
+    }
+
+    /// The part of a resource that a call asks for, or what is wrong with the call.
+    fn part(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<Value, String> {
+        check_names(tool, arguments).map_err(Failure::into_words)?;
+        let pointer = match arguments.get("pointer") {
+            None | Some(Value::Null) => "",
+            Some(Value::String(pointer)) => pointer,
+            Some(_) => return Err("\"pointer\" must be a text".to_owned()),
+        };
+        let uri = arguments.get("uri").cloned().unwrap_or_default();
+        let resource = self.read(&json!({"uri": uri})).map_err(Fault::into_words)?;
+        let whole: Value = serde_json::from_str(resource["text"].as_str().unwrap_or_default()).unwrap_or_default();
+        let Some(part) = whole.pointer(pointer) else {
+            let shown: String = pointer.chars().take(80).collect();
+            let keys = whole.as_object().into_iter().flat_map(Map::keys);
+            let keys: Vec<String> = keys.take(50).map(|key| format!("/{key}")).collect();
+            let keys = if keys.is_empty() {
+                "/0".to_owned()
+            } else {
+                keys.join(", ")
+            };
+            return Err(format!(
+                "{} has no part {shown:?}; a pointer is the names of the keys on the way to it: {keys}",
+                uri.as_str().unwrap_or_default()
+            ));
+        };
+        Ok(shortened(json!({"uri": uri, "value": part}), LONGEST_READ))
+    }
+
     /// The text of a resource.
     pub(super) fn read(&self, params: &Value) -> Result<Value, Fault> {
         let Some(uri) = params["uri"].as_str() else {
@@ -104,7 +151,13 @@ impl Reports {
             ("mocap://steps", _) => steps().to_string(),
             _ => {
                 let shown: String = uri.chars().take(80).collect();
-                let words = format!("there is no resource {shown:?}; resources/list has those that are there");
+                let fixed = FIXED.map(|(uri, ..)| uri).join(", ");
+                let kept = [self.kept.front(), self.kept.back()].map(|report| report.map(|report| &*report.uri));
+                let kept = match kept {
+                    [Some(first), Some(last)] => format!(", and the reports from {first} to {last}"),
+                    _ => String::new(),
+                };
+                let words = format!("there is no resource {shown:?}; there are {fixed}{kept}");
                 return Err(Fault::invalid_params(words));
             }
         };
@@ -121,20 +174,70 @@ fn uri_of(number: usize) -> String {
 /// The result of a call, and its report, which has this number.
 pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
     let text = answer.report.to_string();
-    let mut shown = match answer.brief {
-        None if text.len() <= LONGEST => answer.report,
-        Some(brief) if brief.to_string().len() <= LONGEST => brief,
-        _ => json!({"note": "the report is long; read it as a resource"}),
-    };
-    if text.len() > LONGEST || shown.get("report").is_none() {
+    let mut shown = shortened(without_nulls(answer.brief.unwrap_or(answer.report)), LONGEST);
+    if shown.get("report").is_none() {
         shown["report"] = uri_of(number).into();
     }
     let mut content = vec![json!({"type": "text", "text": shown.to_string()})];
     if let Some(picture) = answer.picture {
         content.push(json!({"type": "image", "data": STANDARD.encode(picture), "mimeType": "image/png"}));
     }
-    let result = json!({"content": content, "structuredContent": shown, "isError": answer.is_error});
+    let mut result = json!({"content": content, "isError": answer.is_error});
+    // A client holds structured content against the schema of the tool, and an error has nothing of it.
+    if !answer.is_failed {
+        result["structuredContent"] = shown;
+    }
     (result, text)
+}
+
+/// How many entries of a list and how many characters of a text remain where an answer is too long.
+const SHORTER: [(usize, usize); 5] = [(200, 4000), (50, 2000), (20, 500), (5, 200), (1, 80)];
+
+/// A value of no more characters than `longest`, with a note where lists or texts were cut for that.
+fn shortened(mut value: Value, longest: usize) -> Value {
+    for (entries, characters) in SHORTER {
+        if value.to_string().len() <= longest {
+            break;
+        }
+        cut(&mut value, entries, characters);
+        let note = format!("too long: each list has its first {entries} entries; read has the rest, with a pointer");
+        value["note"] = note.into();
+    }
+    value
+}
+
+/// Leaves out all but the first entries of lists and the first characters of texts.
+fn cut(value: &mut Value, entries: usize, characters: usize) {
+    match value {
+        Value::Object(fields) => fields.values_mut().for_each(|value| cut(value, entries, characters)),
+        Value::Array(values) => {
+            values.truncate(entries);
+            values.iter_mut().for_each(|value| cut(value, entries, characters));
+        }
+        Value::String(text) => {
+            if let Some((end, _)) = text.char_indices().nth(characters) {
+                text.truncate(end);
+                text.push_str("...");
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A value without the keys that say nothing.
+fn without_nulls(mut value: Value) -> Value {
+    fn leave_out(value: &mut Value) {
+        match value {
+            Value::Object(fields) => {
+                fields.retain(|_, value| !value.is_null());
+                fields.values_mut().for_each(leave_out);
+            }
+            Value::Array(values) => values.iter_mut().for_each(leave_out),
+            _ => {}
+        }
+    }
+    leave_out(&mut value);
+    value
 }
 
 fn formats() -> Value {

@@ -1,11 +1,14 @@
 //! The options of a command as a JSON Schema, and JSON as the words of a command line.
 
+use std::any::TypeId;
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 
 use clap::{Arg, ArgAction, Command, CommandFactory};
 use mocap::job::Job;
 use serde_json::{Map, Value, json};
 
+use super::about;
 use super::tools::{FileArgument, Slot, TOOLS, Tool};
 use crate::Failure;
 use crate::args::{Args, Given};
@@ -61,13 +64,7 @@ impl Commands {
             .map(ToString::to_string)
             .collect();
         let mut positions = Vec::new();
-        let is_known = |name: &str| {
-            let is_file = tool.files.iter().any(|file| file.name == name);
-            is_file || tool.options.contains(&name) || name == "dry-run"
-        };
-        if let Some(name) = arguments.keys().find(|name| !is_known(name)) {
-            return Err(no_argument(tool, name));
-        }
+        check_names(tool, arguments)?;
         for file in tool.files {
             match arguments.get(file.name) {
                 None | Some(Value::Null) if file.is_required => {
@@ -108,20 +105,26 @@ fn listed(tool: &'static Tool, commands: &Commands) -> Value {
         "name": tool.tool_name(),
         "description": tool.about,
         "inputSchema": arguments_of(tool, commands),
-        "annotations": {
-            "readOnlyHint": !tool.writes(),
-            "destructiveHint": false,
-            "idempotentHint": true,
-            "openWorldHint": false,
+        "outputSchema": (tool.answer)(),
+        "annotations": match tool.writes() {
+            true => json!({"destructiveHint": false, "openWorldHint": false}),
+            // What it says about writing means nothing then.
+            false => json!({"readOnlyHint": true, "openWorldHint": false}),
         },
     })
 }
 
-/// The schema of the arguments of a tool.
+/// The schema of the arguments of a tool. That it has no others is not in it, because the list of tools is long enough:
+/// a call with another is refused, and told which there are.
 fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
-    let dry_run = json!({"type": "boolean", "description": "Do everything but write", "default": false});
+    let dry_run = json!({"type": "boolean", "description": "Write nothing"});
     if tool.name == "run" {
-        return schema_of_job(dry_run);
+        let job = brief_schema_of_job();
+        return json!({
+            "type": "object",
+            "properties": {"job": job, "dry-run": dry_run},
+            "required": ["job"],
+        });
     }
     let mut properties = Map::new();
     for file in tool.files {
@@ -134,30 +137,59 @@ fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
         properties.insert(file.name.to_owned(), schema);
     }
     for option in tool.options {
-        if let Some(schema) = commands.schema(tool, option) {
+        if let Some(mut schema) = commands.schema(tool, option) {
+            if let Some(about) = about::option(tool.name, option) {
+                schema["description"] = about.into();
+            }
             properties.insert((*option).to_owned(), schema);
         }
     }
-    properties.insert("dry-run".to_owned(), dry_run);
+    if tool.writes() {
+        properties.insert("dry-run".to_owned(), dry_run);
+    }
     let required = tool.files.iter().filter(|file| file.is_required);
     let required: Vec<&str> = required.map(|file| file.name).collect();
-    json!({"type": "object", "properties": properties, "required": required, "additionalProperties": false})
+    let mut schema = json!({"type": "object", "properties": properties});
+    if !required.is_empty() {
+        schema["required"] = required.into();
+    }
+    schema
 }
 
-/// The schema of a job, with its definitions where the references lead.
-fn schema_of_job(dry_run: Value) -> Value {
-    let mut job: Value = serde_json::from_str(Job::SCHEMA).unwrap_or_default();
-    let definitions = job.as_object_mut().and_then(|job| {
-        job.remove("$schema");
-        job.remove("$defs")
+/// The keys of a job of any kind. Its whole schema is a resource, because it is longer than all tools together.
+fn brief_schema_of_job() -> Value {
+    let whole: Value = serde_json::from_str(Job::SCHEMA).unwrap_or_default();
+    let kinds = ["oneOf", "anyOf"]
+        .iter()
+        .flat_map(|key| whole[key].as_array())
+        .flatten();
+    let kinds = kinds.map(|kind| {
+        let pointer = kind["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
+        pointer.and_then(|pointer| whole.pointer(pointer)).unwrap_or(kind)
     });
-    json!({
-        "type": "object",
-        "properties": {"job": job, "dry-run": dry_run},
-        "required": ["job"],
-        "additionalProperties": false,
-        "$defs": definitions,
-    })
+    let properties = kinds
+        .chain([&whole])
+        .flat_map(|schema| schema["properties"].as_object());
+    let keys: BTreeSet<&str> = properties.flatten().map(|(name, _)| name.as_str()).collect();
+    let keys = keys.into_iter().collect::<Vec<_>>().join(", ");
+    json!({"type": "object", "description": format!("{keys}; for their schemas read mocap://job.schema.json")})
+}
+
+/// The first sentence of a text, without its end.
+fn first_sentence(text: &str) -> &str {
+    text.split(". ").next().unwrap_or_default().trim_end_matches('.')
+}
+
+/// Refuses an argument that the tool does not have.
+pub(super) fn check_names(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), Failure> {
+    let is_known = |name: &str| {
+        let is_file = tool.files.iter().any(|file| file.name == name);
+        is_file || tool.options.contains(&name) || name == "dry-run"
+    };
+    match arguments.keys().find(|name| !is_known(name)) {
+        Some(name) => Err(no_argument(tool, name)),
+        None => Ok(()),
+    }
 }
 
 fn add_files(file: &FileArgument, texts: Vec<String>, words: &mut Vec<String>, positions: &mut Vec<String>) {
@@ -186,7 +218,7 @@ fn no_argument(tool: &Tool, name: &str) -> Failure {
     let known: Vec<&str> = files.chain(tool.options.iter().copied()).chain(["dry-run"]).collect();
     let shown: String = name.chars().take(64).collect();
     Failure::Usage(format!(
-        "{} has no argument {shown:?}; it has {}; run takes a job with every option that there is",
+        "{} has no argument {shown:?}; it has {}; run takes a job with every option",
         tool.tool_name(),
         known.join(", ")
     ))
@@ -215,8 +247,9 @@ fn schema(option: &Arg) -> Value {
         .collect();
     let is_list = matches!(option.get_action(), ArgAction::Append) || option.get_value_delimiter().is_some();
     let one = match values.as_slice() {
-        [] => json!({"type": ["string", "number"]}),
-        values => json!({"type": "string", "enum": values}),
+        [] if is_number(option) => json!({"type": "number"}),
+        values if (1..=MOST_VALUES).contains(&values.len()) => json!({"enum": values}),
+        _ => json!({"type": "string"}),
     };
     let mut schema = match (option.get_action(), is_list) {
         (ArgAction::SetTrue, _) => json!({"type": "boolean"}),
@@ -224,6 +257,24 @@ fn schema(option: &Arg) -> Value {
         (_, false) => one,
     };
     let help = option.get_help().map(ToString::to_string).unwrap_or_default();
-    schema["description"] = help.split_whitespace().collect::<Vec<_>>().join(" ").into();
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    schema["description"] = first_sentence(&help).into();
     schema
+}
+
+/// How many values of an option a schema lists. An error names all of them.
+const MOST_VALUES: usize = 8;
+
+/// Whether the value of an option is a number and nothing else. A text that is a number is one too.
+fn is_number(option: &Arg) -> bool {
+    let value = option.get_value_parser().type_id();
+    let numbers = [
+        TypeId::of::<f64>(),
+        TypeId::of::<f32>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+    ];
+    numbers.iter().any(|number| value == *number)
 }

@@ -1,7 +1,9 @@
 //! The tools: each is a command with the files and the options that an agent needs. All others are in a job, for `run`.
+//! Two have no command: `list` shows a folder, and `read` reads a resource for clients that have tools alone.
 
 use serde_json::{Map, Value};
 
+use super::answers;
 use super::protocol::Fault;
 
 /// A tool.
@@ -13,6 +15,8 @@ pub struct Tool {
     pub(super) files: &'static [FileArgument],
     /// The options of the command that the tool has, by their long names.
     pub options: &'static [&'static str],
+    /// The JSON Schema of its answer.
+    pub(super) answer: fn() -> Value,
 }
 
 /// An argument that names files.
@@ -63,107 +67,109 @@ const fn option(name: &'static str, is_required: bool, about: &'static str) -> F
 const OUTPUT: FileArgument = option(
     "output",
     true,
-    "The file to write, in the format of its extension; or with / at its end a folder, for a file of each input",
+    "The file to write; its extension is its format. With / at its end, a folder",
 );
 
-const INPUTS: FileArgument = inputs("The motions; folders and wildcards too where the output is a folder");
+const INPUTS: FileArgument = inputs("Motions; folders too if the output is one");
 
 const WITH: FileArgument = FileArgument {
     is_list: true,
-    ..option(
-        "with",
-        false,
-        "Second motions that steps join, blend or layer with the first",
-    )
+    ..option("with", false, "Second motions that steps join or blend")
 };
 
 /// All tools.
 pub const TOOLS: &[Tool] = &[
     Tool {
+        name: "list",
+        about: "List the files in a folder and below that mocap reads, with format and size",
+        files: &[option("folder", false, "A folder [default: the root folder]")],
+        options: &[],
+        answer: answers::listed,
+    },
+    Tool {
         name: "info",
         about: "Inspect a file: format, joints, frames, clips, what is guessed, warnings",
-        files: &[input("input", "The motion file")],
+        files: &[input("input", "The file")],
         options: &["clip", "from"],
+        answer: answers::inspected,
     },
     Tool {
         name: "skeleton",
-        about: "Say unit, axes, rest pose, and which joint is which bone of a humanoid, how sure that is, and why",
-        files: &[input("input", "The motion file")],
-        options: &["clip", "from", "unit", "up", "map", "explain"],
+        about: "Say unit, axes, rest pose, and which joint is which bone, how sure that is, and why",
+        files: &[input("input", "The file")],
+        options: &["clip", "unit", "up", "map", "explain"],
+        answer: answers::skeleton,
     },
     Tool {
         name: "check",
-        about: "Report errors and warnings of files, with line, column, and how to mend them",
-        files: &[inputs("Motion files, folders and wildcards")],
-        options: &["clip", "from", "strict"],
+        about: "Report errors and warnings of files, with line, column, and how to mend them; the worst first",
+        files: &[inputs("Files, folders and wildcards")],
+        options: &["strict"],
+        answer: answers::checked,
     },
     Tool {
         name: "survey",
-        about: "Grade every clip of folders: verdict, quality from 0 to 1, defects and where they are, twins, activity; \
-                the best first. Begin here to choose takes",
+        about: "Grade every clip of folders: verdict, quality from 0 to 1, defects and where they are, near-duplicates, \
+                activity; the best first. Begin here to choose takes",
         files: &[
-            inputs("Motion files, folders and wildcards; . is the root folder"),
+            inputs("Files, folders and wildcards; . is the root folder"),
             option("output", false, "A table to write: .csv, .json, .jsonl or .txt"),
-            option("html", false, "A page to write, on which the user sees the corpus"),
-            option("sarif", false, "The findings to write as SARIF"),
+            option("html", false, "A page to write, for the user to see"),
         ],
-        options: &["where", "select", "by", "threshold", "fail-on"],
+        options: &["where", "select", "threshold", "fail-on"],
+        answer: answers::surveyed,
     },
     Tool {
         name: "index",
-        about: "Make a database of what every frame of many motions does, for find",
+        about: "Make a database of what every frame of many motions does, for find and match",
         files: &[
-            inputs("Motion files, folders and wildcards; an .mdb file is what an earlier call wrote"),
+            inputs("Files, folders and wildcards"),
             option("output", true, "The database to write: .mdb"),
         ],
         options: &["mirror", "pack"],
+        answer: answers::indexed,
     },
     Tool {
         name: "find",
         about: "Find in a database of index what is most like a part of a motion (like: walk.bvh@2.0s..3.5s), or a pose",
         files: &[input("database", "The .mdb file")],
-        options: &["like", "pose", "count", "no-mirror", "where"],
+        options: &["like", "pose", "count", "where"],
+        answer: answers::found,
     },
     Tool {
         name: "match",
-        about: "Let a character follow a path over the ground (path: 0/0+0/4+3/4, x/z in metres), or a gamepad, by motion \
-                matching in a database of index. The report says how far from the path it was",
+        about: "Let a character follow a path over the ground, by motion matching in a database of index",
         files: &[
-            input(
-                "database",
-                "The .mdb file; motions that are not packed within it are read again",
-            ),
+            input("database", "The .mdb file"),
             option("on", true, "The character"),
-            option("gamepad", false, "The sticks over time: .csv or .json"),
-            option("output", true, "The file to write, in the format of its extension"),
+            option("output", true, "The file to write"),
         ],
         options: &["path", "speed"],
+        answer: answers::matched,
     },
     Tool {
         name: "graph",
         about: "Find all moments at which a figure can pass from one motion to another, for walk",
         files: &[
-            inputs("Motions of one skeleton, or of humanoids with on; folders and wildcards too"),
-            option("on", false, "A body on which all motions are put first"),
+            inputs("Motions of one skeleton, or of humanoids with on; folders too"),
+            option("on", false, "A body to put all motions on first"),
             option("output", true, "The graph to write: .json"),
-            option(
-                "matrix",
-                false,
-                "The distances of all moments of two motions to write besides: .png or .npy",
-            ),
+            option("matrix", false, "The distances of two motions to write: .png or .npy"),
         ],
-        options: &["threshold", "window", "rate", "whole", "unit", "up"],
+        options: &["threshold"],
+        answer: answers::graphed,
     },
     Tool {
         name: "walk",
-        about: "Write a motion that walks over a graph: for so many seconds, along a path in metres (0/0+4/0+4/6), or through \
-                two clips or more (walk.bvh, turn.bvh@2)",
+        about: "Write a motion that walks over a graph: for so many seconds, along a path, or \
+                through two clips or more (walk.bvh, turn.bvh@2)",
         files: &[
-            input("graph", "The .json file of graph; its motions are read again"),
+            input("graph", "The .json file of graph"),
             option("on", false, "A character that the walk is put on"),
-            option("output", true, "The file to write, in the format of its extension"),
+            option("output", true, "The file to write"),
         ],
         options: &["seconds", "path", "through", "seed"],
+        answer: answers::walked,
     },
     Tool {
         name: "convert",
@@ -181,42 +187,29 @@ pub const TOOLS: &[Tool] = &[
             "from",
             "unit",
             "up",
-            "map",
             "trim",
             "fps",
-            "retime",
-            "rest",
             "in-place",
-            "root-motion",
             "names",
-            "bone-axis",
             "target",
-            "out-unit",
-            "out-up",
-            "skeleton-only",
             "max-error",
-            "compress",
             "verify",
         ],
+        answer: answers::written,
     },
     Tool {
         name: "retarget",
-        about: "Put motions on a character (GLB, VRM, FBX, BVH), which keeps all that is in its file. The report says \
-                how far limbs are off, and how feet slide",
+        about: "Put motions on a character (GLB, VRM, FBX, BVH), which keeps all that is in its file. Says for each \
+                motion whether it is good, and which limb is farthest off",
         files: &[
             INPUTS,
             option("character", false, "The character"),
-            option(
-                "to-skeleton",
-                false,
-                "Instead of a character: a file of which the skeleton alone is taken",
-            ),
+            option("to-skeleton", false, "Instead: a file whose skeleton alone is used"),
             OUTPUT,
         ],
         options: &[
             "to",
             "clip",
-            "from",
             "unit",
             "up",
             "map",
@@ -224,19 +217,18 @@ pub const TOOLS: &[Tool] = &[
             "trim",
             "fps",
             "in-place",
-            "root-motion",
             "scale",
             "feet",
-            "names-of-clips",
             "replace-animations",
             "max-angle",
             "max-error",
-            "compress",
         ],
+        answer: answers::retargeted,
     },
     Tool {
         name: "robot",
-        about: "Put motions of humans on a robot of URDF or MJCF, within the limits of its joints",
+        about: "Put motions of humans on a robot of URDF or MJCF, within the limits of its joints. Says for each motion \
+                whether it is good, and which limb is farthest off",
         files: &[
             INPUTS,
             option("robot", true, "The robot: .urdf, or .xml of MuJoCo"),
@@ -245,7 +237,6 @@ pub const TOOLS: &[Tool] = &[
         options: &[
             "to",
             "clip",
-            "from",
             "unit",
             "up",
             "map",
@@ -256,76 +247,70 @@ pub const TOOLS: &[Tool] = &[
             "feet",
             "passes",
             "floor",
-            "velocity-limits",
             "require",
         ],
+        answer: answers::retargeted,
     },
     Tool {
         name: "edit",
-        about: "Change a motion in steps, such as foot-lock, mirror, smooth:cut-off=8, loop, trim; mocap://steps lists \
-                them with their options",
+        about: "Change a motion in steps, such as foot-lock, mirror, smooth:cut-off=8, loop, trim. read mocap://steps \
+                lists them with their options",
         files: &[INPUTS, WITH, OUTPUT],
-        options: &[
-            "step",
-            "loop",
-            "to",
-            "clip",
-            "from",
-            "unit",
-            "up",
-            "map",
-            "fps",
-            "names",
-            "max-error",
-            "compress",
-            "verify",
-        ],
+        options: &["step", "to", "clip", "unit", "up", "max-error", "verify"],
+        answer: answers::written,
     },
     Tool {
         name: "clean",
-        about: "Clean a motion of a camera or a generator: time, flips, noise, lengths, floor, contacts; the report has \
-                measures before and after",
+        about: "Clean a motion of a camera or a generator: time, flips, noise, lengths, floor, contacts. Says what each \
+                part changed",
         files: &[INPUTS, OUTPUT],
-        options: &[
-            "only",
-            "without",
-            "to",
-            "clip",
-            "from",
-            "unit",
-            "up",
-            "map",
-            "fps",
-            "max-error",
-            "verify",
-        ],
+        options: &["only", "without", "to", "clip", "unit", "up", "max-error", "verify"],
+        answer: answers::written,
     },
     Tool {
         name: "sheet",
         about: "See motions: a picture of poses over time, a row for each file, or of the T-pose",
         files: &[
             inputs("Motion files"),
-            option("output", false, "A .png or .svg to write besides"),
+            option("output", false, "A .png or .svg to write"),
         ],
-        options: &["poses", "width", "t-pose", "clip", "from", "up"],
+        options: &["poses", "width", "t-pose", "clip"],
+        answer: answers::drawn,
     },
     Tool {
         name: "verify",
-        about: "Compare a written file with its source: how far every joint is off in every frame",
+        about: "Compare a file of convert, edit or clean with its source, joint by joint in every frame. Of a motion on \
+                another body retarget says how far it is off",
         files: &[
             input("source", "The source"),
             input("result", "The file that was made of it"),
             WITH,
         ],
-        options: &["max-error", "clip"],
+        options: &["max-error"],
+        answer: answers::verified,
     },
     Tool {
         name: "run",
-        about: "Do a job: read, source, steps, onto, write, with every option that there is",
+        about: "Do a job, which has every option",
         files: &[],
         options: &[],
+        answer: answers::run,
+    },
+    Tool {
+        name: READ,
+        about: "Read a report of an earlier call (mocap://reports/1), mocap://steps, mocap://formats or \
+                mocap://job.schema.json",
+        files: &[
+            option("uri", true, "Its URI"),
+            option("pointer", false, "The part to read, as a JSON Pointer: /clips/0"),
+        ],
+        options: &[],
+        answer: answers::read,
     },
 ];
+
+/// The tool that reads a resource.
+pub(super) const READ: &str = "read";
 
 /// The tool that a call names, and its arguments.
 pub(super) fn named(params: &Value) -> Result<(&'static Tool, Map<String, Value>), Fault> {
@@ -357,8 +342,15 @@ impl Tool {
     pub(super) fn command(&'static self) -> &'static [&'static str] {
         match self.name {
             "walk" => &["graph", "walk"],
+            // They have none, and take no option of one.
+            "list" | READ => &[],
             _ => std::slice::from_ref(&self.name),
         }
+    }
+
+    /// Whether the output may be a folder with a file of each input.
+    pub(super) fn has_folder_outputs(&self) -> bool {
+        ["convert", "retarget", "robot", "edit", "clean"].contains(&self.name)
     }
 
     /// Whether a call may write.

@@ -19,7 +19,7 @@ use super::root::Root;
 use super::schema::Commands;
 use super::{reports, tools};
 use crate::batch::progress::{self, Counts};
-use crate::{Failure, batch};
+use crate::{Failure, batch, report};
 
 /// What a process is to do. The name and the arguments are those of `tools/call`.
 #[derive(Serialize)]
@@ -78,21 +78,41 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
         return Err(Failure::Usage("the order names no tool".to_owned()));
     };
     progress::listen(hear);
+    report::keep();
     let mut call = Call {
         root,
         commands: &Commands::default(),
         tool,
         arguments: &arguments,
     };
-    let answer = match catch_unwind(AssertUnwindSafe(|| call.answer())) {
+    let mut answer = match catch_unwind(AssertUnwindSafe(|| call.answer())) {
         Ok(Ok(answer)) => answer,
+        // What was told is told on standard error.
+        Ok(Err(Failure::Told | Failure::Some)) => Answer::failed(Failure::Usage(told())),
         Ok(Err(failure)) => Answer::failed(failure),
         Err(_) => Answer::failed(Failure::Usage(batch::PANICKED.to_owned())),
     };
+    if answer.is_error && !answer.is_explained() {
+        answer.add_problem(&told());
+    }
     let (result, report) = reports::result(number, answer);
     let result = to_raw_value(&era.finish(result, "tools/call")).map_err(io::Error::from)?;
     say(&Said::Done { result, report });
     Ok(())
+}
+
+/// What the command has printed as errors.
+fn told() -> String {
+    const MOST: usize = 3;
+    let kept = report::kept();
+    let mut words = kept.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");
+    if kept.len() > MOST {
+        words += &format!("; and {} more", kept.len() - MOST);
+    }
+    match words.is_empty() {
+        true => "some files failed; their errors are in the report".to_owned(),
+        false => words,
+    }
 }
 
 /// Says how many files are done, some times in a second.

@@ -8,6 +8,7 @@ use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::CheckArgs;
+use crate::batch::gather::gather;
 use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
@@ -90,12 +91,17 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
     writeln!(out, "{}", report::visible(&summary(checked)))
 }
 
-/// What `--json` prints, as a list, and whether every file is whole and can be read.
-pub(crate) fn result(args: &CheckArgs) -> Result<(serde_json::Value, bool), Failure> {
+/// What `--json` prints, as a list.
+pub(crate) fn result(args: &CheckArgs) -> Result<Vec<serde_json::Value>, Failure> {
     let inputs = inputs::find(&args.paths, &args.inputs)?;
-    let found: Vec<Checked> = inputs.iter().map(|input| check(args, input)).collect();
-    let are_whole = found.iter().all(|checked| checked.status != Status::Error);
-    Ok((super::value(&found), are_whole))
+    let (found, _) = gather(&args.spread, &inputs, |input| Ok(check(args, input)))?;
+    let all = std::iter::zip(&inputs, found).map(|(input, found)| {
+        found.unwrap_or_else(|panicked| {
+            let error = Diagnostic::new(Code::Io, panicked).into();
+            checked(args, input, Vec::new(), Some(error), Vec::new())
+        })
+    });
+    Ok(all.map(|checked| super::value(&checked)).collect())
 }
 
 fn check(args: &CheckArgs, input: &Input) -> Checked {

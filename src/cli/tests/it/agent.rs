@@ -1,6 +1,9 @@
 //! `mocap mcp`, by messages on standard input. `tools/mcp` holds it against a client of the protocol's authors.
 
+mod answers;
+mod instructions;
 mod line;
+mod listing;
 #[cfg(unix)]
 mod progress;
 mod schema;
@@ -95,6 +98,14 @@ fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
     answers
 }
 
+/// The error of a call that could not be done.
+fn error(answer: &Value) -> Value {
+    let result = &answer["result"];
+    assert_eq!(result["isError"], true, "{answer}");
+    assert!(result.get("structuredContent").is_none(), "{answer}");
+    serde_json::from_str(result["content"][0]["text"].as_str().unwrap()).unwrap()
+}
+
 fn call(tool: &str, arguments: Value) -> (&'static str, Value) {
     ("tools/call", json!({"name": tool, "arguments": arguments}))
 }
@@ -142,8 +153,7 @@ fn a_call_stays_in_its_folder_and_replaces_nothing() {
         call("convert", json!({"inputs": ["-"], "output": "new.glb"})),
     ];
     for answer in answers(&root, &requests) {
-        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
-        assert_eq!(answer["result"]["isError"], true, "{answer}");
+        let error = error(&answer)["error"].as_str().unwrap().to_owned();
         let is_expected = ["leads out of", "has not written it", "- is standard input"];
         assert!(is_expected.iter().any(|words| error.contains(words)), "{error}");
     }
@@ -168,15 +178,11 @@ fn errors_carry_the_help_and_the_server_goes_on() {
             call("inspect", json!({"input": "cmu_short.bvh"})),
         ],
     );
-    let content = |index: usize| found[index]["result"]["structuredContent"].clone();
-    assert_eq!(content(0)["help"], "did you mean Xposition?");
-    assert!(
-        content(1)["error"].as_str().unwrap().contains("smooth"),
-        "{}",
-        content(1)
-    );
+    assert_eq!(error(&found[0])["help"], "did you mean Xposition?");
+    let step = error(&found[1])["error"].to_string();
+    assert!(step.contains("smooth"), "{step}");
     assert_eq!(found[2]["error"]["code"], -32601);
-    assert_eq!(content(3)["frames"], 75);
+    assert_eq!(found[3]["result"]["structuredContent"]["frames"], 75);
 }
 
 /// A link out of the folder of a file is that of its user, who made it. A server opens nothing outside of its root.
@@ -377,8 +383,7 @@ fn a_call_has_a_time_limit() {
     let mut ids = Vec::new();
     for _ in 0..6 {
         let answer = server.next();
-        assert_eq!(answer["result"]["isError"], true, "{answer}");
-        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
+        let error = error(&answer)["error"].as_str().unwrap().to_owned();
         assert!(
             error.contains("longer than 1 s") && error.contains("--time-limit"),
             "{error}"
@@ -568,8 +573,7 @@ fn jobs_and_graphs_name_files_anywhere_but_to_a_server() {
         ),
     ];
     for answer in answers(&root, &requests) {
-        let error = answer["result"]["structuredContent"]["error"].as_str().unwrap();
-        assert_eq!(answer["result"]["isError"], true, "{answer}");
+        let error = error(&answer)["error"].as_str().unwrap().to_owned();
         assert!(
             error.contains("leads out of") || error.contains("outside of the folder"),
             "{error}"

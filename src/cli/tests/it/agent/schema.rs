@@ -1,6 +1,6 @@
 //! Options of the tools.
 
-use mocap_cli::internals::{Commands, TOOLS};
+use mocap_cli::internals::{ABOUT, Commands, TOOLS};
 
 #[test]
 fn every_option_of_a_tool_is_one_of_its_command() {
@@ -14,5 +14,17 @@ fn every_option_of_a_tool_is_one_of_its_command() {
             );
         }
         assert!(commands.command(tool).is_some(), "{}", tool.name);
+    }
+}
+
+/// A text for an option that no tool has is left over.
+#[test]
+fn every_text_about_an_option_is_read() {
+    for (name, _) in ABOUT {
+        let is_read = TOOLS.iter().any(|tool| {
+            let mut options = tool.options.iter();
+            options.any(|option| option == name || format!("{} {option}", tool.name) == *name)
+        });
+        assert!(is_read, "{name}");
     }
 }

@@ -1,0 +1,53 @@
+//! The options of the tools in words for agents.
+
+/// What an agent reads of an option whose help speaks to a user of the command line, or is long and stands in several
+/// tools: the option, or the tool and the option, and what it does. The other options have their help.
+pub const ABOUT: &[(&str, &str)] = &[
+    ("character-map", "A JSON file of the character's bones"),
+    ("clip", "The animation, by name or number from 0"),
+    ("explain", "Say in detail why each joint is its bone"),
+    ("fail-on", "Set problem where a clip is this bad"),
+    ("feet", "lock holds feet still where the source's stand"),
+    ("floor", "Floor: auto, under the feet; z=0 of the file; keep, no change"),
+    ("fps", "Frames per second, at the same speed"),
+    ("from", "Format of the input, if not told by its contents"),
+    ("in-place", "Keep the figure in place"),
+    ("like", "Part of a motion: walk.bvh@2.0s..3.5s, or walk.bvh"),
+    ("map", "A JSON file of the bones, as skeleton answers"),
+    ("max-angle", "Set problem where a limb is farther off, in degrees"),
+    ("max-error", "Compress within this distance of every joint: 1mm"),
+    ("mirror", "Add every motion mirrored too, for match"),
+    ("names", "Names of joints: vrm, mixamo, unreal, cmu, or a JSON file"),
+    ("pack", "Put the motions into the database, within 0.1 mm"),
+    (
+        "passes",
+        "1: frame by frame, fast; 2: smooth, within the robot's velocities [default: 2]",
+    ),
+    ("path", "Points x/z in metres: 0/0+0/4+3/4"),
+    ("replace-animations", "Leave out the animations of the character"),
+    ("require", "Set problem where a verdict is worse"),
+    ("robot-map", "A JSON file of the robot's links as bones"),
+    ("scale", "Length of steps: auto, by the legs; none; or a factor"),
+    ("seed", "Another number gives another walk"),
+    ("select", "Keep this many clips, or per cent, as different as can be"),
+    ("speed", "Metres per second"),
+    ("survey threshold", "From which amount a clip is bad: skate=2"),
+    ("target", "The program whose unit, axes and frame rate to write"),
+    (
+        "through",
+        "Clips to walk through in this order; CLIP@SECONDS is a moment",
+    ),
+    ("to", "Format of the files in an output folder"),
+    ("trim", "Part to keep: A..B in seconds, or Af..Bf in frames"),
+    ("unit", "Unit of the input: auto, m, dm, cm, mm, inch, cmu"),
+    ("up", "Up axis of the input: auto, y, z, -y, -z"),
+    ("verify", "Compare the written file with its source"),
+    ("verify max-error", "The largest allowed distance of a joint: 1mm"),
+    ("where", "Clips for which this holds: skate < 1 and not twin"),
+];
+
+/// What an agent reads of an option of a tool, where that is not its help.
+pub(super) fn option(tool: &str, option: &str) -> Option<&'static str> {
+    let named = |name: &str| ABOUT.iter().find(|(other, _)| *other == name).map(|(_, about)| *about);
+    named(&format!("{tool} {option}")).or_else(|| named(option))
+}

@@ -1,0 +1,250 @@
+//! The main part of long reports: what an answer has, while the whole report is a resource.
+
+use std::cmp::Reverse;
+use std::fs;
+use std::path::Path;
+
+use mocap::job::{Job, JobReport};
+use mocap::retarget::{LimbError, RetargetReport, Verdict};
+use mocap::retargeting::Report;
+use mocap::survey::{ClipRow, Corpus, Quality};
+use serde_json::{Map, Value, json};
+
+use super::answer::Answer;
+use crate::batch::manifest::{Manifest, Record};
+
+/// How many clips, motions or files stand in an answer.
+const MOST: usize = 50;
+
+/// How many warnings of one of many motions stand in an answer.
+const MOST_WARNINGS: usize = 3;
+
+pub(super) fn value(found: &impl serde::Serialize) -> Value {
+    serde_json::to_value(found).unwrap_or_default()
+}
+
+/// What a job has done.
+pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
+    let mut report = value(found);
+    // In every other report an error is why something failed.
+    let compression = report.as_object_mut().and_then(|report| report.remove("error"));
+    report["compression"] = compression.unwrap_or_default();
+    report["output"] = job.write.output.display().to_string().into();
+    report["dry_run"] = is_dry.into();
+    let mut brief = json!({
+        "notes": found.notes.iter().take(MOST).collect::<Vec<_>>(),
+        "warnings": found.warnings.iter().take(MOST).map(ToString::to_string).collect::<Vec<_>>(),
+        "steps": found.steps.iter().take(MOST).map(ToString::to_string).collect::<Vec<_>>(),
+        "clips": sorted(found.clips.iter().map(clip)),
+        "verification": found.verification.as_ref().map(|found| {
+            json!({
+                "frames": found.frames,
+                "joints": found.joints,
+                "max_error": found.max_error,
+                "rms_error": found.rms_error,
+            })
+        }),
+    });
+    for key in ["output", "dry_run", "files", "compression", "walk", "problem"] {
+        brief[key] = report[key].clone();
+    }
+    let mut answer = Answer::new(report);
+    answer.is_error = found.problem.is_some();
+    answer.brief = Some(brief);
+    answer
+}
+
+/// What was made of each motion in a folder, by its manifest: the worst first.
+pub(super) fn folder(folder: &Path) -> Answer {
+    let text = fs::read_to_string(Manifest::path(folder, None)).unwrap_or_default();
+    let lines = text
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Record>(line).ok());
+    let records: Vec<Record> = lines.collect();
+    let motions: Vec<Value> = records.iter().map(motion).collect();
+    let counted = |verdict: &str| motions.iter().filter(|motion| motion["verdict"] == verdict).count();
+    let verdicts = [Verdict::Good, Verdict::Fair, Verdict::Poor].map(|verdict| {
+        let verdict = verdict.as_str();
+        (verdict.to_owned(), Value::from(counted(verdict)))
+    });
+    let failed: Vec<&Record> = records.iter().filter(|record| record.error.is_some()).collect();
+    // The error begins with the path of the file.
+    let problem = failed.first().map(|first| {
+        let error = first.error.as_deref().unwrap_or(&first.input);
+        format!(
+            "{} of {} motions failed; the first: {error}",
+            failed.len(),
+            records.len()
+        )
+    });
+    let is_judged = motions.iter().any(|motion| motion.get("verdict").is_some());
+    let brief = json!({
+        "output": folder.display().to_string(),
+        "dry_run": false,
+        "count": motions.len(),
+        "failed": failed.len(),
+        "verdicts": is_judged.then(|| Map::from_iter(verdicts)),
+        "motions": sorted(motions.into_iter()),
+    });
+    let mut report = brief.clone();
+    report["motions"] = value(&records);
+    let mut answer = Answer::new(report);
+    answer.brief = Some(brief);
+    if let Some(problem) = problem {
+        answer.add_problem(&problem);
+    }
+    answer
+}
+
+/// One motion of a folder. Of several clips the worst counts.
+fn motion(record: &Record) -> Value {
+    let robot = record.robot_report().map(Report::Robot);
+    let read = |text: &serde_json::value::RawValue| serde_json::from_str::<Vec<RetargetReport>>(text.get()).ok();
+    let bodies = record.retarget.as_deref().and_then(read).unwrap_or_default();
+    let reports = bodies.into_iter().map(Report::Body).chain(robot);
+    let mut worst = sorted(reports.map(|report| clip(&report))).into_iter().next();
+    let mut motion = worst.take().unwrap_or_else(|| json!({}));
+    motion["input"] = record.input.as_str().into();
+    let others = [
+        ("output", value(&record.output)),
+        ("error", value(&record.error)),
+        ("max_error", value(&record.max_error)),
+    ];
+    for (key, found) in others.into_iter().filter(|(_, found)| !found.is_null()) {
+        motion[key] = found;
+    }
+    if !record.warnings.is_empty() {
+        let first: Vec<&String> = record.warnings.iter().take(MOST_WARNINGS).collect();
+        motion["warnings"] = json!(first);
+    }
+    motion
+}
+
+/// How well a motion is kept on another body.
+fn clip(report: &Report) -> Value {
+    let of_body = report.body().map(|report| (&report.limbs, reasons(report)));
+    let of_robot = report.robot().map(|report| {
+        let criteria = report.criteria.iter().filter(|found| found.verdict != Verdict::Good);
+        let words = criteria.map(|found| format!("{} {:.3}, good up to {}", found.name, found.value, found.good));
+        (&report.limbs, words.collect())
+    });
+    let (limbs, reasons) = of_body.or(of_robot).unzip();
+    let (limbs, reasons) = (limbs.into_iter().flatten(), reasons.unwrap_or_default());
+    let worst = |a: &&LimbError, b: &&LimbError| a.mean_degrees.total_cmp(&b.mean_degrees);
+    let worst = limbs.max_by(worst).map(|limb| {
+        json!({
+            "bone": limb.bone.as_str(),
+            "mean_degrees": rounded(limb.mean_degrees),
+            "max_degrees": rounded(limb.max_degrees),
+        })
+    });
+    let mut clip = json!({
+        "clip": report.name(),
+        "verdict": report.verdict().as_str(),
+        "mean_degrees": rounded(report.mean_degrees()),
+    });
+    if let Some(worst) = worst {
+        clip["worst_limb"] = worst;
+    }
+    if report.verdict() != Verdict::Good && !reasons.is_empty() {
+        clip["reasons"] = reasons.into();
+    }
+    clip
+}
+
+/// What of a motion on a character is off.
+fn reasons(report: &RetargetReport) -> Vec<String> {
+    let what = if report.by_names.is_some() { "bones" } else { "limbs" };
+    let mut reasons = vec![format!("{what} {:.1} degrees off in the mean", report.mean_degrees)];
+    // The farthest off is the first.
+    let seen = report.seen.first();
+    reasons.extend(seen.map(|seen| format!("{seen} {:.1} degrees off", seen.mean_degrees)));
+    let guessed = report.guessed.first();
+    reasons.extend(guessed.map(|guessed| format!("guessed: {}: {}", guessed.bone.as_str(), guessed.reason)));
+    let feet = report.feet.filter(|feet| feet.target.fraction_below_floor > 0.0);
+    reasons.extend(feet.map(|feet| {
+        let (percent, depth) = (100.0 * feet.target.fraction_below_floor, 100.0 * feet.target.deepest);
+        format!("feet up to {depth:.0} cm below the floor, in {percent:.0} % of frames")
+    }));
+    reasons
+}
+
+/// Hundredths are enough of an angle.
+fn rounded(degrees: f64) -> f64 {
+    (100.0 * degrees).round() / 100.0
+}
+
+/// As many as an answer has, the worst first: what failed, and then by verdict and angle.
+fn sorted(rows: impl Iterator<Item = Value>) -> Vec<Value> {
+    let mut rows: Vec<Value> = rows.collect();
+    let grade = |row: &Value| match (row.get("error"), row["verdict"].as_str()) {
+        (Some(_), _) => 3,
+        (_, Some("poor")) => 2,
+        (_, Some("fair")) => 1,
+        _ => 0,
+    };
+    rows.sort_by(|a, b| {
+        let degrees = |row: &Value| row["mean_degrees"].as_f64().unwrap_or_default();
+        let by_angle = || degrees(b).total_cmp(&degrees(a));
+        grade(b).cmp(&grade(a)).then_with(by_angle)
+    });
+    rows.truncate(MOST);
+    rows
+}
+
+/// The clips of a survey: what to choose by, the best first; the report has every column.
+pub(super) fn surveyed(corpus: &Corpus) -> Answer {
+    let mut rows: Vec<&ClipRow> = corpus.rows().collect();
+    // A character and a robot have no defects, and no motion to choose.
+    rows.sort_by(|a, b| {
+        (a.frames == 0, a.verdict, b.quality)
+            .partial_cmp(&(b.frames == 0, b.verdict, a.quality))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let brief = |row: &&ClipRow| {
+        json!({
+            "file": row.file.strip_prefix("./").unwrap_or(&row.file),
+            "clip": row.clip,
+            "verdict": row.verdict.as_str(),
+            "quality": row.quality,
+            "reasons": row.reasons,
+            "error": row.error,
+            "seconds": row.seconds,
+            "frames": row.frames,
+            "distance": row.distance,
+            "walking": row.walking,
+            "running": row.running,
+            "standing": row.standing,
+            "twin_of": row.twin_of,
+        })
+    };
+    let verdicts: Map<String, Value> = Quality::ALL
+        .iter()
+        .map(|verdict| {
+            let count = rows.iter().filter(|row| row.verdict == *verdict).count();
+            (verdict.as_str().to_owned(), count.into())
+        })
+        .collect();
+    let clips: Vec<Value> = rows.iter().take(MOST).map(brief).collect();
+    let shown = json!({"count": rows.len(), "verdicts": verdicts, "clips": clips});
+    let mut answer = Answer::new(json!({"count": rows.len(), "verdicts": verdicts, "clips": value(&rows)}));
+    answer.brief = Some(shown);
+    answer
+}
+
+/// What was found in files: those with errors first, and then those with warnings.
+pub(super) fn checked(mut files: Vec<Value>) -> Answer {
+    const STATUSES: [&str; 3] = ["error", "warning", "ok"];
+    let has = |file: &Value, status: &str| file["status"] == status;
+    let statuses = STATUSES.map(|status| {
+        let count = files.iter().filter(|file| has(file, status)).count();
+        (status.to_owned(), Value::from(count))
+    });
+    let (count, statuses) = (files.len(), Map::from_iter(statuses));
+    let whole = json!({"count": count, "statuses": statuses, "files": files});
+    files.sort_by_key(|file| (Reverse(has(file, "error")), Reverse(has(file, "warning"))));
+    files.truncate(MOST);
+    let mut answer = Answer::new(whole);
+    answer.brief = Some(json!({"count": count, "statuses": statuses, "files": files}));
+    answer
+}

@@ -1,0 +1,97 @@
+//! What is in a folder.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use mocap::FormatInfo;
+use mocap::files::check_confined;
+use serde_json::{Value, json};
+
+use super::answer::Answer;
+use crate::Failure;
+use crate::batch::pattern::Pattern;
+use crate::batch::walk::{Found, Search};
+
+/// How many files stand in an answer. The report has more.
+const MOST_SHOWN: usize = 200;
+
+/// How many files are listed.
+const MOST: usize = 100_000;
+
+/// The bytes of a file by which its format is told. Of a file with another extension fewer tell it: a folder may have
+/// many pictures and tables.
+const HEAD: u64 = 64 << 10;
+const HEAD_OF_UNKNOWN: u64 = 4 << 10;
+
+/// The files of a folder and below, by the search of every command: it ends, and stays in the root folder.
+pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
+    check_confined(folder)?;
+    if !folder.is_dir() {
+        let words = format!(
+            "{}: there is no such folder; inspect says what a file is",
+            folder.display()
+        );
+        return Err(Failure::Usage(words));
+    }
+    // What is in the root folder has no `./` before it.
+    let base = folder.strip_prefix(".").unwrap_or(folder);
+    let search = Search {
+        base,
+        pattern: &Pattern::default(),
+        is_excluded: &|_| false,
+    };
+    let mut paths = Vec::new();
+    search.run(|found| {
+        // A link that leads nowhere or a folder without permission has no file to read.
+        if let Found::File(path) = found {
+            paths.push(path);
+        }
+        match paths.len() > MOST {
+            true => Err(Failure::Usage(format!(
+                "{} has more than {MOST} files; list a folder in it",
+                folder.display()
+            ))),
+            false => Ok(()),
+        }
+    })?;
+    paths.sort();
+    let (mut files, mut others) = (Vec::new(), Vec::new());
+    for path in paths {
+        match described(&path) {
+            Some(file) => files.push(file),
+            None => others.push(path.display().to_string()),
+        }
+    }
+    let answer = |files: &[Value], others: &[String]| json!({"folder": folder.display().to_string(), "count": files.len(), "files": files, "others": others});
+    let mut brief = answer(
+        &files[..files.len().min(MOST_SHOWN)],
+        &others[..others.len().min(MOST_SHOWN)],
+    );
+    brief["count"] = files.len().into();
+    if files.len().max(others.len()) > MOST_SHOWN {
+        brief["note"] = format!("the first {MOST_SHOWN} files are here; read the report, or list a folder").into();
+    }
+    let mut found = Answer::new(answer(&files, &others));
+    found.brief = Some(brief);
+    Ok(found)
+}
+
+/// A file that mocap reads, by its contents or else by its extension; `None` for another.
+fn described(path: &Path) -> Option<Value> {
+    let has = |known: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(known));
+    let named = FormatInfo::ALL
+        .iter()
+        .find(|row| row.extensions.iter().any(|known| has(known)));
+    let longest = if named.is_some() { HEAD } else { HEAD_OF_UNKNOWN };
+    let mut head = Vec::new();
+    // A file that cannot be read is told by its extension.
+    let _ = File::open(path).and_then(|file| file.take(longest).read_to_end(&mut head));
+    // Most tables are no motion.
+    let format = FormatInfo::of_contents(&head).or(named.filter(|_| !has("csv")))?;
+    Some(json!({
+        "file": path.display().to_string(),
+        "format": format.format.as_str(),
+        "bytes": fs::metadata(path).map_or(0, |found| found.len()),
+    }))
+}
