@@ -9,7 +9,7 @@ use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
-use super::Onto;
+use super::JobTarget;
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]
@@ -51,29 +51,29 @@ impl<'a> Files<'a> {
     }
 
     /// The body that motions are put on. `mesh` is what shows the skeleton of a character without meshes.
-    pub(super) fn import_target(&self, onto: &Onto, mesh: SkeletonMesh) -> Result<Target> {
-        let path = onto.body().file.as_path();
+    pub(super) fn import_target(&self, target: &JobTarget, mesh: SkeletonMesh) -> Result<Target> {
+        let path = target.file();
         let importer = Importer::new().skeleton_mesh(mesh);
         let file = self.find(path);
         if file.is_none() && !self.has_disk {
             return Err(missing(path));
         }
-        match (onto, file) {
-            (Onto::Skeleton(_), _) => {
+        match (target, file) {
+            (JobTarget::Skeleton(_), _) => {
                 let mut scene = self.import(&importer, path)?;
                 scene.original = None;
                 Ok(scene.into())
             }
-            (Onto::Character(_), None) => Target::import(path, &importer),
-            (Onto::Character(_), Some(file)) => {
+            (JobTarget::Character(_), None) => Target::import(path, &importer),
+            (JobTarget::Character(_), Some(file)) => {
                 let with_skin = Importer::new().gltf_meshes(true);
                 match with_skin.read_character(file, &self.others(path)) {
                     Err(error) if error.code() == Code::UnknownFormat => Ok(self.import(&importer, path)?.into()),
                     read => Ok(read?.into()),
                 }
             }
-            (Onto::Robot(_), None) => Ok(Importer::new().import_robot(path)?.into()),
-            (Onto::Robot(_), Some(file)) => Ok(Importer::new().read_robot(file.bytes, path)?.into()),
+            (JobTarget::Robot(_), None) => Ok(Importer::new().import_robot(path)?.into()),
+            (JobTarget::Robot(_), Some(file)) => Ok(Importer::new().read_robot(file.bytes, path)?.into()),
         }
     }
 

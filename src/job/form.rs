@@ -10,7 +10,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Format;
 
 use super::robot_format::RobotFormat;
-use super::{Onto, Writing};
+use super::{JobTarget, Writing};
 
 /// What an output is.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ impl Form {
     }
 
     /// The form of motions on another body.
-    pub(super) fn onto(writing: &Writing, onto: &Onto, target: &Target, has_disk: bool) -> Result<Self> {
+    pub(super) fn onto(writing: &Writing, named: &JobTarget, target: &Target, has_disk: bool) -> Result<Self> {
         let extension = writing.extension();
         let form = match target {
             Target::Robot(_) => match RobotFormat::named(&extension) {
@@ -56,10 +56,13 @@ impl Form {
                     Self::Scene(row(writing, &known)?)
                 }
             },
-            Target::Character(character) => of_character(writing, onto, character, has_disk)?,
+            Target::Character(character) => of_character(writing, named.file(), character, has_disk)?,
             Target::Skeleton(_) => Self::Scene(row(writing, &FormatInfo::written_extensions())?),
         };
-        if onto.body().replace_animations && !matches!(form, Self::Character) {
+        if let JobTarget::Character(character) = named
+            && character.replace_animations
+            && !matches!(form, Self::Character)
+        {
             let message = "--replace-animations would do nothing: only a glTF or VRM output keeps the animations of \
                            its character";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
@@ -135,9 +138,8 @@ fn unknown(writing: &Writing, known: &str) -> Diagnostic {
 
 /// The form of motions on a character: a file that is passed through keeps its format, other formats are written from
 /// its scene.
-fn of_character(writing: &Writing, onto: &Onto, character: &Character, has_disk: bool) -> Result<Form> {
+fn of_character(writing: &Writing, file: &Path, character: &Character, has_disk: bool) -> Result<Form> {
     let extension = writing.extension();
-    let file = onto.body().file.as_path();
     let is_text = file.extension().is_some_and(|own| own.eq_ignore_ascii_case("gltf"));
     let (own, others): (&[&str], &[&str]) = match is_text {
         true => (&OF_TEXT, &OF_BINARY),

@@ -80,7 +80,7 @@ impl Job {
         if self.changes_motion(&source) {
             return refuse(
                 "the job: a graph changes no motion, and is written as JSON",
-                "leave out steps, onto, all of source but inputs and space, and all of write but output, to and force; \
+                "leave out steps, target, all of source but inputs and space, and all of write but output, to and force; \
                  graph.on puts the clips on one body",
             );
         }

@@ -1,7 +1,7 @@
 //! One piece of work: what a command line, a call from Python, JavaScript or C, and a job file all mean.
 //!
 //! A [`Job`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]), changes
-//! them ([`EditStep`]), puts them on another body ([`Onto`]), and writes the result ([`Writing`]). It serializes:
+//! them ([`EditStep`]), retargets them ([`JobTarget`]), and writes the result ([`Writing`]). It serializes:
 //! `src/job/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and `--print-job` prints
 //! what a command line means.
 //!
@@ -11,7 +11,7 @@
 //! let job = Job::from_json(r#"{
 //!     "source": {"inputs": ["walk.bvh"], "space": {"unit": "cm"}, "frames": {"trim": "0..2.5"}},
 //!     "steps": [{"step": "smooth", "cut-off": 8}, "foot-lock"],
-//!     "onto": {"character": {"file": "hero.vrm"}},
+//!     "target": {"character": {"file": "hero.vrm"}},
 //!     "write": {"output": "hero_walk.vrm"}
 //! }"#)?;
 //! assert_eq!(job.steps.len(), 2);
@@ -32,7 +32,6 @@ pub mod internals;
 mod maker;
 mod meshes;
 mod names;
-mod onto;
 mod reading;
 mod report;
 mod robot_format;
@@ -40,6 +39,7 @@ mod said;
 mod smaller;
 mod source;
 mod survey;
+mod target;
 mod text;
 pub mod verify;
 mod walk;
@@ -61,7 +61,6 @@ use self::files::Files;
 pub use self::graph::{GraphReport, Graphing};
 pub use self::maker::{Made, Maker};
 pub use self::names::JointNames;
-pub use self::onto::{Feet, Onto, OntoBody, RequiredVerdict};
 pub use self::reading::Reading;
 pub use self::report::{JobReport, OutputFile};
 pub use self::robot_format::RobotFormat;
@@ -69,6 +68,7 @@ pub use self::said::Said;
 pub use self::smaller::Smaller;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 pub use self::survey::Surveying;
+pub use self::target::{CharacterTarget, Feet, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::walk::Walking;
 pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx};
@@ -91,9 +91,9 @@ pub struct Job {
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(schema_with = "steps_schema"))]
     pub steps: Vec<EditStep>,
-    /// The body that the motions are put on. Default: their own.
+    /// What the motions are retargeted to. Default: they keep their skeletons.
     #[serde(skip_serializing_if = "is_default")]
-    pub onto: Option<Onto>,
+    pub target: Option<JobTarget>,
     /// What is to be known of the inputs, instead of an output of their motion: a row for each clip, in the report and
     /// in the table that `write` names, if it does.
     #[serde(skip_serializing_if = "is_default")]
@@ -240,10 +240,10 @@ impl Job {
 
     /// Which files the output may replace: no input, and no other file that the job reads.
     pub fn policy(&self) -> ReplacePolicy {
-        let target = self.onto.as_ref().map(|onto| &onto.body().file);
-        let inputs = self.source.inputs.iter().chain(&self.source.with).chain(target);
+        let inputs = self.source.inputs.iter().chain(&self.source.with).map(AsRef::as_ref);
+        let target = self.target.as_ref().map(JobTarget::file);
         let body = self.graph.iter().filter_map(|graphing| graphing.on.as_deref());
-        let inputs = inputs.map(AsRef::as_ref).chain(self.read.files()).chain(body);
+        let inputs = inputs.chain(target).chain(self.read.files()).chain(body);
         ReplacePolicy::new(inputs).force(self.write.force)
     }
 
@@ -290,7 +290,7 @@ impl Job {
             force: self.write.force,
             ..Writing::default()
         };
-        !self.steps.is_empty() || self.onto.is_some() || self.write != writing || self.source != *source
+        !self.steps.is_empty() || self.target.is_some() || self.write != writing || self.source != *source
     }
 
     /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a

@@ -24,7 +24,7 @@ use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
-use super::{Job, JointNames, Onto, meshes, names};
+use super::{Job, JobTarget, JointNames, meshes, names};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -35,7 +35,7 @@ use super::{Job, JointNames, Onto, meshes, names};
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::job::{Job, Maker};
 ///
-/// let job = r#"{"onto": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;
+/// let job = r#"{"target": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;
 /// let job = Job::from_json(job)?;
 /// let maker = Maker::new(&job, &[], &mut |_| {})?; // reads the robot once
 /// for motion in ["fixtures/real/cmu_short.bvh", "fixtures/real/cmu_12_01_walk.bvh"] {
@@ -100,10 +100,10 @@ impl<'a> Maker<'a> {
         if let Some(walking) = &job.walk {
             job.check_walk(walking)?;
         }
-        let (form, target) = match &job.onto {
+        let (form, target) = match &job.target {
             None => (Form::of_motion(&job.write)?, None),
-            Some(onto) => {
-                let (form, target) = import_onto(job, onto, files, hear)?;
+            Some(target) => {
+                let (form, target) = import_onto(job, target, files, hear)?;
                 (form, Some(target))
             }
         };
@@ -198,7 +198,7 @@ impl<'a> Maker<'a> {
 
     /// What of the motions on another body is worse than the job allows.
     pub fn problem(&self, clips: &[Report]) -> Option<String> {
-        self.job.onto.as_ref()?.problem(clips)
+        self.job.target.as_ref()?.problem(clips)
     }
 
     /// Makes the output of motions for the name `output`, and writes nothing.
@@ -418,7 +418,7 @@ impl<'a> Maker<'a> {
     }
 
     fn is_onto_robot(&self) -> bool {
-        matches!(self.job.onto, Some(Onto::Robot(_)))
+        matches!(self.job.target, Some(JobTarget::Robot(_)))
     }
 }
 

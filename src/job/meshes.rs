@@ -30,7 +30,7 @@ pub(super) fn keep_or_drop(
             "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",
         ));
     }
-    let Some(original) = scene.original.as_mut().filter(|_| is_gltf && job.onto.is_none()) else {
+    let Some(original) = scene.original.as_mut().filter(|_| is_gltf && job.target.is_none()) else {
         return Ok(());
     };
     if job.write.mesh.is_some() {

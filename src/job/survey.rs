@@ -256,7 +256,7 @@ impl Job {
         if self.changes_motion(&source) {
             return refuse(
                 "the job: a survey changes no motion, and writes tables alone",
-                "leave out steps, onto, all of source but inputs, and all of write but output, to and force",
+                "leave out steps, target, all of source but inputs, and all of write but output, to and force",
             );
         }
         match self.source.inputs.is_empty() {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use mocap::job::{Graphing, Job, Onto, OntoBody, Reading, SourceMap, SourceSpace, Walking};
+use mocap::job::{CharacterTarget, Graphing, Job, JobTarget, Reading, SourceMap, SourceSpace, Walking};
 
 use super::job::sources;
 use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, WriteArgs};
@@ -94,7 +94,8 @@ impl WalkArgs {
         job.read = self.read.clone();
         job.source = sources(std::slice::from_ref(&self.graph), &self.source, &SourceMap::default());
         job.walk = Some(self.walking.clone());
-        job.onto = self.on.as_ref().map(|file| Onto::Character(OntoBody::new(file)));
+        let character = self.on.as_ref().map(CharacterTarget::new);
+        job.target = character.map(JobTarget::Character);
         self.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.force.force;
         job

@@ -1,11 +1,9 @@
 //! The options of commands that put motions on another body.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mocap::convert::TimeRange;
-use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sources};
-use mocap::retarget::Scale;
+use mocap::job::{Reading, SourceMap, SourceSpace, Sources};
 
 use super::job::{root_motion, sources};
 use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs, WriteArgs};
@@ -25,13 +23,6 @@ pub(crate) struct OntoArgs {
     /// Move the translation over the ground and the heading of the hips to the uppermost node above them
     #[arg(long)]
     root_motion: bool,
-    /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
-    #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
-    scale: Scale,
-    /// Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held
-    /// only where it would slide more
-    #[arg(long, value_name = "lock|free", default_value = "lock")]
-    feet: Feet,
     /// Print the report of one output as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -62,14 +53,5 @@ impl OntoArgs {
         sources.frames.trim = self.trim;
         sources.frames.root = root_motion(self.in_place, self.root_motion);
         sources
-    }
-
-    /// The body of a file, some of whose bones are known.
-    pub(super) fn body(&self, file: &Path, map: Option<&HumanoidMap>) -> OntoBody {
-        let mut body = OntoBody::new(file);
-        body.map = map.cloned().map(BoneMap::Bones);
-        body.scale = self.scale;
-        body.feet = self.feet;
-        body
     }
 }

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::figure::HumanoidMap;
-use mocap::job::{Angle, BoneMap, Job, Onto, Reading};
+use mocap::job::{CharacterTarget, Job, JobTarget, Reading};
 
 use super::batch::is_folder;
 use super::onto::OntoArgs;
@@ -28,21 +27,13 @@ pub(crate) struct RetargetArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "to_skeleton")]
     pub(crate) character: Option<PathBuf>,
     /// Move the motions onto the skeleton of this file alone, without what else is in it; every PATH is a motion then
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "replace_animations")]
     pub(crate) to_skeleton: Option<PathBuf>,
     /// Names of the clips, in the order of the motions [default: those of the files]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub(crate) names_of_clips: Vec<String>,
-    /// Leave out the animations that the character has; by default they stay
-    #[arg(long)]
-    pub(crate) replace_animations: bool,
-    /// Largest allowed angle in degrees; above it the exit code is 1. It is the worst of all: between a limb of the
-    /// motion and that of the character in any frame, and in the mean a roll of a limb, a line of the trunk, a palm
-    #[arg(long, value_name = "DEGREES")]
-    pub(crate) max_angle: Option<Angle>,
-    /// Take the bones of the character from this JSON file, of the shape that `mocap skeleton --json` prints
-    #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]
-    pub(crate) character_map: Option<HumanoidMap>,
+    #[command(flatten)]
+    target: CharacterTarget,
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
@@ -59,16 +50,15 @@ impl RetargetArgs {
 impl RetargetArgs {
     /// The job of motions on the character of a file, with an output of the format of `extension`.
     pub(crate) fn job(&self, motions: &[PathBuf], file: &Path, extension: &str) -> Job {
-        let mut body = self.onto.body(file, self.character_map.as_ref());
-        body.replace_animations = self.replace_animations;
-        body.names_of_clips.clone_from(&self.names_of_clips);
-        body.max_angle = self.max_angle;
+        let mut target = self.target.clone();
+        target.file = file.to_owned();
+        target.names_of_clips.clone_from(&self.names_of_clips);
         let mut job = Job::new();
         job.read = self.read.clone();
         job.source = self.onto.sources(motions);
-        job.onto = Some(match self.to_skeleton {
-            Some(_) => Onto::Skeleton(body),
-            None => Onto::Character(body),
+        job.target = Some(match self.to_skeleton {
+            Some(_) => JobTarget::Skeleton(target.into()),
+            None => JobTarget::Character(target),
         });
         self.onto.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.onto.force.force;

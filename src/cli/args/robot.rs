@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Job, Onto, Reading, RequiredVerdict, RobotFormat};
-use mocap::robot::Floor;
+use mocap::job::{Job, JobTarget, Reading, RobotFormat, RobotTarget};
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
@@ -38,24 +36,8 @@ pub(crate) struct RobotArgs {
     /// and twist write the files that the programs of these names load [default: the extension of the output, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
-    /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so
-    /// that joints move smoothly, within the velocities of the robot's file and without jumps [default: 2]
-    #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
-    pub(crate) passes: Option<u8>,
-    /// With --passes 1: keep joints within the velocities too that the file of the robot allows
-    #[arg(long)]
-    pub(crate) velocity_limits: bool,
-    /// Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0,
-    /// at height 0 of the motion's file; keep, where the motion has it in the mean, with no height changed
-    #[arg(long, value_name = "FLOOR", default_value = "auto", hide_possible_values = true)]
-    pub(crate) floor: Floor,
-    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the
-    /// robot; those that it does not name are searched for
-    #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]
-    pub(crate) robot_map: Option<HumanoidMap>,
-    /// Exit with 1 where the verdict of a motion is worse than this
-    #[arg(long, value_name = "VERDICT")]
-    pub(crate) require: Option<RequiredVerdict>,
+    #[command(flatten)]
+    target: RobotTarget,
     /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet
     /// is x.1-of-8.parquet
     #[arg(long, value_name = "FILE")]
@@ -78,17 +60,14 @@ impl RobotArgs {
 impl RobotArgs {
     /// The job, with outputs in a format.
     pub(crate) fn job(&self, format: &str) -> Job {
-        let mut body = self.onto.body(&self.robot, self.robot_map.as_ref());
-        body.velocity_limits = self.velocity_limits;
-        body.passes = self.passes;
-        body.floor = self.floor;
-        body.require = self.require;
+        let mut target = self.target.clone();
+        target.file.clone_from(&self.robot);
         let mut job = Job::new();
         job.read = self.read.clone();
         job.source = self.onto.sources(&self.paths);
         let rate = RobotFormat::named(format).and_then(RobotFormat::rate);
         job.source.frames.fps = job.source.frames.fps.or(rate);
-        job.onto = Some(Onto::Robot(body));
+        job.target = Some(JobTarget::Robot(target));
         let folder = self.output.join("");
         let output = if self.is_many() { &folder } else { &self.output };
         self.onto.write.fill(&mut job.write, output, format);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, JointNames, Made as MadeOne, Maker, Onto, Said};
+use mocap::job::{Job, JobTarget, JointNames, Made as MadeOne, Maker, Said};
 use mocap::retargeting::Report;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
@@ -58,7 +58,7 @@ impl Many<'_> {
         let many = folder::Many {
             paths: &job.source.inputs,
             folder: &job.write.output,
-            target: job.onto.as_ref().map(|onto| onto.body().file.as_path()),
+            target: job.target.as_ref().map(JobTarget::file),
             others: &job.source.with,
             inputs: self.inputs,
             spread: self.spread,
@@ -113,21 +113,15 @@ fn options(job: &Job) -> Result<String, Failure> {
             *set = file.to_string_lossy().into_owned();
         }
     }
-    let mut maps = vec![&mut job.source.map.map];
-    if let Some(onto) = &mut job.onto {
-        let body = onto.body_mut();
-        hash(&mut body.file)?;
-        // A verdict, which says nothing of the output.
-        (body.max_angle, body.require) = (None, None);
-        maps.push(&mut body.map);
+    if let Some(target) = &mut job.target {
+        target.forget_verdict();
+        target.files_mut().try_for_each(hash)?;
     }
     if let Some(JointNames::File(file)) = &mut job.write.names {
         hash(file)?;
     }
-    for map in maps.into_iter().flatten() {
-        if let mocap::job::BoneMap::File(file) = map {
-            hash(file)?;
-        }
+    if let Some(mocap::job::BoneMap::File(file)) = &mut job.source.map.map {
+        hash(file)?;
     }
     Ok(serde_json::to_string(&job).unwrap_or_default())
 }
@@ -167,7 +161,7 @@ impl Work for OfJob<'_> {
         self.maker.check(output.policy, &output.path).map_err(in_words)?;
         let mut steps = Vec::new();
         // What is guessed of the space of a motion that nothing else is done to has its own field.
-        let keeps_notes = self.job.onto.is_some() || !self.job.steps.is_empty();
+        let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
         let mut warnings = Vec::new();
         let mut hear = |said: Said<'_>| match said {
             Said::Step(step) => steps.push(step.clone()),
@@ -190,8 +184,8 @@ impl Work for OfJob<'_> {
             .and_then(|skeleton| self.axes.as_ref()?.get(skeleton));
         let is_up_as_told = told.is_none_or(|up| doubtful_up(former).is_none_or(|guess| guess.choice == up.as_str()));
         is_up_as_told
-            && match &self.job.onto {
-                Some(onto) => reports_of(former, onto).is_some(),
+            && match &self.job.target {
+                Some(target) => reports_of(former, target).is_some(),
                 None => self.job.steps.is_empty() || former.edit.is_some(),
             }
     }
@@ -209,9 +203,9 @@ impl Work for OfJob<'_> {
     }
 
     fn summary(&self, records: &[&Record]) -> Vec<String> {
-        let what = match &self.job.onto {
+        let what = match &self.job.target {
             None => return Vec::from_iter(Clips::of(records).units()),
-            Some(Onto::Robot(_)) => "motions on the robot",
+            Some(JobTarget::Robot(_)) => "motions on the robot",
             Some(_) => "clips on the character",
         };
         let found = self.reports(records);
@@ -229,8 +223,8 @@ impl Work for OfJob<'_> {
         if worse == 0 {
             return Ok(());
         }
-        let what = match &self.job.onto {
-            Some(Onto::Robot(_)) => "motions are worse than --require allows",
+        let what = match &self.job.target {
+            Some(JobTarget::Robot(_)) => "motions are worse than --require allows",
             _ => "clips are farther off than --max-angle allows",
         };
         report::complain(&format!("{worse} of {} {what}", found.len()));
@@ -270,7 +264,7 @@ impl OfJob<'_> {
             return Ok(None);
         }
         // On another body the assumptions are those of the conversion, for which the axis is stated.
-        if let Some((_, told)) = told.filter(|_| self.job.onto.is_some()) {
+        if let Some((_, told)) = told.filter(|_| self.job.target.is_some()) {
             hear(Said::Note(&told.to_string()));
             guesses.push(told);
         }
@@ -303,8 +297,8 @@ impl OfJob<'_> {
             true => made::tell(written, &output.path, &mut Voice::Kept(&mut record.warnings)),
             false => Voice::Kept(&mut record.warnings).warnings(&output.path, &written.warnings),
         }
-        match &self.job.onto {
-            Some(Onto::Robot(_)) => record.robot = made.clips.first().and_then(raw),
+        match &self.job.target {
+            Some(JobTarget::Robot(_)) => record.robot = made.clips.first().and_then(raw),
             Some(_) => record.retarget = raw(&made.clips),
             None => {}
         }
@@ -327,16 +321,18 @@ impl OfJob<'_> {
 
     /// The reports of all motions on another body, those that were made before too.
     fn reports(&self, records: &[&Record]) -> Vec<Report> {
-        let Some(onto) = &self.job.onto else { return Vec::new() };
-        let found = records.iter().filter_map(|record| reports_of(record, onto));
+        let Some(target) = &self.job.target else {
+            return Vec::new();
+        };
+        let found = records.iter().filter_map(|record| reports_of(record, target));
         found.flatten().collect()
     }
 }
 
 /// The reports of a motion on another body; `None` where another version wrote them, with other fields.
-fn reports_of(record: &Record, onto: &Onto) -> Option<Vec<Report>> {
-    match onto {
-        Onto::Robot(_) => Some(vec![Report::Robot(record.robot_report()?)]),
+fn reports_of(record: &Record, target: &JobTarget) -> Option<Vec<Report>> {
+    match target {
+        JobTarget::Robot(_) => Some(vec![Report::Robot(record.robot_report()?)]),
         _ => {
             let reports = serde_json::from_str::<Vec<_>>(record.retarget.as_ref()?.get());
             Some(reports.ok()?.into_iter().map(Report::Body).collect())

@@ -16,7 +16,7 @@ use super::{Made, Maker, no_input};
 use crate::files::Files;
 use crate::form::Form;
 use crate::said::{Hear, Said, tell_of_skeleton};
-use crate::{Job, Onto, meshes, names};
+use crate::{Job, JobTarget, meshes, names};
 
 impl Maker<'_> {
     /// Motions on another body.
@@ -73,7 +73,7 @@ impl Maker<'_> {
     }
 
     pub(super) fn made_onto(&self, mut target: Retargeting, output: &Path) -> Result<Made> {
-        let names = self.job.onto.as_ref().map(|onto| onto.body().names_of_clips.as_slice());
+        let names = self.job.target.as_ref().map(JobTarget::names_of_clips);
         if let Some(names) = names.filter(|names| !names.is_empty()) {
             target.name_clips(names)?;
         }
@@ -162,24 +162,29 @@ impl Maker<'_> {
 }
 
 /// Reads the body that motions are put on.
-pub(super) fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Result<(Form, Retargeting)> {
-    let file = onto.body().file.as_path();
+pub(super) fn import_onto(
+    job: &Job,
+    named: &JobTarget,
+    files: Files<'_>,
+    hear: Hear<'_>,
+) -> Result<(Form, Retargeting)> {
+    let file = named.file();
     let frames = &job.source.frames;
-    let options = onto
+    let options = named
         .options()?
         .source_bones(job.source.map.bones()?)
-        .conversion(match onto {
-            Onto::Robot(_) => frames.conversion(),
+        .conversion(match named {
+            JobTarget::Robot(_) => frames.conversion(),
             // Of the clips on the body, after feet are locked.
             _ => frames.conversion().root(RootMotion::Keep),
         })
         .root(frames.root);
     let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
-    let mesh = match (onto, job.write.mesh) {
-        (Onto::Skeleton(_), None) => SkeletonMesh::None,
+    let mesh = match (named, job.write.mesh) {
+        (JobTarget::Skeleton(_), None) => SkeletonMesh::None,
         _ => meshes::shown(job, row),
     };
-    let target = files.import_target(onto, mesh)?;
+    let target = files.import_target(named, mesh)?;
     match &target {
         Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
         Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
@@ -192,7 +197,7 @@ pub(super) fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'
             hear(Said::Warnings(file, &broken));
         }
     }
-    let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
+    let form = Form::onto(&job.write, named, &target, files.has_disk)?;
     let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok((form, target))
 }

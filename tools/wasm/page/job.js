@@ -36,7 +36,7 @@ export function jobOf(item, output) {
     read: filled(read),
     source: given({ inputs: [names[0]], map: item.change.bones, space: filled(space), frames: filled(frames) }),
     steps: steps.length ? steps : undefined,
-    onto: body ? { [isRobot ? "robot" : "character"]: body } : undefined,
+    target: body ? { [isRobot ? "robot" : "character"]: body } : undefined,
     write: { output: isRobot ? output.replace(/glb$/, "csv") : output },
   });
 }

@@ -215,7 +215,7 @@ fn values(bytes: &[u8], node: &str, path: &str) -> Vec<f32> {
 fn retargeted(output: &str) -> mocap::Written {
     let job = json!({
         "source": { "inputs": ["../../fixtures/made/face.vrma"] },
-        "onto": { "character": { "file": "../../fixtures/characters/human_vrm0.vrm" } },
+        "target": { "character": { "file": "../../fixtures/characters/human_vrm0.vrm" } },
         "write": { "output": output },
     });
     let job = Job::from_json(&job.to_string()).unwrap();

@@ -79,7 +79,7 @@ fn a_skin_deforms_as_without_it() {
     let onto = |axis: &str| {
         made(&json!({
             "source": {"inputs": ["../../fixtures/real/cmu_short.bvh"]},
-            "onto": {"character": {"file": "../../fixtures/characters/human_game_engine.glb"}},
+            "target": {"character": {"file": "../../fixtures/characters/human_game_engine.glb"}},
             "write": {"output": "a.fbx", "bone-axis": axis},
         }))
     };
@@ -105,7 +105,8 @@ fn a_character_that_is_passed_through_refuses_it() {
         } else {
             "../../fixtures/real/cmu_short.bvh"
         };
-        let job = json!({"source": {"inputs": [motion]}, "onto": onto, "write": {"output": "a.glb", "bone-axis": "y"}});
+        let job =
+            json!({"source": {"inputs": [motion]}, "target": onto, "write": {"output": "a.glb", "bone-axis": "y"}});
         let error = Job::from_json(&job.to_string())
             .unwrap()
             .make(&[])

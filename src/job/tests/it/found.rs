@@ -16,7 +16,7 @@ fn searches_of(keys: &str, output: &str) -> usize {
 
 #[test]
 fn one_retargeting_finds_its_source_and_its_target_once() {
-    let onto = |file: &str| format!(r#""onto": {{"character": {{"file": "../../fixtures/{file}"}}}},"#);
+    let onto = |file: &str| format!(r#""target": {{"character": {{"file": "../../fixtures/{file}"}}}},"#);
     assert_eq!(searches_of(&onto("skeletons/human_default.gltf"), "out.gltf"), 2);
     // The file states the bones of a VRM character.
     assert_eq!(searches_of(&onto("characters/human_vrm0.vrm"), "out.vrm"), 1);
@@ -25,14 +25,14 @@ fn one_retargeting_finds_its_source_and_its_target_once() {
         onto("skeletons/human_default.gltf")
     );
     assert_eq!(searches_of(&steps, "out.gltf"), 2);
-    let onto = r#""onto": {"skeleton": {"file": "../../fixtures/real/rokoko_dance.bvh"}},"#;
+    let onto = r#""target": {"skeleton": {"file": "../../fixtures/real/rokoko_dance.bvh"}},"#;
     assert_eq!(searches_of(onto, "out.bvh"), 2);
     assert_eq!(searches_of(onto, "out.vrma"), 2);
 }
 
 #[test]
 fn one_motion_on_a_robot_finds_its_source_once() {
-    let onto = r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#;
+    let onto = r#""target": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#;
     assert_eq!(searches_of(onto, "out.csv"), 1);
 }
 

@@ -28,8 +28,30 @@ fn a_wrong_job_says_where() {
             "the job: source.frames.fps: invalid type: string \"fast\", expected f64",
         ),
         (
-            r#"{"onto": {"animal": {}}}"#,
-            "the job: onto: unknown variant `animal`, expected one of `character`, `skeleton`, `robot`",
+            r#"{"target": {"animal": {}}}"#,
+            "the job: target: unknown variant `animal`, expected one of `character`, `skeleton`, `robot`",
+        ),
+        // An option of another kind of target.
+        (
+            r#"{"target": {"robot": {"file": "h1.urdf", "max-angle": 3}}}"#,
+            "the job: target.robot.max-angle: unknown field `max-angle`, expected one of `file`, `map`, `scale`, `feet`, \
+             `names-of-clips`, `passes`, `velocity-limits`, `floor`, `require`",
+        ),
+        (
+            r#"{"target": {"skeleton": {"file": "a.bvh", "velocity-limits": true}}}"#,
+            "the job: target.skeleton.velocity-limits: unknown field `velocity-limits`",
+        ),
+        (
+            r#"{"target": {"skeleton": {"file": "a.bvh", "replace-animations": true}}}"#,
+            "the job: target.skeleton.replace-animations: unknown field `replace-animations`",
+        ),
+        (
+            r#"{"target": {"character": {"file": "a.glb", "passes": 1}}}"#,
+            "the job: target.character.passes: unknown field `passes`",
+        ),
+        (
+            r#"{"target": {"character": {"file": "a.glb", "feet": "glue"}}}"#,
+            "the job: target.character.feet: unknown variant `glue`, expected `lock` or `free`",
         ),
         (r#"{"steps": ["shake"]}"#, "there is no step \"shake\""),
     ] {
@@ -65,8 +87,8 @@ fn a_job_refuses_what_would_do_nothing() {
         let error = Job::from_json(&json).unwrap().run().unwrap_err();
         assert!(error.to_string().contains(expected), "{json}: {error}");
     };
-    let hero = r#""onto": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}}"#;
-    let robot = r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}}"#;
+    let hero = r#""target": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}}"#;
+    let robot = r#""target": {"robot": {"file": "../../fixtures/robots/h1.urdf"}}"#;
     for (write, expected) in [
         (
             r#""output": "a.gltf", "bvh": {"digits": 3}"#,
@@ -106,22 +128,12 @@ fn a_job_refuses_what_would_do_nothing() {
     ] {
         refused(&format!(r#"{robot}, "write": {{{write}}}"#), expected);
     }
-    for (onto, expected) in [
-        (
-            r#"{"robot": {"file": "../../fixtures/robots/h1.urdf", "max-angle": 3}}"#,
-            "--max-angle would do nothing: it is for a character",
-        ),
-        (
-            r#"{"skeleton": {"file": "../../fixtures/skeletons/human_default.gltf", "velocity-limits": true}}"#,
-            "--velocity-limits would do nothing: it is for a robot",
-        ),
-        (
-            r#"{"skeleton": {"file": "../../fixtures/skeletons/human_default.gltf", "replace-animations": true}}"#,
-            "--replace-animations would do nothing",
-        ),
-    ] {
-        refused(&format!(r#""onto": {onto}, "write": {{"output": "a.glb"}}"#), expected);
-    }
+    // The file of the character is not passed through: there are no animations to replace.
+    let replacing = hero.replace(r#".gltf""#, r#".gltf", "replace-animations": true"#);
+    refused(
+        &format!(r#"{replacing}, "write": {{"output": "a.fbx"}}"#),
+        "--replace-animations would do nothing",
+    );
     // A second motion is an input too.
     let with = r#"{"source": {"inputs": ["../../fixtures/real/lecture_Test.bvh"], "with": ["../../fixtures/real/cmu_short.bvh"]},
         "steps": ["concat"], "write": {"output": "../../fixtures/real/cmu_short.bvh", "force": true}}"#;
@@ -193,11 +205,11 @@ fn a_job_runs_in_memory_as_on_a_disk() {
         ("", "a.glb"),
         ("", "a.gltf"),
         (
-            r#""onto": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}},"#,
+            r#""target": {"character": {"file": "../../fixtures/skeletons/human_vrm1.gltf"}},"#,
             "a.gltf",
         ),
         (
-            r#""onto": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#,
+            r#""target": {"robot": {"file": "../../fixtures/robots/h1.urdf"}},"#,
             "a.csv",
         ),
     ] {

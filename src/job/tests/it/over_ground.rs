@@ -11,7 +11,7 @@ const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
 const HERO: &str = "../../fixtures/characters/human_game_engine.glb";
 
 fn made(source: &Value, onto: &Value, output: &str) -> Scene {
-    let job = json!({"source": source, "onto": {"character": onto}, "write": {"output": output}});
+    let job = json!({"source": source, "target": {"character": onto}, "write": {"output": output}});
     let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
     Importer::new().read(&written.into_bytes().unwrap(), output).unwrap()
 }
@@ -78,7 +78,7 @@ fn root_motion_of_a_character_whose_hips_are_its_root_goes_to_a_node_above_them(
         let moved = |root: &str| {
             let source = json!({"inputs": [WALK], "frames": {"root": root}});
             let onto = json!({"file": target, "replace-animations": output == "hero.glb"});
-            let job = json!({"source": source, "onto": {"character": onto}, "write": {"output": output}});
+            let job = json!({"source": source, "target": {"character": onto}, "write": {"output": output}});
             let (written, _) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();
             let bytes = written.into_bytes().unwrap();
             (Importer::new().read(&bytes, output).unwrap(), bytes)
@@ -140,7 +140,7 @@ fn clips_have_the_names_that_are_asked_for() {
     let scene = made(&source, &onto(json!(["stroll", "stroll"])), "hero.glb");
     let names: Vec<&str> = scene.animations.iter().map(|clip| clip.name.as_str()).collect();
     assert_eq!(names, ["stroll", "stroll_2"]);
-    let job = json!({"source": source, "onto": {"character": onto(json!(["a"]))}, "write": {"output": "hero.glb"}});
+    let job = json!({"source": source, "target": {"character": onto(json!(["a"]))}, "write": {"output": "hero.glb"}});
     let error = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
@@ -153,7 +153,7 @@ fn clips_have_the_names_that_are_asked_for() {
 fn a_bad_file_among_several_is_left_out() {
     let job = json!({
         "source": {"inputs": [WALK, "../../fixtures/broken/letter_in_motion.bvh", "../../fixtures/real/cmu_short.bvh"]},
-        "onto": {"character": {"file": HERO}},
+        "target": {"character": {"file": HERO}},
         "write": {"output": "hero.glb"},
     });
     let (_, report) = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap();

@@ -21,7 +21,7 @@ use crate::{ROOT, cut};
 /// Parts of the schema that are no option of a motion on its own skeleton.
 const NO_OPTIONS: [&str; 10] = [
     // Another body: `verify` refuses it.
-    "onto",
+    "target",
     // Tables and graphs.
     "graph",
     "survey",

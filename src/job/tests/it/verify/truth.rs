@@ -204,7 +204,7 @@ impl Bench {
             Of::Character => run(&json!({"source": {"inputs": [self.source(of)]}, "write": {"output": output}})),
             Of::Onto => run(&json!({
                 "source": {"inputs": [short]},
-                "onto": {"character": {"file": self.source(of)}},
+                "target": {"character": {"file": self.source(of)}},
                 "write": {"output": output},
             })),
         }
