@@ -44,7 +44,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::figure::Figure;
 use mocap::files::check_distinct;
-use mocap::job::{Job, Maker, Reading, SourceMap};
+use mocap::job::{Maker, Reading, SourceMap};
 use mocap::render::Drawing;
 use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
 use mocap::robot::add_links;
@@ -127,8 +127,8 @@ fn value(report: &impl Serialize) -> serde_json::Value {
 }
 
 /// Prints a job, which is then not done.
-fn print_job(job: &Job) -> Result<(), Failure> {
-    Ok(writeln!(report::json(), "{}", job.to_json())?)
+fn print_job(job: &impl Serialize) -> Result<(), Failure> {
+    Ok(print_json(job)?)
 }
 
 /// Prints a value as indented JSON.

@@ -2,12 +2,12 @@
 
 use std::fs;
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
-use mocap::job::Job;
+use mocap::job::Reading;
 use mocap::{Code, Diagnostic, Error, Importer, MemoryFile, Scene, Written};
 
 use crate::args::{ForceArgs, Given};
@@ -42,11 +42,13 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// What of the inputs of a job is not on a disk: standard input, where it is one of them.
-pub(crate) fn given(job: &Job) -> mocap::Result<&'static [MemoryFile<'static>]> {
-    let inputs = &job.source.inputs;
-    match inputs.iter().chain(&job.source.with).any(|input| is_standard(input)) {
-        true => standard_input(&job.read.importer()),
+/// What of the motions of a job is not on a disk: standard input, where it is one of them.
+pub(crate) fn given<'a>(
+    read: &Reading,
+    mut motions: impl Iterator<Item = &'a PathBuf>,
+) -> mocap::Result<&'static [MemoryFile<'static>]> {
+    match motions.any(|motion| is_standard(motion)) {
+        true => standard_input(&read.importer()),
         false => Ok(&[]),
     }
 }

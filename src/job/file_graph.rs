@@ -15,7 +15,7 @@ use super::files::Files;
 use super::graph::Graphing;
 use super::said::{Hear, say_warnings};
 use super::walk::Walking;
-use super::{Reading, SourceSpace, Sources};
+use super::{Reading, SourceSpace};
 
 /// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
 ///
@@ -52,12 +52,7 @@ impl FileGraph {
     /// As [`Importer::import`], with the file; [`Code::InvalidValue`] where the skeletons differ, and where there is no
     /// graph.
     pub fn compare(graphing: &Graphing, read: &Reading, space: &SourceSpace, paths: &[PathBuf]) -> Result<Self> {
-        let source = Sources {
-            inputs: paths.to_vec(),
-            space: space.clone(),
-            ..Sources::default()
-        };
-        let clips = Clips::compare(graphing, (read, &source), ON_DISK, &mut |_| {})?;
+        let clips = Clips::compare(graphing, (read, space), paths, ON_DISK, &mut |_| {})?;
         let graph = clips.graph()?;
         Ok(Self::new(graph, clips))
     }
@@ -123,18 +118,19 @@ impl<'a> Clips<'a> {
     /// The clips of the inputs.
     pub(super) fn compare(
         graphing: &Graphing,
-        (read, source): (&'a Reading, &'a Sources),
+        (read, space): (&'a Reading, &'a SourceSpace),
+        inputs: &[PathBuf],
         files: Files<'a>,
         hear: Hear<'_>,
     ) -> Result<Self> {
         let mut clips = Self {
             builder: GraphBuilder::new(&graphing.options())?,
             read,
-            space: &source.space,
+            space,
             body: graphing.on.as_deref().map(|file| Body::read(files, file)).transpose()?,
             files,
         };
-        for path in &source.inputs {
+        for path in inputs {
             let scene = clips.import(path, hear)?;
             clips.add(path, &scene)?;
         }

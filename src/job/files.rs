@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap_formats::{Written, WrittenFile};
 use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::retargeting::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -9,7 +10,7 @@ use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
-use super::JobTarget;
+use super::{JobTarget, OutputFile, Reading, refuse};
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]
@@ -95,15 +96,63 @@ fn missing(path: &Path) -> Error {
     Diagnostic::new(Code::MissingFile, message).into()
 }
 
+/// Which files outputs may replace: none that is read.
+pub(super) fn policy<'a>(
+    inputs: &'a [PathBuf],
+    read: &'a Reading,
+    others: impl IntoIterator<Item = &'a Path>,
+) -> ReplacePolicy {
+    ReplacePolicy::new(inputs.iter().map(AsRef::as_ref).chain(others).chain(read.files()))
+}
+
+/// Refuses inputs that are no files.
+pub(super) fn check_inputs(inputs: &[PathBuf]) -> Result<()> {
+    if inputs.is_empty() {
+        return refuse("the job names no input", "name files in source.inputs");
+    }
+    match inputs.iter().find(|input| input.is_dir()) {
+        Some(folder) => refuse(
+            &format!("{} is a folder, and the job takes files", folder.display()),
+            "name its files, or do the job with mocap run",
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Files that are to be written, with their bytes.
+pub(super) type Outputs = Vec<(PathBuf, Vec<u8>)>;
+
+/// The names and the sizes of files that are made.
+pub(super) fn output_files(made: &Outputs) -> Vec<OutputFile> {
+    let of_output = |(path, bytes): &(PathBuf, Vec<u8>)| OutputFile {
+        name: file_name(path),
+        bytes: bytes.len(),
+    };
+    made.iter().map(of_output).collect()
+}
+
+/// Files that are made, in memory.
+pub(super) fn written(made: Outputs) -> Written {
+    let files = made
+        .into_iter()
+        .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
+    Written::of(files.collect())
+}
+
+/// The name of a file, without its folder.
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// Refuses outputs that would replace an input, and two of one name.
-pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
-    let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
+pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a Path>) -> Result<()> {
+    let outputs: Vec<&Path> = outputs.collect();
     check_distinct(outputs.iter().copied())?;
     outputs.into_iter().try_for_each(|path| policy.check_inputs(path))
 }
 
 /// Writes files, all or none.
-pub(super) fn write_all(policy: &ReplacePolicy, made: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+pub(super) fn write_all(policy: &ReplacePolicy, made: &Outputs) -> Result<()> {
     let mut set = OutputSet::new();
     made.iter().for_each(|(path, bytes)| set.add(path, [bytes.as_slice()]));
     set.save(policy)?;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use super::text::Length;
 
-/// How the moments of motions are compared, and what is written beside the graph.
+/// How the moments of motions are compared.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -47,11 +47,6 @@ pub struct Graphing {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub whole: bool,
-    /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
-    /// lighter is more alike and red dots are transitions, or an array, .npy
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
-    #[serde(skip_serializing_if = "is_default")]
-    pub matrix: Option<PathBuf>,
 }
 
 impl Default for Graphing {
@@ -63,7 +58,6 @@ impl Default for Graphing {
             threshold: Length::metres(options.threshold),
             on: None,
             whole: options.whole,
-            matrix: None,
         }
     }
 }

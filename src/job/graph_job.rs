@@ -1,179 +1,134 @@
-//! Motion graphs as jobs: the graph of the inputs instead of an output of their motion, and walks as motions.
+//! A job that compares its inputs to a motion graph.
 
 use std::path::{Path, PathBuf};
 
-use mocap_edit::WalkReport;
 use mocap_edit::graph::{DistanceMatrix, MotionGraph};
+use mocap_formats::Written;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
-use mocap_scene::scene::Scene;
+use serde::{Deserialize, Serialize};
 
-use super::file_graph::{Clips, files_of, in_graph, read_graph};
-use super::files::{Files, check_outputs, write_all};
-use super::graph::{GraphReport, Graphing};
-use super::said::{Hear, Said};
-use super::walk::Walking;
-use super::{Job, JobReport, OutputFile, SourceFrames, SourceMap, Sources, file_name, refuse};
+use super::file_graph::Clips;
+use super::files::{Files, Outputs, check_inputs, check_outputs, output_files, policy, write_all, written};
+use super::{GraphReport, Graphing, JobReport, Reading, Said, SourceSpace, WritingFile, is_default, refuse};
 
-/// Files that are to be written, with their bytes.
-type Outputs = Vec<(PathBuf, Vec<u8>)>;
+/// Compares motions, and writes their motion graph.
+///
+/// [`Graphing`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct GraphJob {
+    /// How the inputs are read.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub read: Reading,
+    /// The inputs, and what is known of them.
+    #[serde(default)]
+    pub source: GraphSources,
+    /// How their moments are compared.
+    pub graph: Graphing,
+    /// The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what
+    /// is lighter is more alike and red dots are transitions, or an array, .npy.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub matrix: Option<PathBuf>,
+    /// The graph.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub write: WritingFile,
+}
 
-impl Job {
-    /// Compares the motions of the inputs, as `graph` says: the files that the job names, with their bytes, the graph
-    /// last, and what there is to report. Nothing is written. The files of `given` are not read from the disk.
+/// What a motion graph is made of.
+///
+/// [`Graphing`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct GraphSources {
+    /// The motion files.
+    pub inputs: Vec<PathBuf>,
+    /// The unit and the up axis of the inputs.
+    #[serde(skip_serializing_if = "is_default")]
+    pub space: SourceSpace,
+}
+
+impl GraphJob {
+    /// Compares the motions of the inputs: the files that the job names, with their bytes, the graph last, and what
+    /// there is to report. Nothing is written. The files of `given` are not read from the disk.
     ///
     /// # Errors
     /// As [`Importer::import`](mocap_io::Importer::import), with the file.
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, where there is no graph, and
-    /// for what a graph does not heed.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, and where there is no graph.
     pub fn compare(&self, given: &[MemoryFile<'_>]) -> Result<(Outputs, JobReport)> {
-        let graphing = self.graph.clone().unwrap_or_default();
-        self.graph_of(&graphing, Files { given, has_disk: true })
+        self.graph_of(Files { given, has_disk: true })
     }
 
-    pub(super) fn graph_of(&self, graphing: &Graphing, files: Files<'_>) -> Result<(Outputs, JobReport)> {
-        self.check_graph(graphing)?;
-        self.refuse_folders()?;
+    fn graph_of(&self, files: Files<'_>) -> Result<(Outputs, JobReport)> {
+        self.check()?;
         let mut report = JobReport::default();
         let mut hear = |said: Said<'_>| report.hear(said);
-        let compared = Clips::compare(graphing, (&self.read, &self.source), files, &mut hear)?;
-        let output = &self.write.output;
+        let (known, inputs) = ((&self.read, &self.source.space), &self.source.inputs);
+        let compared = Clips::compare(&self.graph, known, inputs, files, &mut hear)?;
+        let output = self.write.output();
         // The matrix of clips without a transition is made too.
-        let needs_graph = !output.as_os_str().is_empty() || graphing.matrix.is_none();
+        let needs_graph = output.is_some() || self.matrix.is_none();
         let graph = needs_graph.then(|| compared.graph()).transpose()?;
         let mut made = Outputs::new();
-        if let Some(picture) = &graphing.matrix {
+        if let Some(picture) = &self.matrix {
             made.push((picture.clone(), compared.drawn(graph.as_ref(), picture)?));
         }
         if let Some(graph) = &graph {
             report.graph = Some(GraphReport::of(graph));
-            if !output.as_os_str().is_empty() {
-                made.push((output.clone(), graph.to_json().into_bytes()));
-            }
+            made.extend(output.map(|output| (output.to_owned(), graph.to_json().into_bytes())));
         }
-        let of_output = |(path, bytes): &(PathBuf, Vec<u8>)| OutputFile {
-            name: file_name(path),
-            bytes: bytes.len(),
-        };
-        report.files = made.iter().map(of_output).collect();
+        report.files = output_files(&made);
         Ok((made, report))
     }
 
-    /// Makes a graph, and writes what it is asked to.
-    pub(super) fn run_graph(&self, graphing: &Graphing, files: Files<'_>) -> Result<JobReport> {
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+        let (made, report) = self.graph_of(files)?;
+        Ok((written(made), report))
+    }
+
+    /// Makes the graph, and writes what it is asked to.
+    pub(super) fn run_of(&self, files: Files<'_>) -> Result<JobReport> {
         let policy = self.policy();
-        let outputs = graphing.matrix.iter().chain([&self.write.output]);
-        check_outputs(&policy, outputs.filter(|output| !output.as_os_str().is_empty()))?;
-        let (made, report) = self.graph_of(graphing, files)?;
+        check_outputs(&policy, self.outputs())?;
+        let (made, report) = self.graph_of(files)?;
         write_all(&policy, &made)?;
         Ok(report)
     }
 
-    /// Refuses what a graph would not heed: steps, another body than that of the graph, options of motions.
-    fn check_graph(&self, graphing: &Graphing) -> Result<()> {
-        let source = Sources {
-            inputs: self.source.inputs.clone(),
-            space: self.source.space.clone(),
-            ..Sources::default()
-        };
-        if self.changes_motion(&source) {
-            return refuse(
-                "the job: a graph changes no motion, and is written as JSON",
-                "leave out steps, target, all of source but inputs and space, and all of write but output, to and force; \
-                 graph.on puts the clips on one body",
-            );
-        }
+    /// The files that the job writes.
+    #[doc(hidden)]
+    pub fn outputs(&self) -> impl Iterator<Item = &Path> {
+        self.matrix.as_deref().into_iter().chain(self.write.output())
+    }
+
+    /// Which files the outputs may replace: no input, and no other file that the job reads.
+    pub fn policy(&self) -> ReplacePolicy {
+        policy(&self.source.inputs, &self.read, self.graph.on.as_deref()).force(self.write.force)
+    }
+
+    fn check(&self) -> Result<()> {
         let is_called = |path: &Path, extensions: &[&str]| {
             let own = path.extension().map(|own| own.to_string_lossy().to_ascii_lowercase());
             own.is_some_and(|own| extensions.contains(&own.as_str()))
         };
-        if let Some(matrix) = graphing.matrix.as_deref()
+        if let Some(matrix) = self.matrix.as_deref()
             && !is_called(matrix, &["png", "npy"])
         {
             let message = format!("{}: the name of a matrix must end in .png or .npy", matrix.display());
-            return refuse(&message, "name the file of graph.matrix so");
+            return refuse(&message, "name the file of matrix so");
         }
-        let output = &self.write.output;
-        let is_json = match self.write.is_stream() || output.as_os_str().is_empty() {
-            true => true,
-            false => is_called(output, &["json"]),
-        };
+        let output = self.write.output().filter(|output| *output != Path::new("-"));
+        let is_json = output.is_none_or(|output| is_called(output, &["json"]));
         if !is_json || self.write.to.as_deref().is_some_and(|to| to != "json") {
-            let message = format!("{}: the name of a graph must end in .json", output.display());
+            let message = format!("{}: the name of a graph must end in .json", self.write.output.display());
             return refuse(&message, "name the file of write.output so");
         }
-        match self.source.inputs.is_empty() {
-            true => refuse("the job names no input", "name files in source.inputs"),
-            false => Ok(()),
-        }
-    }
-}
-
-impl Job {
-    /// Makes the walk that the job asks for, and says what it is. A walk that would replace a clip is not made.
-    pub(super) fn walk_of(
-        &self,
-        walking: &Walking,
-        files: Files<'_>,
-        output: &Path,
-        hear: Hear<'_>,
-    ) -> Result<(Scene, WalkReport)> {
-        if let Some(graphing) = &self.graph {
-            let clips = Clips::compare(graphing, (&self.read, &self.source), files, hear)?;
-            return clips.walk(&clips.graph()?, walking);
-        }
-        let file = self.source.inputs[0].as_path();
-        let graph = read_graph(file, files)?;
-        if files.has_disk && !self.write.is_stream() {
-            let body = graph.body.iter().map(|(file, _)| PathBuf::from(file));
-            let clips: Vec<PathBuf> = files_of(&graph).into_iter().chain(body).collect();
-            ReplacePolicy::new(&clips).check_inputs(output)?;
-        }
-        let clips = Clips::of_graph(&graph, (&self.read, &self.source.space), files, hear);
-        let made = clips.and_then(|clips| clips.walk(&graph, walking));
-        made.map_err(|error| in_graph(error, file))
-    }
-
-    /// Refuses what a walk would not heed.
-    pub(super) fn check_walk(&self, walking: &Walking) -> Result<()> {
-        let aims = [
-            walking.seconds.is_some(),
-            walking.path.is_some(),
-            !walking.through.is_empty(),
-        ];
-        if aims.into_iter().filter(|is_aim| *is_aim).count() != 1 {
-            return refuse(
-                "the job: a walk has one of seconds, path and through",
-                "name one of them",
-            );
-        }
-        let source = &self.source;
-        if source.frames != SourceFrames::default() || source.map != SourceMap::default() {
-            return refuse(
-                "the job: a walk is of whole clips with the bones that are found",
-                "leave out source.frames and source.map",
-            );
-        }
-        let matrix = self.graph.as_ref().and_then(|graphing| graphing.matrix.as_ref());
-        if self.write.verify || matrix.is_some() || self.survey.is_some() {
-            return refuse(
-                "the job: a walk is one motion, of many inputs",
-                "leave out write.verify, graph.matrix and survey",
-            );
-        }
-        if self.write.is_folder() {
-            let message = "the job: a walk is one motion, and write.output is a folder";
-            return refuse(message, "name a file in write.output");
-        }
-        match (&self.graph, source.inputs.len()) {
-            (_, 0) => refuse("the job names no input", "name the graph in source.inputs"),
-            (None, 2..) => refuse(
-                "the job: a walk is over one graph",
-                "name one graph in source.inputs, or put graph into the job, and the inputs are its clips",
-            ),
-            _ => Ok(()),
-        }
+        check_inputs(&self.source.inputs)
     }
 }
 
@@ -205,7 +160,7 @@ fn array_of(matrix: &DistanceMatrix) -> Result<Vec<u8>> {
 fn array_of(_: &DistanceMatrix) -> Result<Vec<u8>> {
     refuse(
         "this build writes no arrays: it has not the feature npz",
-        "name a picture, .png, in graph.matrix",
+        "name a picture, .png, in matrix",
     )
 }
 
@@ -225,6 +180,6 @@ fn picture_of(matrix: &DistanceMatrix, graph: Option<&MotionGraph>, second: usiz
 fn picture_of(_: &DistanceMatrix, _: Option<&MotionGraph>, _: usize) -> Result<Vec<u8>> {
     refuse(
         "this build draws no pictures: it has not the feature render",
-        "name an array, .npy, in graph.matrix",
+        "name an array, .npy, in matrix",
     )
 }

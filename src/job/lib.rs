@@ -1,9 +1,15 @@
 //! One piece of work: what a command line, a call from Python, JavaScript or C, and a job file all mean.
 //!
-//! A [`Job`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]), changes
-//! them ([`EditStep`]), retargets them ([`JobTarget`]), and writes the result ([`Writing`]). It serializes:
-//! `src/job/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and `--print-job` prints
-//! what a command line means.
+//! A [`Job`] is one of four kinds:
+//!
+//! - A [`MotionJob`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]),
+//!   changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result ([`Writing`]).
+//! - A [`SurveyJob`] writes a table with a row for each clip.
+//! - A [`GraphJob`] writes the motion graph of its clips.
+//! - A [`WalkJob`] changes, retargets and writes a walk over a motion graph.
+//!
+//! A job serializes: `src/job/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and
+//! `--print-job` prints what a command line means.
 //!
 //! ```
 //! use mocap::job::Job;
@@ -14,7 +20,7 @@
 //!     "target": {"character": {"file": "hero.vrm"}},
 //!     "write": {"output": "hero_walk.vrm"}
 //! }"#)?;
-//! assert_eq!(job.steps.len(), 2);
+//! assert!(matches!(job, Job::Motion(job) if job.steps.len() == 2));
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
@@ -31,6 +37,7 @@ mod graph_job;
 pub mod internals;
 mod maker;
 mod meshes;
+mod motion_job;
 mod names;
 mod reading;
 mod report;
@@ -39,27 +46,30 @@ mod said;
 mod smaller;
 mod source;
 mod survey;
+mod survey_job;
 mod target;
 mod text;
 pub mod verify;
 mod walk;
+mod walk_job;
 mod writing;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mocap_edit::EditStep;
-use mocap_formats::gltf::Provenance;
-use mocap_formats::{Written, WrittenFile};
+use mocap_formats::Written;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
-use mocap_scene::scene::Scene;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 pub use self::file_graph::FileGraph;
 use self::files::Files;
 pub use self::graph::{GraphReport, Graphing};
+pub use self::graph_job::{GraphJob, GraphSources};
 pub use self::maker::{Made, Maker};
+pub use self::motion_job::MotionJob;
 pub use self::names::JointNames;
 pub use self::reading::Reading;
 pub use self::report::{JobReport, OutputFile};
@@ -68,55 +78,42 @@ pub use self::said::Said;
 pub use self::smaller::Smaller;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 pub use self::survey::Surveying;
+pub use self::survey_job::{SurveyJob, SurveySources};
 pub use self::target::{CharacterTarget, Feet, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::walk::Walking;
-pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx};
-use crate::verify::{Verification, Verifier};
+pub use self::walk_job::{WalkJob, WalkSources};
+pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx, WritingFile};
 
-/// One piece of work: inputs, changes, another body, an output.
+/// One piece of work. Its kind has only the options that do something in it.
+///
+/// In JSON the keys tell the kind: an object with `walk` is a [`WalkJob`], one with `graph` a [`GraphJob`], one with
+/// `survey` a [`SurveyJob`], and every other a [`MotionJob`].
 ///
 /// The [module](self) has an example.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Job {
-    /// How the inputs are read.
-    #[serde(skip_serializing_if = "is_default")]
-    pub read: Reading,
-    /// The inputs, and what is known of them.
-    pub source: Sources,
-    /// What changes the motion, in this order. With a step, the first animation of an input is taken.
-    #[serde(skip_serializing_if = "is_default")]
-    #[cfg_attr(feature = "schema", schemars(schema_with = "steps_schema"))]
-    pub steps: Vec<EditStep>,
-    /// What the motions are retargeted to. Default: they keep their skeletons.
-    #[serde(skip_serializing_if = "is_default")]
-    pub target: Option<JobTarget>,
-    /// What is to be known of the inputs, instead of an output of their motion: a row for each clip, in the report and
-    /// in the table that `write` names, if it does.
-    #[serde(skip_serializing_if = "is_default")]
-    pub survey: Option<Surveying>,
-    /// How the moments of the inputs are compared: the output is their motion graph, and with `walk` a walk over it.
-    #[serde(skip_serializing_if = "is_default")]
-    pub graph: Option<Graphing>,
-    /// The walk over a motion graph that is the motion of the job: over that of `graph`, or over the file of one, which
-    /// is then the input.
-    #[serde(skip_serializing_if = "is_default")]
-    pub walk: Option<Walking>,
-    /// The output.
-    pub write: Writing,
+pub enum Job {
+    /// An output of motions.
+    Motion(MotionJob),
+    /// A table with a row for each clip.
+    Survey(SurveyJob),
+    /// A motion graph.
+    Graph(GraphJob),
+    /// A walk over a motion graph.
+    Walk(WalkJob),
 }
+
+/// The keys of all kinds of jobs.
+const KEYS: [&str; 10] = [
+    "read", "source", "steps", "target", "survey", "graph", "matrix", "walk", "write", "verify",
+];
 
 impl Job {
     /// The JSON Schema of a job, as text.
     pub const SCHEMA: &str = include_str!("job.schema.json");
-
-    /// A job without an input and an output.
-    pub fn new() -> Self {
-        Self::default()
-    }
 
     /// The job of a JSON text.
     ///
@@ -125,6 +122,8 @@ impl Job {
     ///
     /// let error = Job::from_json(r#"{"write": {"outptu": "a.glb"}}"#).unwrap_err();
     /// assert!(error.to_string().contains("write.outptu: unknown field `outptu`, expected one of `output`"));
+    /// let error = Job::from_json(r#"{"survey": {}, "steps": ["mirror"]}"#).unwrap_err();
+    /// assert!(error.to_string().contains("the job: steps: a survey job has no steps"));
     /// ```
     ///
     /// # Errors
@@ -135,21 +134,16 @@ impl Job {
             let message = "the job: it must be a JSON object";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
-        let mut deserializer = serde_json::Deserializer::from_str(text);
-        let read = serde_path_to_error::deserialize(&mut deserializer);
-        if read.is_ok() && deserializer.end().is_err() {
-            let message = "the job: something follows the JSON object";
-            return Err(Diagnostic::new(Code::InvalidValue, message).into());
-        }
-        read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
-            let (path, message) = (error.path().to_string(), error.inner().to_string());
-            let message = match path.as_str() {
-                "." | "?" => format!("the job: {message}"),
-                path => format!("the job: {path}: {message}"),
-            };
-            Diagnostic::new(Code::InvalidValue, message)
-                .help("mocap run --schema prints what a job may hold")
-                .into()
+        let keys: BTreeMap<String, IgnoredAny> = parsed(text, "")?;
+        // A walk may have a graph too.
+        let kind = ["walk", "graph", "survey"]
+            .into_iter()
+            .find(|key| keys.contains_key(*key));
+        Ok(match kind {
+            Some(kind @ "walk") => Self::Walk(parsed(text, kind)?),
+            Some(kind @ "graph") => Self::Graph(parsed(text, kind)?),
+            Some(kind @ "survey") => Self::Survey(parsed(text, kind)?),
+            _ => Self::Motion(parsed(text, "motion")?),
         })
     }
 
@@ -175,122 +169,13 @@ impl Job {
     /// # Errors
     /// As [`run`](Self::run).
     pub fn run_with(&self, given: &[MemoryFile<'_>]) -> Result<JobReport> {
-        if let Some(surveying) = &self.survey {
-            return self.run_survey(surveying, Files { given, has_disk: true });
+        let files = Files { given, has_disk: true };
+        match self {
+            Self::Motion(job) => job.run_with(given),
+            Self::Survey(job) => job.run_of(files),
+            Self::Graph(job) => job.run_of(files),
+            Self::Walk(job) => job.run_of(files),
         }
-        if let (Some(graphing), None) = (&self.graph, &self.walk) {
-            return self.run_graph(graphing, Files { given, has_disk: true });
-        }
-        let output = &self.write.output;
-        self.check_one_file()?;
-        let policy = self.policy();
-        policy.check_inputs(output)?;
-        let mut report = JobReport::default();
-        let maker = Maker::new(self, given, &mut |said| report.hear(said))?;
-        maker.check(&policy, output)?;
-        let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
-        let Made {
-            mut written,
-            scene,
-            clips,
-            left_out,
-            walk,
-            ..
-        } = made;
-        report.walk = walk;
-        let set = written.output_set(output)?;
-        set.save(&policy)?;
-        set.remove_unfinished();
-        report.describe(&mut written, output);
-        report.problem = maker.problem(&clips);
-        report.leave_out(left_out);
-        report.clips = clips;
-        if self.write.verify {
-            let verification = self.verify(scene, output)?;
-            if !verification.is_within(self.write.smaller.tolerance()) {
-                report.problem = Some("the output is farther from its source than allowed".to_owned());
-            }
-            report.verification = Some(verification);
-        }
-        Ok(report)
-    }
-
-    /// Compares an output with the input of the job, from which `scene` was made.
-    ///
-    /// # Errors
-    /// As [`Verifier::files`].
-    pub fn verify(&self, scene: Option<Scene>, output: &Path) -> Result<Verification> {
-        let Some(input) = self.source.inputs.first() else {
-            return Err(Diagnostic::new(Code::InvalidValue, "the job names no input").into());
-        };
-        let verifier = Verifier::new()
-            .importer(self.read.importer())
-            .space(self.source.space.clone())
-            .allowing(self.write.smaller.tolerance())
-            .second_motions(self.source.with.clone());
-        // A BVH file does not say how it was made.
-        let verifier = match &scene {
-            Some(scene) => verifier.provenance(Provenance::of(scene)),
-            None => verifier,
-        };
-        // The keys of a long take are better gone before the file is read back.
-        drop(scene);
-        verifier.files(input, output)
-    }
-
-    /// Which files the output may replace: no input, and no other file that the job reads.
-    pub fn policy(&self) -> ReplacePolicy {
-        let inputs = self.source.inputs.iter().chain(&self.source.with).map(AsRef::as_ref);
-        let target = self.target.as_ref().map(JobTarget::file);
-        let body = self.graph.iter().filter_map(|graphing| graphing.on.as_deref());
-        let inputs = inputs.chain(target).chain(self.read.files()).chain(body);
-        ReplacePolicy::new(inputs).force(self.write.force)
-    }
-
-    /// Refuses what is not one file on a disk.
-    fn check_one_file(&self) -> Result<()> {
-        let many = self.source.inputs.iter().find(|input| input.is_dir());
-        let (message, help) = match many {
-            _ if self.write.is_stream() => (
-                "the job writes to standard output, which belongs to the program".to_owned(),
-                "name a file in write.output, or do the job with mocap run",
-            ),
-            Some(folder) if !self.write.is_folder() => (
-                format!(
-                    "{} is a folder, and its motions need a folder of outputs",
-                    folder.display()
-                ),
-                "name a folder in write.output, which ends in /, and do the job with mocap run",
-            ),
-            _ if self.write.is_folder() => (
-                "the job makes an output of each of many motions in a folder".to_owned(),
-                "do it with mocap run, or take a Maker, or name a file in write.output",
-            ),
-            _ => return Ok(()),
-        };
-        refuse(&message, help)
-    }
-
-    /// Refuses a folder among the inputs of a survey or a graph.
-    fn refuse_folders(&self) -> Result<()> {
-        match self.source.inputs.iter().find(|input| input.is_dir()) {
-            Some(folder) => refuse(
-                &format!("{} is a folder, and the job takes files", folder.display()),
-                "name its files, or do the job with mocap run",
-            ),
-            None => Ok(()),
-        }
-    }
-
-    /// Whether the job has steps, another body, more of its source than `source`, or options of written motions.
-    fn changes_motion(&self, source: &Sources) -> bool {
-        let writing = Writing {
-            output: self.write.output.clone(),
-            to: self.write.to.clone(),
-            force: self.write.force,
-            ..Writing::default()
-        };
-        !self.steps.is_empty() || self.target.is_some() || self.write != writing || self.source != *source
     }
 
     /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a
@@ -313,10 +198,6 @@ impl Job {
     /// As [`run`](Self::run); [`Code::MissingFile`] where the job names a file that is not given;
     /// [`Code::InvalidValue`] for `verify`, which compares files.
     pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
-        if self.write.verify {
-            let message = "the job: write.verify compares files on a disk, and these are in memory";
-            return Err(Diagnostic::new(Code::InvalidValue, message).into());
-        }
         self.make_of(Files {
             given: files,
             has_disk: false,
@@ -333,54 +214,115 @@ impl Job {
     }
 
     fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
-        if let Some(surveying) = &self.survey {
-            let (made, report) = self.survey(surveying, files)?;
-            return Ok((written(made), report));
+        match self {
+            Self::Motion(job) => job.make_of(files),
+            Self::Survey(job) => job.make_of(files),
+            Self::Graph(job) => job.make_of(files),
+            Self::Walk(job) => job.make_of(files),
         }
-        if let (Some(graphing), None) = (&self.graph, &self.walk) {
-            let (made, report) = self.graph_of(graphing, files)?;
-            return Ok((written(made), report));
+    }
+
+    /// How the inputs are read.
+    pub fn read(&self) -> &Reading {
+        match self {
+            Self::Motion(job) => &job.read,
+            Self::Survey(job) => &job.read,
+            Self::Graph(job) => &job.read,
+            Self::Walk(job) => &job.read,
         }
-        let (mut report, output) = (JobReport::default(), &self.write.output);
-        let maker = Maker::of(self, files, &mut |said| report.hear(said))?;
-        let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
-        let mut written = made.written;
-        report.describe(&mut written, output);
-        report.problem = maker.problem(&made.clips);
-        report.leave_out(made.left_out);
-        report.clips = made.clips;
-        report.walk = made.walk;
-        Ok((written, report))
+    }
+
+    /// The inputs, and after them the second motions of steps.
+    pub fn motions(&self) -> impl Iterator<Item = &PathBuf> {
+        let (inputs, with): (&[PathBuf], &[PathBuf]) = match self {
+            Self::Motion(job) => (&job.source.inputs, &job.source.with),
+            Self::Survey(job) => (&job.source.inputs, &[]),
+            Self::Graph(job) => (&job.source.inputs, &[]),
+            Self::Walk(job) => (&job.source.inputs, &job.source.with),
+        };
+        inputs.iter().chain(with)
+    }
+
+    /// The output; empty where nothing is written.
+    pub fn output(&self) -> &Path {
+        match self {
+            Self::Motion(job) => &job.write.output,
+            Self::Survey(job) => &job.write.output,
+            Self::Graph(job) => &job.write.output,
+            Self::Walk(job) => &job.write.output,
+        }
+    }
+
+    /// The format of the output, and whether it replaces a file that may be a source.
+    #[doc(hidden)]
+    pub fn to_and_force(&mut self) -> (&mut Option<String>, &mut bool) {
+        match self {
+            Self::Motion(MotionJob { write, .. }) | Self::Walk(WalkJob { write, .. }) => {
+                (&mut write.to, &mut write.force)
+            }
+            Self::Survey(SurveyJob { write, .. }) | Self::Graph(GraphJob { write, .. }) => {
+                (&mut write.to, &mut write.force)
+            }
+        }
+    }
+
+    /// Which files the outputs may replace: no input, and no other file that the job reads.
+    pub fn policy(&self) -> ReplacePolicy {
+        match self {
+            Self::Motion(job) => job.policy(),
+            Self::Survey(job) => job.policy(),
+            Self::Graph(job) => job.policy(),
+            Self::Walk(job) => job.policy(),
+        }
     }
 }
 
-/// Files that are made, in memory.
-fn written(made: Vec<(PathBuf, Vec<u8>)>) -> Written {
-    let files = made
-        .into_iter()
-        .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
-    Written::of(files.collect())
+/// A job, or a part of it, of the text of a job of a kind.
+fn parsed<T: DeserializeOwned>(text: &str, kind: &str) -> Result<T> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let read = serde_path_to_error::deserialize(&mut deserializer);
+    if read.is_ok() && deserializer.end().is_err() {
+        let message = "the job: something follows the JSON object";
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
+    }
+    read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
+        let (path, message) = (error.path().to_string(), error.inner().to_string());
+        let is_of_other_kind = KEYS.contains(&path.as_str()) && message.starts_with("unknown field");
+        let message = match path.as_str() {
+            "." | "?" => format!("the job: {message}"),
+            key if is_of_other_kind => format!("the job: {key}: a {kind} job has no {key}"),
+            path => format!("the job: {path}: {message}"),
+        };
+        Diagnostic::new(Code::InvalidValue, message)
+            .help("mocap run --schema prints what a job may hold")
+            .into()
+    })
 }
 
-/// A step is a text, or an object with its name and its options.
+/// Steps in the schema: each is a text, or an object with its name and its options.
 #[cfg(feature = "schema")]
-fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-    let object = |step: &mocap_edit::StepInfo| {
-        serde_json::json!({
-            "type": "object",
-            "description": step.to_string(),
-            "properties": {"step": {"const": step.name}},
-            "required": ["step"],
-        })
-    };
-    let text = serde_json::json!({"type": "string", "description": "a step as text: NAME:key=value,..."});
-    let all: Vec<_> = std::iter::once(text).chain(EditStep::ALL.iter().map(object)).collect();
-    schemars::json_schema!({"type": "array", "items": {"anyOf": all}})
-}
+struct Steps;
 
-/// The name of a file, without its folder.
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Steps {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Steps".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let object = |step: &mocap_edit::StepInfo| {
+            serde_json::json!({
+                "type": "object",
+                "description": step.to_string(),
+                "properties": {"step": {"const": step.name}},
+                "required": ["step"],
+            })
+        };
+        let text = serde_json::json!({"type": "string", "description": "a step as text: NAME:key=value,..."});
+        let steps = mocap_edit::EditStep::ALL.iter().map(object);
+        let all: Vec<_> = std::iter::once(text).chain(steps).collect();
+        schemars::json_schema!({"type": "array", "items": {"anyOf": all}})
+    }
 }
 
 /// An error of a job that asks for what it cannot have.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mocap_edit::{EditStep, WalkReport};
+use mocap_edit::EditStep;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
 use mocap_formats::{FormatInfo, WriteOption, Written};
@@ -24,19 +24,20 @@ use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
-use super::{Job, JobTarget, JointNames, meshes, names};
+use super::{JobTarget, JointNames, MotionJob, meshes, names};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
-/// [`Job::run`] makes one and writes its output. A program that has many motions, or that looks at what was made, makes
+/// [`MotionJob::run`] makes one and writes its output. A program that has many motions, or that looks at what was made, makes
 /// one itself; it writes nothing.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::job::{Job, Maker};
+/// use mocap::job::{JobTarget, Maker, MotionJob, RobotTarget};
 ///
-/// let job = r#"{"target": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;
-/// let job = Job::from_json(job)?;
+/// let mut job = MotionJob::default();
+/// job.target = Some(JobTarget::Robot(RobotTarget::new("fixtures/robots/h1.urdf")));
+/// job.write.to = Some("csv".to_owned());
 /// let maker = Maker::new(&job, &[], &mut |_| {})?; // reads the robot once
 /// for motion in ["fixtures/real/cmu_short.bvh", "fixtures/real/cmu_12_01_walk.bvh"] {
 ///     let made = maker.make(&[motion.into()], "out/motion.csv".as_ref(), &mut |_| {})?;
@@ -46,7 +47,7 @@ use super::{Job, JobTarget, JointNames, meshes, names};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Maker<'a> {
-    job: Job,
+    job: MotionJob,
     files: Files<'a>,
     form: Form,
     /// The bones of the inputs that are stated.
@@ -77,8 +78,6 @@ pub struct Made {
     pub humanoid: Option<Humanoid>,
     /// How well each motion is kept on the other body.
     pub clips: Vec<Report>,
-    /// What the walk over a motion graph is, where the motion is one.
-    pub walk: Option<WalkReport>,
     /// The motions of several for one output that could not be put on the other body, and why.
     pub left_out: Vec<(PathBuf, Diagnostic)>,
 }
@@ -90,16 +89,13 @@ impl<'a> Maker<'a> {
     /// # Errors
     /// [`Code::InvalidValue`] where options do not go together, [`Code::UnknownFormat`] where the output is in no
     /// format that is written; and warnings of reading the target and the second motions.
-    pub fn new(job: &Job, given: &'a [MemoryFile<'a>], hear: Hear<'_>) -> Result<Self> {
+    pub fn new(job: &MotionJob, given: &'a [MemoryFile<'a>], hear: Hear<'_>) -> Result<Self> {
         Self::of(job, Files { given, has_disk: true }, hear)
     }
 
-    pub(super) fn of(job: &Job, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
+    pub(super) fn of(job: &MotionJob, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
         let names = job.source.with.iter().map(|file| file.display().to_string());
         EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
-        if let Some(walking) = &job.walk {
-            job.check_walk(walking)?;
-        }
         let (form, target) = match &job.target {
             None => (Form::of_motion(&job.write)?, None),
             Some(target) => {
@@ -123,6 +119,11 @@ impl<'a> Maker<'a> {
         let others = with.map(|file| maker.import_second(file, hear));
         maker.others = others.collect::<Result<_>>()?;
         Ok(maker)
+    }
+
+    /// Where the files of the job are.
+    pub(super) fn files(&self) -> Files<'a> {
+        self.files
     }
 
     /// How many threads read a file. Default: as many as there are cores.
@@ -208,7 +209,6 @@ impl<'a> Maker<'a> {
     /// with the file.
     pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
         match &self.target {
-            _ if self.job.walk.is_some() => self.make_walk(output, hear),
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
                 let motion = one(motions)?;
@@ -216,21 +216,6 @@ impl<'a> Maker<'a> {
                 self.make_of(source, motion, output, hear)
             }
         }
-    }
-
-    /// Makes the output of the walk over a motion graph.
-    fn make_walk(&self, output: &Path, hear: Hear<'_>) -> Result<Made> {
-        let walking = self.job.walk.clone().unwrap_or_default();
-        let (scene, report) = self.job.walk_of(&walking, self.files, output, hear)?;
-        let input = one(&self.job.source.inputs[..1])?;
-        let mut source = self.prepare(scene, input, hear)?;
-        let name = output.file_stem().unwrap_or_default();
-        source.name = name.to_string_lossy().into_owned();
-        let made = self.make_of(source, input, output, hear)?;
-        Ok(Made {
-            walk: Some(report),
-            ..made
-        })
     }
 
     /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
@@ -258,7 +243,6 @@ impl<'a> Maker<'a> {
             scene: Some(scene),
             humanoid: Some(humanoid),
             clips: Vec::new(),
-            walk: None,
             left_out: Vec::new(),
         })
     }
@@ -364,7 +348,7 @@ impl<'a> Maker<'a> {
 
     /// From the space and the frames of an input to the space and the frames of the output.
     fn conversion(&self) -> Conversion {
-        let Job { source, write, .. } = &self.job;
+        let MotionJob { source, write, .. } = &self.job;
         let keeps_units = self.format().is_some_and(FormatInfo::keeps_units);
         let mut conversion = source.frames.conversion().bones(self.bones.clone());
         if let Some(metres) = source.space.metres_per_unit() {

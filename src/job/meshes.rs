@@ -7,18 +7,18 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{AppliedStep, Format, Scene};
 
-use super::Job;
+use super::MotionJob;
 use super::said::{Hear, Said};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
-pub(super) fn shown(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
+pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
     let of_format = || row.map_or(SkeletonMesh::Skinned, |row| row.mesh(job.write.skeleton_only));
     job.write.mesh.map_or_else(of_format, SkeletonMesh::from)
 }
 
 /// Decides what becomes of the file of a scene that has meshes, and says what is dropped. `row` is that of the output.
 pub(super) fn keep_or_drop(
-    job: &Job,
+    job: &MotionJob,
     row: Option<&FormatInfo>,
     scene: &mut Scene,
     motion: &Path,

@@ -10,10 +10,10 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::job::{Job, Maker, Said};
+/// use mocap::job::{Maker, MotionJob, Said};
 ///
 /// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;
-/// let job = Job::from_json(job)?;
+/// let job: MotionJob = serde_json::from_str(job).unwrap();
 /// let mut notes = Vec::new();
 /// let mut hear = |said: Said<'_>| {
 ///     if let Said::Note(note) = said {

@@ -1,4 +1,4 @@
-//! A survey of the inputs of a job, instead of an output of their motion.
+//! How motions are surveyed.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use super::files::{Files, check_outputs, write_all};
-use super::{Job, JobReport, OutputFile, Reading, Sources, file_name, is_default, refuse};
+use super::files::{Files, Outputs};
+use super::{Reading, is_default};
 
 /// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
 ///
@@ -112,7 +112,7 @@ impl Surveying {
         self.corpus_of(read, files, paths)
     }
 
-    fn corpus_of(&self, read: &Reading, files: Files<'_>, paths: &[PathBuf]) -> Result<Corpus> {
+    pub(super) fn corpus_of(&self, read: &Reading, files: Files<'_>, paths: &[PathBuf]) -> Result<Corpus> {
         let thresholds = self.thresholds()?;
         let rows = spread(paths, |path| {
             let found = examine(&thresholds, read, files, path);
@@ -150,7 +150,7 @@ impl Surveying {
         self.beside_of(read, files, corpus)
     }
 
-    fn beside_of(&self, read: &Reading, files: Files<'_>, corpus: &Corpus) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    pub(super) fn beside_of(&self, read: &Reading, files: Files<'_>, corpus: &Corpus) -> Result<Outputs> {
         let (thresholds, importer) = (self.thresholds()?, importer(read));
         let import = |file: &str| -> Option<Scene> { files.import(&importer, Path::new(file)).ok() };
         let page = self
@@ -178,9 +178,6 @@ impl Surveying {
     }
 }
 
-/// Files that are to be written, with their bytes.
-type Outputs = Vec<(PathBuf, Vec<u8>)>;
-
 /// Rows need no mesh, and files are read beside each other.
 fn importer(read: &Reading) -> Importer {
     read.importer().threads(1).skeleton_mesh(SkeletonMesh::None)
@@ -196,72 +193,4 @@ fn examine(thresholds: &Thresholds, read: &Reading, files: Files<'_>, path: &Pat
     }
     let text = files.text(path)?;
     Examined::from_lines(&text).map_err(|error| error.with_path(path))
-}
-
-impl Job {
-    /// The files of a survey, the table last, and the rows.
-    pub(super) fn survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<(Outputs, JobReport)> {
-        self.check_survey()?;
-        self.refuse_folders()?;
-        let corpus = surveying.corpus_of(&self.read, files, &self.source.inputs)?;
-        let mut made = surveying.beside_of(&self.read, files, &corpus)?;
-        if let Some(format) = self.table_format() {
-            made.push((self.write.output.clone(), corpus.to_format(&format)?));
-        }
-        let report = JobReport {
-            problem: surveying.problem(&corpus),
-            survey: corpus.rows().cloned().collect(),
-            files: made
-                .iter()
-                .map(|(path, bytes)| OutputFile {
-                    name: file_name(path),
-                    bytes: bytes.len(),
-                })
-                .collect(),
-            ..JobReport::default()
-        };
-        Ok((made, report))
-    }
-
-    /// Makes a survey, and writes what it is asked to: the page, the findings, and the table last.
-    pub(super) fn run_survey(&self, surveying: &Surveying, files: Files<'_>) -> Result<JobReport> {
-        let policy = self.policy();
-        let table = Some(&self.write.output).filter(|output| !output.as_os_str().is_empty());
-        let outputs = surveying.html.iter().chain(&surveying.sarif).chain(table);
-        check_outputs(&policy, outputs)?;
-        let (made, report) = self.survey(surveying, files)?;
-        write_all(&policy, &made)?;
-        Ok(report)
-    }
-
-    /// The format of the table, where the job has one.
-    fn table_format(&self) -> Option<String> {
-        let extension = self.write.output.extension();
-        let extension = extension.map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        match self.write.output.as_os_str().is_empty() {
-            true => None,
-            false => Some(self.write.to.clone().or(extension).unwrap_or_default()),
-        }
-    }
-
-    /// Refuses what a survey would not heed: steps, another body, options of motions.
-    ///
-    /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue).
-    pub fn check_survey(&self) -> Result<()> {
-        let source = Sources {
-            inputs: self.source.inputs.clone(),
-            ..Sources::default()
-        };
-        if self.changes_motion(&source) {
-            return refuse(
-                "the job: a survey changes no motion, and writes tables alone",
-                "leave out steps, target, all of source but inputs, and all of write but output, to and force",
-            );
-        }
-        match self.source.inputs.is_empty() {
-            true => refuse("the job names no input", "name files in source.inputs"),
-            false => Ok(()),
-        }
-    }
 }

@@ -39,9 +39,6 @@ pub struct Writing {
     /// Whether a file is replaced that may be a source. An input is never replaced.
     #[serde(skip_serializing_if = "is_default")]
     pub force: bool,
-    /// Whether the output is compared with its source.
-    #[serde(skip_serializing_if = "is_default")]
-    pub verify: bool,
     /// The unit and the up axis of the output.
     #[serde(skip_serializing_if = "is_default")]
     pub space: OutSpace,
@@ -72,6 +69,30 @@ pub struct Writing {
     /// Options of FBX.
     #[serde(skip_serializing_if = "is_default")]
     pub fbx: WritingFbx,
+}
+
+/// The one file of a survey or of a motion graph.
+///
+/// ```
+/// use mocap::job::WritingFile;
+///
+/// let writing: WritingFile = serde_json::from_str(r#"{"output": "rows.csv"}"#).unwrap();
+/// assert_eq!(writing.output(), Some("rows.csv".as_ref()));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct WritingFile {
+    /// The file to write; its extension names the format. - is standard output. Default: nothing is written.
+    #[serde(skip_serializing_if = "is_default")]
+    pub output: PathBuf,
+    /// The format by its extension, where the extension of the output is another.
+    #[serde(skip_serializing_if = "is_default")]
+    pub to: Option<String>,
+    /// Whether a file is replaced that may be a source. An input is never replaced.
+    #[serde(skip_serializing_if = "is_default")]
+    pub force: bool,
 }
 
 /// The unit and the up axis of an output.
@@ -223,6 +244,23 @@ pub struct WritingFbx {
     pub textures: FbxTextures,
 }
 
+impl WritingFile {
+    /// The file to write, where there is one.
+    pub fn output(&self) -> Option<&Path> {
+        Some(self.output.as_path()).filter(|output| !output.as_os_str().is_empty())
+    }
+
+    /// The extension that names the format, in lower case.
+    pub(super) fn extension(&self) -> String {
+        extension(&self.output, self.to.as_deref())
+    }
+}
+
+fn extension(output: &Path, to: Option<&str>) -> String {
+    let extension = output.extension().and_then(|extension| extension.to_str());
+    to.or(extension).unwrap_or_default().to_ascii_lowercase()
+}
+
 impl OutSpace {
     /// A conversion to the unit and the axis that are stated.
     pub(super) fn of(&self, mut conversion: Conversion) -> Conversion {
@@ -322,12 +360,7 @@ impl Writing {
 
     /// The extension that names the format, in lower case.
     pub(super) fn extension(&self) -> String {
-        let extension = self.output.extension().and_then(|extension| extension.to_str());
-        self.to
-            .as_deref()
-            .or(extension)
-            .unwrap_or_default()
-            .to_ascii_lowercase()
+        extension(&self.output, self.to.as_deref())
     }
 
     /// A name for the files of an output at `path`: one that has the extension of the format.

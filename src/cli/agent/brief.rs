@@ -29,7 +29,7 @@ pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     // In every other report an error is why something failed.
     let compression = report.as_object_mut().and_then(|report| report.remove("error"));
     report["compression"] = compression.unwrap_or_default();
-    report["output"] = job.write.output.display().to_string().into();
+    report["output"] = job.output().display().to_string().into();
     report["dry_run"] = is_dry.into();
     let mut brief = json!({
         "notes": found.notes.iter().take(MOST).collect::<Vec<_>>(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::job::Job;
+use mocap::job::{GraphJob, Job, MotionJob, SurveyJob};
 use serde_json::{Map, Value, json};
 
 use super::answer::Answer;
@@ -68,7 +68,7 @@ impl Call<'_> {
             Command::Clean(args) => commands::clean::job(args, &given)?,
             _ => return Err(Failure::Usage("the tool has no command".to_owned())),
         };
-        self.job(job)
+        self.job(Job::Motion(job))
     }
 
     fn is_dry_run(&self) -> Result<bool, Failure> {
@@ -160,20 +160,15 @@ impl Call<'_> {
     }
 
     /// A survey, of which a table, a page and the findings may be written besides.
-    fn survey(&mut self, job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result<Answer, Failure> {
+    fn survey(&mut self, job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
-        let survey = job
-            .survey
-            .iter()
-            .flat_map(|survey| [&survey.html, &survey.sarif])
-            .flatten();
-        let table = Some(&job.write.output).filter(|output| !output.as_os_str().is_empty());
-        for output in survey.chain(table) {
+        let beside = job.survey.html.iter().chain(&job.survey.sarif).map(PathBuf::as_path);
+        for output in beside.chain(job.write.output()) {
             check_output(output)?;
         }
         let (corpus, outputs) = commands::survey::made(job, inputs, spread)?;
         let mut answer = brief::surveyed(&corpus);
-        if let Some(problem) = job.survey.as_ref().and_then(|survey| survey.problem(&corpus)) {
+        if let Some(problem) = job.survey.problem(&corpus) {
             answer.add_problem(&problem);
         }
         if !is_dry {
@@ -188,9 +183,9 @@ impl Call<'_> {
     }
 
     /// A graph, and the matrix of its distances.
-    fn graph(&mut self, job: Job, inputs: &InputArgs) -> Result<Answer, Failure> {
-        let graph = Some(job.write.output.clone()).filter(|output| !output.as_os_str().is_empty());
-        let matrix = job.graph.as_ref().and_then(|graphing| graphing.matrix.clone());
+    fn graph(&mut self, job: GraphJob, inputs: &InputArgs) -> Result<Answer, Failure> {
+        let graph = job.write.output().map(Path::to_owned);
+        let matrix = job.matrix.clone();
         let outputs = [graph.as_ref(), matrix.as_ref()];
         self.made(outputs, || commands::graph::summary(job, inputs))
     }
@@ -214,23 +209,23 @@ impl Call<'_> {
     /// Does a job, or all of it but writing.
     fn job(&mut self, job: Job) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
-        if job.survey.is_some() {
-            job.check_survey()?;
-            let args = self.run_args()?;
-            return self.survey(&job, &args.inputs, &args.spread);
-        }
-        if job.graph.is_some() && job.walk.is_none() {
-            let args = self.run_args()?;
-            return self.graph(job, &args.inputs);
-        }
-        if job.write.is_folder() {
-            return self.folder(&job, is_dry);
-        }
-        check_output(&job.write.output)?;
+        let job = match job {
+            Job::Survey(job) => {
+                let args = self.run_args()?;
+                return self.survey(&job, &args.inputs, &args.spread);
+            }
+            Job::Graph(job) => {
+                let args = self.run_args()?;
+                return self.graph(job, &args.inputs);
+            }
+            Job::Motion(job) if job.write.is_folder() => return self.folder(&job, is_dry),
+            job => job,
+        };
+        check_output(job.output())?;
         let found = match is_dry {
             true => {
                 let (written, report) = job.make(&[])?;
-                written.check(&job.write.output, &job.policy())?;
+                written.check(job.output(), &job.policy())?;
                 report
             }
             false => job.run()?,
@@ -248,7 +243,7 @@ impl Call<'_> {
     }
 
     /// A job with many motions, each into a file of its own.
-    fn folder(&mut self, job: &Job, is_dry: bool) -> Result<Answer, Failure> {
+    fn folder(&mut self, job: &MotionJob, is_dry: bool) -> Result<Answer, Failure> {
         let folder = job.write.output.as_path();
         check_folder(folder)?;
         let args = self.run_args()?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::edit::{Clean, CleanPart};
-use mocap::job::Job;
+use mocap::job::MotionJob;
 
 use super::OwnArgs;
 
@@ -27,7 +27,7 @@ pub(crate) struct CleanArgs {
 
 impl CleanArgs {
     /// The job, with an output of the format of `extension`.
-    pub(crate) fn job(&self, extension: &str) -> Job {
+    pub(crate) fn job(&self, extension: &str) -> MotionJob {
         self.own
             .job(&self.inputs, Vec::new(), vec![self.step().into()], extension)
     }

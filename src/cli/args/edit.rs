@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
-use mocap::job::Job;
+use mocap::job::MotionJob;
 
 use super::{OwnArgs, ViewArgs};
 
@@ -52,7 +52,7 @@ impl EditArgs {
 
     /// The job, with an output of the format of `extension`; contacts and curves, which are drawn beside it, are no
     /// part of it.
-    pub(crate) fn job(&self, extension: &str) -> Job {
+    pub(crate) fn job(&self, extension: &str) -> MotionJob {
         let (motions, others) = self.inputs.split_at(match self.own.is_many() {
             true => self.inputs.len(),
             false => 1,

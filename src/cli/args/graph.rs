@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use mocap::job::{CharacterTarget, Graphing, Job, JobTarget, Reading, SourceMap, SourceSpace, Walking};
+use mocap::job::{CharacterTarget, GraphJob, Graphing, JobTarget, Reading, SourceSpace, WalkJob, Walking};
 
-use super::job::sources;
 use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, WriteArgs};
 
 #[derive(Debug, clap::Args)]
@@ -24,6 +23,10 @@ pub(crate) struct GraphArgs {
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) graphing: Graphing,
+    /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
+    /// lighter is more alike and red dots are transitions, or an array, .npy
+    #[arg(long, value_name = "FILE")]
+    pub(crate) matrix: Option<PathBuf>,
     /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
     #[arg(long)]
     pub(crate) print_job: bool,
@@ -39,11 +42,13 @@ pub(crate) struct GraphArgs {
 
 impl GraphArgs {
     /// The job that the arguments mean.
-    pub(crate) fn job(&self) -> Job {
-        let mut job = Job::new();
+    pub(crate) fn job(&self) -> GraphJob {
+        let mut job = GraphJob::default();
         job.read = self.read.clone();
-        job.source = sources(&self.paths, &self.source, &SourceMap::default());
-        job.graph = Some(self.graphing.clone());
+        job.source.inputs.clone_from(&self.paths);
+        job.source.space = self.source.clone();
+        job.graph = self.graphing.clone();
+        job.matrix.clone_from(&self.matrix);
         job.write.output = self.output.clone().unwrap_or_default();
         job.write.to.clone_from(&self.to);
         job.write.force = self.force.force;
@@ -89,11 +94,12 @@ pub(crate) struct WalkArgs {
 
 impl WalkArgs {
     /// The job that writes the walk, with an output of the format of `extension`.
-    pub(crate) fn job(&self, extension: &str) -> Job {
-        let mut job = Job::new();
+    pub(crate) fn job(&self, extension: &str) -> WalkJob {
+        let mut job = WalkJob::default();
         job.read = self.read.clone();
-        job.source = sources(std::slice::from_ref(&self.graph), &self.source, &SourceMap::default());
-        job.walk = Some(self.walking.clone());
+        job.source.inputs = vec![self.graph.clone()];
+        job.source.space = self.source.clone();
+        job.walk = self.walking.clone();
         let character = self.on.as_ref().map(CharacterTarget::new);
         job.target = character.map(JobTarget::Character);
         self.write.fill(&mut job.write, &self.output, extension);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::RootMotion;
-use mocap::job::{Job, SourceMap, SourceSpace, Sources};
+use mocap::job::{MotionJob, SourceMap, SourceSpace, Sources};
 
 use super::ConvertArgs;
 
@@ -18,8 +18,8 @@ pub(super) fn root_motion(in_place: bool, root_motion: bool) -> RootMotion {
 
 impl ConvertArgs {
     /// The job, with an output of the format of `extension`.
-    pub(crate) fn job(&self, inputs: &[PathBuf], output: &Path, extension: &str) -> Job {
-        let mut job = Job::new();
+    pub(crate) fn job(&self, inputs: &[PathBuf], output: &Path, extension: &str) -> MotionJob {
+        let mut job = MotionJob::default();
         job.read = self.read.clone();
         job.source = sources(inputs, &self.source, &self.map);
         job.source.frames = self.change.frames.clone();
@@ -27,7 +27,7 @@ impl ConvertArgs {
         job.steps.clone_from(&self.steps);
         self.write.fill(&mut job.write, output, extension);
         job.write.force = self.force.force;
-        job.write.verify = self.verify;
+        job.verify = self.verify;
         job
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::convert::FirstFrame;
 use mocap::edit::EditStep;
-use mocap::job::{Job, Reading, SourceMap, SourceSpace};
+use mocap::job::{MotionJob, Reading, SourceMap, SourceSpace};
 
 use super::batch::is_folder;
 use super::job::sources;
@@ -54,8 +54,14 @@ impl OwnArgs {
     }
 
     /// The job that does these steps, with an output of the format of `extension`.
-    pub(super) fn job(&self, motions: &[PathBuf], with: Vec<PathBuf>, steps: Vec<EditStep>, extension: &str) -> Job {
-        let mut job = Job::new();
+    pub(super) fn job(
+        &self,
+        motions: &[PathBuf],
+        with: Vec<PathBuf>,
+        steps: Vec<EditStep>,
+        extension: &str,
+    ) -> MotionJob {
+        let mut job = MotionJob::default();
         job.read = self.read.clone();
         job.source = sources(motions, &self.source, &self.map);
         job.source.with = with;
@@ -65,7 +71,7 @@ impl OwnArgs {
         job.steps = steps;
         self.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.force.force;
-        job.write.verify = self.verify;
+        job.verify = self.verify;
         job
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::job::{CharacterTarget, Job, JobTarget, Reading};
+use mocap::job::{CharacterTarget, JobTarget, MotionJob, Reading};
 
 use super::batch::is_folder;
 use super::onto::OntoArgs;
@@ -49,11 +49,11 @@ impl RetargetArgs {
 
 impl RetargetArgs {
     /// The job of motions on the character of a file, with an output of the format of `extension`.
-    pub(crate) fn job(&self, motions: &[PathBuf], file: &Path, extension: &str) -> Job {
+    pub(crate) fn job(&self, motions: &[PathBuf], file: &Path, extension: &str) -> MotionJob {
         let mut target = self.target.clone();
         target.file = file.to_owned();
         target.names_of_clips.clone_from(&self.names_of_clips);
-        let mut job = Job::new();
+        let mut job = MotionJob::default();
         job.read = self.read.clone();
         job.source = self.onto.sources(motions);
         job.target = Some(match self.to_skeleton {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::job::{Job, JobTarget, Reading, RobotFormat, RobotTarget};
+use mocap::job::{JobTarget, MotionJob, Reading, RobotFormat, RobotTarget};
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
@@ -59,10 +59,10 @@ impl RobotArgs {
 
 impl RobotArgs {
     /// The job, with outputs in a format.
-    pub(crate) fn job(&self, format: &str) -> Job {
+    pub(crate) fn job(&self, format: &str) -> MotionJob {
         let mut target = self.target.clone();
         target.file.clone_from(&self.robot);
-        let mut job = Job::new();
+        let mut job = MotionJob::default();
         job.read = self.read.clone();
         job.source = self.onto.sources(&self.paths);
         let rate = RobotFormat::named(format).and_then(RobotFormat::rate);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::job::{Job, Reading, Surveying};
+use mocap::job::{Reading, SurveyJob, Surveying};
 
 use super::{ForceArgs, InputArgs, SpreadArgs};
 
@@ -39,11 +39,11 @@ pub(crate) struct SurveyArgs {
 
 impl SurveyArgs {
     /// The job that the arguments mean.
-    pub(crate) fn job(&self) -> Job {
-        let mut job = Job::new();
+    pub(crate) fn job(&self) -> SurveyJob {
+        let mut job = SurveyJob::default();
         job.read = self.read.clone();
         job.source.inputs.clone_from(&self.paths);
-        job.survey = Some(self.surveying.clone());
+        job.survey = self.surveying.clone();
         job.write.output = self.output.clone().unwrap_or_default();
         job.write.to.clone_from(&self.to);
         job.write.force = self.force.force;

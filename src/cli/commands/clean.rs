@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::edit::EditReport;
-use mocap::job::{Job, Said};
+use mocap::job::{MotionJob, Said};
 
 use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
 use crate::args::{CleanArgs, Given};
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &CleanArgs, given: &Given) -> Result<Job, Failure> {
+pub(crate) fn job(args: &CleanArgs, given: &Given) -> Result<MotionJob, Failure> {
     check(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::gltf::Compression;
-use mocap::job::{Job, Made, Said, Smaller};
+use mocap::job::{Made, MotionJob, Said, Smaller};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
@@ -25,11 +25,11 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &ConvertArgs, given: &Given) -> Result<Job, Failure> {
+pub(crate) fn job(args: &ConvertArgs, given: &Given) -> Result<MotionJob, Failure> {
     job_and_format(args, given).map(|(job, _)| job)
 }
 
-fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(Job, OutputFormat), Failure> {
+fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(MotionJob, OutputFormat), Failure> {
     let frames = args.change.frames.conversion();
     let options_are_sound = frames.check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
@@ -80,7 +80,7 @@ fn wanted(
     inputs: &[PathBuf],
     output: &Path,
     format: OutputFormat,
-) -> Result<Job, Failure> {
+) -> Result<MotionJob, Failure> {
     refuse_options(given, |option| format.row().refusal(option, format.extension))?;
     refuse_unused(args, given, format.row())?;
     Ok(args.job(inputs, output, format.extension))
@@ -119,7 +119,7 @@ struct Heard {
 }
 
 /// Converts one file.
-fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Result<(), Failure> {
+fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat) -> Result<(), Failure> {
     let policy: ReplacePolicy = job.policy();
     let mut heard = Heard::default();
     let mut hear = |said: Said<'_>| match said {
@@ -153,7 +153,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     }
     match args.verify {
         true => {
-            let verification = job.verify(made.scene, output)?;
+            let verification = job.verify_output(made.scene, output)?;
             report::say(&verify::summary(&verification));
             verify::require(&verification, args.write.smaller.tolerance())
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap::arrays::contacts_npz;
 use mocap::edit::{ContactOptions, EditReport, StepReport};
 use mocap::figure::Humanoid;
-use mocap::job::{Job, Said};
+use mocap::job::{MotionJob, Said};
 use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::Scene;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &EditArgs, given: &Given) -> Result<Job, Failure> {
+pub(crate) fn job(args: &EditArgs, given: &Given) -> Result<MotionJob, Failure> {
     check_beside(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }
@@ -66,7 +66,7 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     own::refuse_beside(&args.own, given, of_one, &["contacts", "curves", "view"])
 }
 
-fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
+fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     verify::refuse_streams(job)?;
     let policy = job.policy();
     let mut reports: Vec<EditReport> = Vec::new();

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::edit::WalkReport;
-use mocap::job::{Job, JobReport};
+use mocap::job::{GraphJob, JobReport, WalkJob};
 
 use super::{check_json, made, output_format, print_job, print_json, refuse_one_file, unknown_extension};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
@@ -17,10 +16,10 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
                 return print_job(&job_of_walk(args)?);
             }
             check_json(args.json, &args.output)?;
-            match (walk_over(args, given)?, args.json) {
-                (Some(walk), true) => print_json(&walk)?,
-                (Some(walk), false) => report::say(&walk.to_string()),
-                (None, _) => {}
+            let walk = made::save_walk(&job_of_walk(args)?, given)?;
+            match args.json {
+                true => print_json(&walk)?,
+                false => report::say(&walk.to_string()),
             }
             Ok(())
         }
@@ -30,7 +29,7 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// Compares the inputs of a job, which may be folders and wildcards.
-pub(super) fn of_job(job: Job, args: &RunArgs) -> Result<(), Failure> {
+pub(super) fn of_job(job: GraphJob, args: &RunArgs) -> Result<(), Failure> {
     let is_json = args.json;
     check_json(is_json, &job.write.output)?;
     let done = make(job, &args.inputs)?;
@@ -41,25 +40,24 @@ pub(super) fn of_job(job: Job, args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// Writes a graph; what is in it, for an agent.
-pub(crate) fn summary(job: Job, inputs: &InputArgs) -> Result<serde_json::Value, Failure> {
+pub(crate) fn summary(job: GraphJob, inputs: &InputArgs) -> Result<serde_json::Value, Failure> {
     let done = make(job, inputs)?;
     Ok(done.graph.as_ref().map(super::value).unwrap_or_default())
 }
 
 /// Writes a walk; what `--json` prints.
 pub(crate) fn summary_of_walk(args: &WalkArgs, given: &Given) -> Result<serde_json::Value, Failure> {
-    let walk = walk_over(args, given)?;
-    Ok(walk.as_ref().map(super::value).unwrap_or_default())
+    Ok(super::value(&made::save_walk(&job_of_walk(args)?, given)?))
 }
 
 /// Writes what is asked for.
-fn make(mut job: Job, inputs: &InputArgs) -> Result<JobReport, Failure> {
-    let graphing = job.graph.clone().unwrap_or_default();
-    let output = &job.write.output;
-    if !output.as_os_str().is_empty() && output_format(output, job.write.to.as_deref(), "json")? != "json" {
+fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
+    if let Some(output) = job.write.output()
+        && output_format(output, job.write.to.as_deref(), "json")? != "json"
+    {
         return Err(unknown_extension(output, ".json"));
     }
-    if let Some(matrix) = graphing.matrix.as_deref()
+    if let Some(matrix) = job.matrix.as_deref()
         && !["png", "npy"].contains(&&*super::extension(matrix))
     {
         return Err(unknown_extension(matrix, ".png or .npy"));
@@ -67,18 +65,17 @@ fn make(mut job: Job, inputs: &InputArgs) -> Result<JobReport, Failure> {
     let found = inputs::find(&job.source.inputs, inputs)?;
     job.source.inputs = found.into_iter().map(|input| input.path).collect();
     let policy = job.policy();
-    let outputs = graphing.matrix.iter().chain([&job.write.output]);
-    let outputs = outputs.filter(|output| !output.as_os_str().is_empty());
-    refuse_one_file(outputs.clone().map(AsRef::as_ref))?;
-    for output in outputs {
+    refuse_one_file(job.outputs())?;
+    for output in job.outputs() {
         if !streams::is_standard(output) {
             policy.check_inputs(output)?;
         }
     }
-    let (made, done) = job.compare(streams::given(&job)?).map_err(made::refused)?;
+    let given = streams::given(&job.read, job.source.inputs.iter())?;
+    let (made, done) = job.compare(given).map_err(made::refused)?;
     report::warnings(None, &done.warnings);
     streams::write_all(&made, &policy)?;
-    tell(&done, &made, graphing.matrix.as_deref());
+    tell(&done, &made, job.matrix.as_deref());
     Ok(done)
 }
 
@@ -107,12 +104,7 @@ fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) {
 }
 
 /// The job of a walk.
-fn job_of_walk(args: &WalkArgs) -> Result<Job, Failure> {
+fn job_of_walk(args: &WalkArgs) -> Result<WalkJob, Failure> {
     let to = args.to.map(|format| format.extension);
     Ok(args.job(&output_format(&args.output, to, "glb")?))
-}
-
-fn walk_over(args: &WalkArgs, given: &Given) -> Result<Option<WalkReport>, Failure> {
-    let (_, made) = made::save(&job_of_walk(args)?, given)?;
-    Ok(made.walk)
 }

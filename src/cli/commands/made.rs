@@ -3,9 +3,10 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use mocap::edit::WalkReport;
 use mocap::files::ReplacePolicy;
 use mocap::gltf::Achieved;
-use mocap::job::{Job, Made, Maker, Said};
+use mocap::job::{Made, Maker, MotionJob, Said, WalkJob};
 use mocap::{Code, Error, Written};
 
 use super::verify::millimetres;
@@ -20,23 +21,34 @@ pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
 const BESIDE: [&str; 6] = ["verify", "view", "contacts", "curves", "report", "resume"];
 
 /// A job that is ready, for an output or for many.
-pub(super) fn maker(job: &Job, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
+pub(super) fn maker(job: &MotionJob, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
     if given.is_dry_run() {
         given.refuse(&BESIDE, "--dry-run writes nothing")?;
     }
-    let maker = Maker::new(job, streams::given(job)?, hear).map_err(refused)?;
+    let motions = job.source.inputs.iter().chain(&job.source.with);
+    let maker = Maker::new(job, streams::given(&job.read, motions)?, hear).map_err(refused)?;
     refuse_options(given, |option| maker.refusal(option))?;
     Ok(maker)
 }
 
 /// Makes the one output of a job, which is not written yet.
 pub(super) fn make(
-    job: &Job,
+    job: &MotionJob,
     given: &Given,
     threads: Option<NonZeroUsize>,
     policy: &ReplacePolicy,
     hear: Hear<'_>,
 ) -> Result<(Maker<'static>, Made), Failure> {
+    let mut maker = ready(job, given, policy, hear)?;
+    if let Some(threads) = threads {
+        maker = maker.threads(threads.get());
+    }
+    let made = maker.make(&job.source.inputs, &job.write.output, hear);
+    Ok((maker, made.map_err(refused)?))
+}
+
+/// A maker that is ready for the one output of a job, which may be written.
+fn ready(job: &MotionJob, given: &Given, policy: &ReplacePolicy, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
     let output = job.write.output.as_path();
     if !streams::is_standard(output) {
         policy.check_inputs(output)?;
@@ -45,23 +57,32 @@ pub(super) fn make(
         let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
         return Err(Failure::Usage(format!("{} {message}", folder.display())));
     }
-    let mut maker = maker(job, given, hear)?;
-    if let Some(threads) = threads {
-        maker = maker.threads(threads.get());
-    }
+    let maker = maker(job, given, hear)?;
     maker.check(policy, output)?;
-    let made = maker.make(&job.source.inputs, output, hear);
-    Ok((maker, made.map_err(refused)?))
+    Ok(maker)
 }
 
 /// Makes the one output of a job, says what there is to say of it, and writes it.
-pub(super) fn save(job: &Job, given: &Given) -> Result<(Maker<'static>, Made), Failure> {
-    let (policy, output) = (job.policy(), job.write.output.as_path());
-    let voice = &mut Voice::Aloud;
-    let (maker, made) = make(job, given, None, &policy, &mut |said| voice.hear(said))?;
-    tell(&made.written, output, voice);
-    streams::save(&made.written, output, &[], &policy, given)?;
+pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, Made), Failure> {
+    let policy = job.policy();
+    let (maker, made) = make(job, given, None, &policy, &mut |said| Voice::Aloud.hear(said))?;
+    tell_and_write(&made, &job.write.output, &policy, given)?;
     Ok((maker, made))
+}
+
+/// As [`save`], of a walk over a motion graph.
+pub(super) fn save_walk(job: &WalkJob, given: &Given) -> Result<WalkReport, Failure> {
+    let (motion, policy) = (job.motion().map_err(refused)?, job.policy());
+    let mut hear = |said: Said<'_>| Voice::Aloud.hear(said);
+    let maker = ready(&motion, given, &policy, &mut hear)?;
+    let (made, walk) = job.make_by(&maker, &mut hear).map_err(refused)?;
+    tell_and_write(&made, &job.write.output, &policy, given)?;
+    Ok(walk)
+}
+
+fn tell_and_write(made: &Made, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
+    tell(&made.written, output, &mut Voice::Aloud);
+    streams::save(&made.written, output, &[], policy, given)
 }
 
 /// An error of a job: where no file is at fault but the arguments, it is wrong usage.

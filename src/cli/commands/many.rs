@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, JobTarget, JointNames, Made as MadeOne, Maker, Said};
+use mocap::job::{JobTarget, JointNames, Made as MadeOne, Maker, MotionJob, Said};
 use mocap::retargeting::Report;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
@@ -22,7 +22,7 @@ use crate::{Failure, report};
 
 /// Does a job with many motions.
 pub(super) fn run(
-    job: &Job,
+    job: &MotionJob,
     given: &Given,
     inputs: &InputArgs,
     spread: &SpreadArgs,
@@ -41,7 +41,7 @@ pub(super) fn run(
 
 /// A job with many motions, and how they are done.
 pub(super) struct Many<'a> {
-    pub(super) job: &'a Job,
+    pub(super) job: &'a MotionJob,
     pub(super) given: &'a Given,
     pub(super) inputs: &'a InputArgs,
     pub(super) spread: &'a SpreadArgs,
@@ -82,7 +82,7 @@ impl Many<'_> {
 }
 
 /// The extension of the outputs.
-fn extension(job: &Job) -> String {
+fn extension(job: &MotionJob) -> String {
     match job.write.to.as_deref() {
         Some("qpos") => "npz".to_owned(),
         Some(to) => to.to_ascii_lowercase(),
@@ -91,7 +91,7 @@ fn extension(job: &Job) -> String {
 }
 
 /// Everything except the motion that an output depends on: the job, with the SHA-256 of each file in its stead.
-fn options(job: &Job) -> Result<String, Failure> {
+fn options(job: &MotionJob) -> Result<String, Failure> {
     let mut job = job.clone();
     job.source.inputs.clear();
     job.write.output.clear();
@@ -128,7 +128,7 @@ fn options(job: &Job) -> Result<String, Failure> {
 
 /// Clips of one skeleton, of which those that stand say which axis points up in the others.
 struct OfJob<'a> {
-    job: &'a Job,
+    job: &'a MotionJob,
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
@@ -302,13 +302,13 @@ impl OfJob<'_> {
             Some(_) => record.retarget = raw(&made.clips),
             None => {}
         }
-        if !self.job.write.verify || self.is_dry_run {
+        if !self.job.verify || self.is_dry_run {
             return Ok(Made::Done);
         }
         let mut one = self.job.clone();
         one.source.inputs = vec![file.to_owned()];
         let verification = one
-            .verify(made.scene, &output.path)
+            .verify_output(made.scene, &output.path)
             .map_err(|error| error.to_string())?;
         let allowed = self.job.write.smaller.tolerance();
         if verification.is_within(allowed) {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use mocap::job::Job;
+use mocap::job::MotionJob;
 
 use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
 use crate::Failure;
 use crate::args::{Given, OutputFormat, OwnArgs, refuse_options};
 
 /// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done.
-pub(super) fn begin(args: &OwnArgs, given: &Given, job: Job) -> Result<Option<Job>, Failure> {
+pub(super) fn begin(args: &OwnArgs, given: &Given, job: MotionJob) -> Result<Option<MotionJob>, Failure> {
     if args.instead.print_job {
         return print_job(&job).map(|()| None);
     }
@@ -20,7 +20,7 @@ pub(super) fn begin(args: &OwnArgs, given: &Given, job: Job) -> Result<Option<Jo
 }
 
 /// The job that the arguments mean; `job` makes it for the extension of the output.
-pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job) -> Result<Job, Failure> {
+pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> MotionJob) -> Result<MotionJob, Failure> {
     let to = args.to.map(|format| format.extension);
     let format = match args.is_many() {
         true => to.unwrap_or("glb").to_owned(),

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-use mocap::job::Job;
+use mocap::job::MotionJob;
 use mocap::retarget::{RetargetReport, Verdict};
 use mocap::retargeting::Report;
 
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<Job, Failure> {
+pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<MotionJob, Failure> {
     let (motions, file) = inputs(args)?;
     if streams::is_standard(&file) {
         let message = "the character cannot come from standard input: name a file, not -";

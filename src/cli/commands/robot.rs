@@ -1,7 +1,7 @@
 //! `mocap robot`: motions on robots.
 
 use mocap::FormatInfo;
-use mocap::job::{Job, RobotFormat};
+use mocap::job::{MotionJob, RobotFormat};
 use mocap::retarget::Verdict;
 use mocap::retargeting::Report;
 use mocap::robot::RobotReport;
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &RobotArgs, given: &Given) -> Result<Job, Failure> {
+pub(crate) fn job(args: &RobotArgs, given: &Given) -> Result<MotionJob, Failure> {
     let options_are_sound = args.job("npz").source.frames.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     match args.is_many() {
@@ -38,7 +38,7 @@ pub(crate) fn job(args: &RobotArgs, given: &Given) -> Result<Job, Failure> {
     }
 }
 
-fn job_of_many(args: &RobotArgs) -> Result<Job, Failure> {
+fn job_of_many(args: &RobotArgs) -> Result<MotionJob, Failure> {
     let folder = args.output.as_path();
     if args.onto.json {
         let message = "--json prints the report of one motion; the manifest in the folder has those of many";
@@ -51,7 +51,7 @@ fn job_of_many(args: &RobotArgs) -> Result<Job, Failure> {
     Ok(args.job(args.to.as_deref().unwrap_or("npz")))
 }
 
-fn run_many(args: &RobotArgs, given: &Given, job: &Job) -> Result<(), Failure> {
+fn run_many(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     let many = many::Many {
         job,
         given,
@@ -63,7 +63,7 @@ fn run_many(args: &RobotArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     many.run()
 }
 
-fn one(args: &RobotArgs, given: &Given, job: &Job) -> Result<(), Failure> {
+fn one(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     let (maker, made) = made::save(job, given)?;
     let found = made.clips.iter().filter_map(Report::robot);
     for found in found {

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, JobReport};
+use mocap::job::{Job, JobReport, MotionJob};
 
 use super::{MANY, TO_OF_FILE, many, print_json};
 use crate::args::{Given, RunArgs};
@@ -17,50 +17,67 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
     let mut job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;
-    job.write.force |= args.force.force;
-    if let Some(to) = &args.to {
-        if !job.write.is_folder() && !job.write.is_stream() {
-            given.refuse(&["to"], TO_OF_FILE)?;
+    state_output(&mut job, args, given)?;
+    match job {
+        Job::Survey(job) => {
+            given.refuse(&["dry-run"], "a survey changes nothing")?;
+            super::survey::of_job(&job, args)
         }
-        job.write.to = Some(to.clone());
+        Job::Graph(job) => {
+            given.refuse(&["dry-run"], "a graph changes nothing")?;
+            super::graph::of_job(job, args)
+        }
+        Job::Motion(job) if job.write.is_folder() => {
+            given.refuse(&["json"], "the manifest in the folder has what was done")?;
+            many::run(&job, given, &args.inputs, &args.spread, args.resume)
+        }
+        job => one(&job, file, args, given),
     }
-    if job.survey.is_some() {
-        given.refuse(&["dry-run"], "a survey changes nothing")?;
-        return super::survey::of_job(&job, args);
+}
+
+/// Lets the arguments state what they name instead of the job.
+fn state_output(job: &mut Job, args: &RunArgs, given: &Given) -> Result<(), Failure> {
+    let is_folder = matches!(job, Job::Motion(job) if job.write.is_folder());
+    if !is_folder && !streams::is_standard(job.output()) {
+        given.refuse(&["to"], TO_OF_FILE)?;
     }
-    if job.graph.is_some() && job.walk.is_none() {
-        given.refuse(&["dry-run"], "a graph changes nothing")?;
-        return super::graph::of_job(job, args);
+    let (to, force) = job.to_and_force();
+    *force |= args.force.force;
+    if args.to.is_some() {
+        to.clone_from(&args.to);
     }
-    if job.write.is_folder() {
-        given.refuse(&["json"], "the manifest in the folder has what was done")?;
-        return many::run(&job, given, &args.inputs, &args.spread, args.resume);
-    }
+    Ok(())
+}
+
+/// Does a job with one output.
+fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Failure> {
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
-    if !job.write.is_stream() {
-        ReplacePolicy::new([file]).check_inputs(&job.write.output)?;
+    let (output, is_stream) = (job.output(), streams::is_standard(job.output()));
+    if !is_stream {
+        ReplacePolicy::new([file]).check_inputs(output)?;
     }
-    if streams::is_standard(file) && job.source.inputs.iter().any(|input| streams::is_standard(input)) {
+    if streams::is_standard(file) && job.motions().any(|motion| streams::is_standard(motion)) {
         let message = "the job and a motion cannot both come from standard input: name the file of one";
         return Err(Failure::Usage(message.to_owned()));
     }
-    super::check_json(args.json, &job.write.output)?;
-    let found = match job.write.is_stream() {
+    super::check_json(args.json, output)?;
+    let motions = streams::given(job.read(), job.motions())?;
+    let found = match is_stream {
         _ if given.is_dry_run() => {
-            let (written, report) = job.make(streams::given(&job)?)?;
-            streams::save(&written, &job.write.output, &[], &job.policy(), given)?;
+            let (written, report) = job.make(motions)?;
+            streams::save(&written, output, &[], &job.policy(), given)?;
             report
         }
         true => {
-            let (written, report) = job.make(streams::given(&job)?)?;
-            streams::write(&job.write.output, &written.into_bytes()?)?;
+            let (written, report) = job.make(motions)?;
+            streams::write(output, &written.into_bytes()?)?;
             report
         }
-        false => job.run_with(streams::given(&job)?)?,
+        false => job.run_with(motions)?,
     };
     match args.json {
         true => print_json(&found)?,
-        false => tell(&job, &found, given.is_dry_run()),
+        false => tell(job, &found, given.is_dry_run()),
     }
     match &found.problem {
         Some(problem) => {
@@ -72,7 +89,7 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// Does a job with many motions.
-pub(crate) fn many(job: &Job, args: &RunArgs) -> Result<(), Failure> {
+pub(crate) fn many(job: &MotionJob, args: &RunArgs) -> Result<(), Failure> {
     many::run(job, &Given::default(), &args.inputs, &args.spread, args.resume)
 }
 
@@ -111,5 +128,5 @@ fn tell(job: &Job, found: &JobReport, is_dry: bool) {
         return;
     }
     let bytes: usize = found.files.iter().map(|file| file.bytes).sum();
-    report::say(&format!("{}: {bytes} bytes", job.write.output.display()));
+    report::say(&format!("{}: {bytes} bytes", job.output().display()));
 }

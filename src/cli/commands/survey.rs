@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, Reading, Surveying};
+use mocap::job::{Reading, SurveyJob, Surveying};
 use mocap::survey::{ClipRow, Corpus, Examined, Quality};
 
 use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
@@ -23,7 +23,7 @@ const WORST: usize = 10;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     match args.print_job {
-        true => Ok(writeln!(report::json(), "{}", args.job().to_json())?),
+        true => super::print_job(&args.job()),
         false => survey(&Work {
             job: &args.job(),
             resume: args.resume,
@@ -34,13 +34,12 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
 }
 
 /// Surveys the inputs of a job, which may be folders and wildcards.
-pub(super) fn of_job(job: &Job, args: &RunArgs) -> Result<(), Failure> {
+pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
     if args.json {
         return Err(Failure::Usage(
             "--json would do nothing: write.output names a table, as rows.json".to_owned(),
         ));
     }
-    job.check_survey()?;
     survey(&Work {
         job,
         resume: args.resume,
@@ -51,21 +50,16 @@ pub(super) fn of_job(job: &Job, args: &RunArgs) -> Result<(), Failure> {
 
 /// A survey that is asked for.
 struct Work<'a> {
-    job: &'a Job,
+    job: &'a SurveyJob,
     resume: bool,
     inputs: &'a InputArgs,
     spread: &'a SpreadArgs,
 }
 
 impl Work<'_> {
-    fn surveying(&self) -> Surveying {
-        self.job.survey.clone().unwrap_or_default()
-    }
-
     /// The file of the table, which has the shard in its name.
     fn output(&self) -> Option<PathBuf> {
-        let output = &self.job.write.output;
-        (!output.as_os_str().is_empty()).then(|| self.spread.of_shard(output))
+        Some(self.spread.of_shard(self.job.write.output()?))
     }
 
     fn inputs(&self) -> Result<Vec<Input>, Failure> {
@@ -75,7 +69,7 @@ impl Work<'_> {
     }
 
     fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<Examined>>) -> Result<(Corpus, Counts), Failure> {
-        let surveying = self.surveying();
+        let surveying = &self.job.survey;
         // What is wrong with the options is said before any file is read.
         surveying.thresholds()?;
         let (files, counts) = gather(self.spread, inputs, |input| match unchanged(former, input) {
@@ -91,7 +85,7 @@ impl Work<'_> {
 }
 
 fn survey(work: &Work<'_>) -> Result<(), Failure> {
-    let (surveying, output) = (work.surveying(), work.output());
+    let (surveying, output) = (&work.job.survey, work.output());
     let to = work.job.write.to.as_deref();
     let format = output.as_deref().map(|output| format_of(output, to)).transpose()?;
     let inputs = work.inputs()?;
@@ -135,7 +129,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
 }
 
 /// The clips that a job asks for, and its outputs, which are not written yet.
-pub(crate) fn made(job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result<(Corpus, Outputs), Failure> {
+pub(crate) fn made(job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<(Corpus, Outputs), Failure> {
     let work = Work {
         job,
         resume: false,
@@ -144,7 +138,7 @@ pub(crate) fn made(job: &Job, inputs: &InputArgs, spread: &SpreadArgs) -> Result
     };
     let format = work.output().map(|output| format_of(&output, None)).transpose()?;
     let (corpus, _) = work.corpus(&work.inputs()?, &HashMap::new())?;
-    let mut outputs = work.surveying().beside(&job.read, &corpus)?;
+    let mut outputs = job.survey.beside(&job.read, &corpus)?;
     if let (Some(output), Some(format)) = (work.output(), format) {
         outputs.push((output, corpus.to_format(&format)?));
     }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use mocap::Scene;
-use mocap::job::Job;
+use mocap::job::MotionJob;
 use mocap::verify::{Verification, Verifier};
 use serde::Serialize;
 
@@ -65,16 +65,16 @@ fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
 }
 
 /// Compares the output of a job with the input from which `scene` was made.
-pub(crate) fn output(job: &Job, scene: Option<Scene>) -> Result<(), Failure> {
-    let verification = job.verify(scene, &job.write.output)?;
+pub(crate) fn output(job: &MotionJob, scene: Option<Scene>) -> Result<(), Failure> {
+    let verification = job.verify_output(scene, &job.write.output)?;
     report::say(&summary(&verification));
     require(&verification, job.write.smaller.tolerance())
 }
 
 /// Refuses a comparison of what is no file.
-pub(crate) fn refuse_streams(job: &Job) -> Result<(), Failure> {
+pub(crate) fn refuse_streams(job: &MotionJob) -> Result<(), Failure> {
     let reads = job.source.inputs.iter().any(|input| streams::is_standard(input));
-    let message = match (job.write.verify, job.write.is_stream()) {
+    let message = match (job.verify, job.write.is_stream()) {
         (true, true) => "--verify reads the output again: name a file, not -",
         (true, false) if reads => "--verify reads the source again: name a file, not -",
         _ => return Ok(()),

@@ -16,7 +16,7 @@ use super::{Made, Maker, no_input};
 use crate::files::Files;
 use crate::form::Form;
 use crate::said::{Hear, Said, tell_of_skeleton};
-use crate::{Job, JobTarget, meshes, names};
+use crate::{JobTarget, MotionJob, meshes, names};
 
 impl Maker<'_> {
     /// Motions on another body.
@@ -82,7 +82,6 @@ impl Maker<'_> {
             written,
             scene: None,
             humanoid: None,
-            walk: None,
             left_out: Vec::new(),
             clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
         })
@@ -163,7 +162,7 @@ impl Maker<'_> {
 
 /// Reads the body that motions are put on.
 pub(super) fn import_onto(
-    job: &Job,
+    job: &MotionJob,
     named: &JobTarget,
     files: Files<'_>,
     hear: Hear<'_>,

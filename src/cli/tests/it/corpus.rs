@@ -292,11 +292,6 @@ fn a_survey_is_a_job() {
     assert!(report.files.is_empty() && report.problem.is_none());
     assert_eq!((report.survey.len(), report.survey[0].verdict), (2, Quality::Bad));
     for (more, expected) in [
-        (serde_json::json!({"steps": ["mirror"]}), "changes no motion"),
-        (
-            serde_json::json!({"write": {"output": "rows.csv", "verify": true}}),
-            "changes no motion",
-        ),
         (serde_json::json!({"source": {}}), "no input"),
         (
             serde_json::json!({"source": {"inputs": [folder.path("")]}}),

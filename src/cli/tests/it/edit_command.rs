@@ -337,7 +337,8 @@ fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
         let job = serde_json::json!({
             "source": {"inputs": [input]},
             "steps": ["mirror"],
-            "write": {"output": output, "to": to, "verify": true},
+            "write": {"output": output, "to": to},
+            "verify": true,
         });
         std::fs::write(path(name), job.to_string()).unwrap();
         path(name)

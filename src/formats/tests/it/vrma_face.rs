@@ -3,7 +3,7 @@
 use mocap::edit::{EditStep, Mirror};
 use mocap::glam::{EulerRot, Quat, Vec3};
 use mocap::gltf::GltfOptions;
-use mocap::job::{Job, Maker};
+use mocap::job::{Maker, MotionJob};
 use mocap::retargeting::{Retargeting, RetargetingOptions, apply_steps};
 use mocap::scene::{Face, HumanoidBone, NodeId, NodeKind};
 use mocap::verify::{FindingKind, Verification};
@@ -218,7 +218,7 @@ fn retargeted(output: &str) -> mocap::Written {
         "target": { "character": { "file": "../../fixtures/characters/human_vrm0.vrm" } },
         "write": { "output": output },
     });
-    let job = Job::from_json(&job.to_string()).unwrap();
+    let job: MotionJob = serde_json::from_value(job).unwrap();
     let maker = Maker::new(&job, &[], &mut |_| {}).unwrap();
     maker
         .make(&job.source.inputs, &job.write.output, &mut |_| {})

@@ -54,10 +54,86 @@ fn a_wrong_job_says_where() {
             "the job: target.character.feet: unknown variant `glue`, expected `lock` or `free`",
         ),
         (r#"{"steps": ["shake"]}"#, "there is no step \"shake\""),
+        // A key of another kind of job.
+        (
+            r#"{"survey": {}, "steps": ["mirror"]}"#,
+            "the job: steps: a survey job has no steps",
+        ),
+        (
+            r#"{"target": {"robot": {"file": "h1.urdf"}}, "survey": {}}"#,
+            "the job: target: a survey job has no target",
+        ),
+        (
+            r#"{"graph": {}, "steps": ["mirror"]}"#,
+            "the job: steps: a graph job has no steps",
+        ),
+        (
+            r#"{"graph": {}, "survey": {}}"#,
+            "the job: survey: a graph job has no survey",
+        ),
+        (
+            r#"{"graph": {}, "walk": {"seconds": 5}, "survey": {}}"#,
+            "the job: survey: a walk job has no survey",
+        ),
+        (
+            r#"{"walk": {"seconds": 5}, "verify": true}"#,
+            "the job: verify: a walk job has no verify",
+        ),
+        (
+            r#"{"walk": {"seconds": 5}, "graph": {"matrix": "a.png"}}"#,
+            "the job: graph.matrix: unknown field `matrix`",
+        ),
+        (
+            r#"{"matrix": "a.png", "write": {"output": "a.glb"}}"#,
+            "the job: matrix: a motion job has no matrix",
+        ),
+        // And below one.
+        (
+            r#"{"survey": {}, "source": {"frames": {"fps": 30}}}"#,
+            "the job: source.frames: unknown field `frames`, expected `inputs`",
+        ),
+        (
+            r#"{"survey": {}, "write": {"output": "a.csv", "mesh": "none"}}"#,
+            "the job: write.mesh: unknown field `mesh`, expected one of `output`, `to`, `force`",
+        ),
+        (
+            r#"{"graph": {}, "source": {"map": {"hips": "a"}}}"#,
+            "the job: source.map: unknown field `map`, expected `inputs` or `space`",
+        ),
+        (
+            r#"{"walk": {"seconds": 5}, "source": {"frames": {}}}"#,
+            "the job: source.frames: unknown field `frames`, expected one of `inputs`, `with`, `space`",
+        ),
+        (r#"{"walk": {"seconds": "long"}}"#, "the job: walk.seconds: invalid type"),
+        (r#"{"survey": {}, "survey": {}}"#, "duplicate field `survey`"),
     ] {
         let error = Job::from_json(json).unwrap_err();
         let message = &error.diagnostic().message;
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+/// The keys of an object tell the kind of its job, whatever their order.
+#[test]
+fn the_keys_of_a_job_tell_its_kind() {
+    let kind = |json: &str| match Job::from_json(json).unwrap() {
+        Job::Motion(_) => "motion",
+        Job::Survey(_) => "survey",
+        Job::Graph(_) => "graph",
+        Job::Walk(_) => "walk",
+        _ => "another",
+    };
+    for (json, expected) in [
+        ("{}", "motion"),
+        (r#"{"source": {"inputs": ["a.bvh"]}, "write": {"output": "a.glb"}}"#, "motion"),
+        (r#"{"survey": {}}"#, "survey"),
+        (r#"{"write": {"output": ""}, "survey": {"threshold": ["skate=2"]}}"#, "survey"),
+        (r#"{"source": {"inputs": ["a.bvh"]}, "graph": {}}"#, "graph"),
+        (r#"{"graph": {}, "walk": {"seconds": 5}}"#, "walk"),
+        (r#"{"walk": {"seconds": 5}, "graph": {}}"#, "walk"),
+        (r#"{"walk": {"seconds": 5}, "steps": ["mirror"]}"#, "walk"),
+    ] {
+        assert_eq!(kind(json), expected, "{json}");
     }
 }
 

@@ -59,7 +59,8 @@ const SOURCES: [&str; 4] = [
 fn job(source: &str, output: &std::path::Path, names: &Value) -> Job {
     let job = json!({
         "source": {"inputs": [source], "frames": {"trim": "0f..20f"}},
-        "write": {"output": output, "names": names, "verify": true, "force": true},
+        "write": {"output": output, "names": names, "force": true},
+        "verify": true,
     });
     Job::from_json(&job.to_string()).unwrap()
 }

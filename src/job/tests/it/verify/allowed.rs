@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use mocap::edit::EditStep;
-use mocap::job::{Job, Maker};
+use mocap::job::{Job, Maker, MotionJob};
 use mocap::scene::Animation;
 use mocap::{Exporter, FormatInfo, Importer, SkeletonMesh};
 use serde_json::{Value, json};
@@ -19,20 +19,16 @@ use crate::sample::{Sample, is_all};
 use crate::{ROOT, cut};
 
 /// Parts of the schema that are no option of a motion on its own skeleton.
-const NO_OPTIONS: [&str; 10] = [
+const NO_OPTIONS: [&str; 7] = [
     // Another body: `verify` refuses it.
     "target",
-    // Tables and graphs.
-    "graph",
-    "survey",
-    "walk",
     // The files and the verdict itself.
     "source.inputs",
     "source.with",
     "write.force",
     "write.output",
     "write.to",
-    "write.verify",
+    "verify",
 ];
 
 /// Values of options whose schema does not list them, and the source that an option needs.
@@ -140,7 +136,7 @@ fn resolved<'a>(schema: &'a Value, mut value: &'a Value) -> &'a Value {
 /// The options with the values that the schema lists; none where it lists none.
 fn options(schema: &Value) -> BTreeMap<String, Vec<Value>> {
     let mut found = BTreeMap::new();
-    let mut open = vec![(String::new(), schema)];
+    let mut open = vec![(String::new(), &schema["$defs"]["MotionJob"])];
     while let Some((path, value)) = open.pop() {
         let value = resolved(schema, value);
         if NO_OPTIONS.contains(&path.as_str()) {
@@ -316,7 +312,7 @@ impl Cell<'_> {
     fn verdict(&self, folder: &Path) -> Verdict {
         let place = tempfile::tempdir().unwrap();
         let output = place.path().join(format!("out.{}", self.extension));
-        let job = Job::from_json(&self.job(folder, &output).to_string()).unwrap();
+        let job: MotionJob = serde_json::from_value(self.job(folder, &output)).unwrap();
         let made = Maker::new(&job, &[], &mut |_| ()).and_then(|maker| {
             let made = maker.make(&job.source.inputs, &output, &mut |_| ())?;
             made.written.save(&output, &job.policy())?;
@@ -326,7 +322,7 @@ impl Cell<'_> {
             Ok(made) => made,
             Err(_) => return Verdict::Refused,
         };
-        match job.verify(made.scene, &output) {
+        match job.verify_output(made.scene, &output) {
             Ok(verified) if verified.is_within(job.write.smaller.tolerance()) => Verdict::Accepted,
             Ok(verified) => Verdict::FalseAlarm(format!(
                 "{:.3} mm, {:.3} mm by rotations, {:?} {:?}",

@@ -1,0 +1,84 @@
+//! A job that surveys its inputs.
+
+use std::path::PathBuf;
+
+use mocap_formats::Written;
+use mocap_scene::error::Result;
+use mocap_scene::files::ReplacePolicy;
+use serde::{Deserialize, Serialize};
+
+use super::files::{Files, Outputs, check_inputs, check_outputs, output_files, policy, write_all, written};
+use super::{JobReport, Reading, Surveying, WritingFile, is_default};
+
+/// What is to be known of motions: a row for each clip, in the report and in the table that is written.
+///
+/// [`Surveying`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct SurveyJob {
+    /// How the inputs are read.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub read: Reading,
+    /// The inputs.
+    #[serde(default)]
+    pub source: SurveySources,
+    /// How they are surveyed.
+    pub survey: Surveying,
+    /// The table.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub write: WritingFile,
+}
+
+/// What a survey works on.
+///
+/// [`Surveying`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct SurveySources {
+    /// The motion files, and `.jsonl` files of earlier surveys.
+    pub inputs: Vec<PathBuf>,
+}
+
+impl SurveyJob {
+    /// The files of the survey, the table last, and the rows.
+    fn survey_of(&self, files: Files<'_>) -> Result<(Outputs, JobReport)> {
+        let (inputs, surveying) = (&self.source.inputs, &self.survey);
+        check_inputs(inputs)?;
+        let corpus = surveying.corpus_of(&self.read, files, inputs)?;
+        let mut made = surveying.beside_of(&self.read, files, &corpus)?;
+        if let Some(table) = self.write.output() {
+            made.push((table.to_owned(), corpus.to_format(&self.write.extension())?));
+        }
+        let report = JobReport {
+            problem: surveying.problem(&corpus),
+            survey: corpus.rows().cloned().collect(),
+            files: output_files(&made),
+            ..JobReport::default()
+        };
+        Ok((made, report))
+    }
+
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+        let (made, report) = self.survey_of(files)?;
+        Ok((written(made), report))
+    }
+
+    /// Makes the survey, and writes what it is asked to: the page, the findings, and the table last.
+    pub(super) fn run_of(&self, files: Files<'_>) -> Result<JobReport> {
+        let policy = self.policy();
+        let beside = self.survey.html.iter().chain(&self.survey.sarif).map(AsRef::as_ref);
+        check_outputs(&policy, beside.chain(self.write.output()))?;
+        let (made, report) = self.survey_of(files)?;
+        write_all(&policy, &made)?;
+        Ok(report)
+    }
+
+    /// Which files the outputs may replace: no input.
+    pub fn policy(&self) -> ReplacePolicy {
+        policy(&self.source.inputs, &self.read, []).force(self.write.force)
+    }
+}
