@@ -49,7 +49,7 @@ fn graphs_and_walks_are_jobs() {
         assert!(printed.status.success(), "{line}");
         folder.write("job.json", &printed.stdout);
     };
-    let graph = "graph cmu_12_01_walk.bvh --threshold 5cm -o graph.json --matrix matrix.png";
+    let graph = "graph cmu_12_01_walk.bvh --threshold 5cm --rate 15 -o graph.json --matrix matrix.png";
     folder.succeeds(graph);
     let (text, picture) = (folder.read("graph.json"), folder.read("matrix.png"));
     print(graph);
@@ -76,14 +76,13 @@ fn graphs_and_walks_are_jobs() {
     let walk = json!({"seconds": 7, "seed": 2});
     let of_graph = json!({"source": {"inputs": ["graph.json"]}, "walk": walk, "write": {"output": "long.bvh"}});
     let clips = json!({"inputs": ["cmu_12_01_walk.bvh"]});
-    let of_clips =
-        json!({"source": clips, "graph": {"threshold": 0.05}, "walk": walk, "write": {"output": "long.bvh"}});
+    let of_clips = json!({"source": clips, "graph": {"threshold": 0.05, "rate": 15}, "walk": walk, "write": {"output": "long.bvh"}});
     for job in [&of_graph, &of_clips] {
         let (bytes, report) = in_memory(job);
         assert!(bytes == long, "{job}");
         assert!((report.walk.unwrap().seconds - 7.0).abs() < 0.01);
     }
-    let job = json!({"source": clips, "graph": {"threshold": 0.05}, "write": {"output": "graph.json"}});
+    let job = json!({"source": clips, "graph": {"threshold": 0.05, "rate": 15}, "write": {"output": "graph.json"}});
     let (bytes, report) = in_memory(&job);
     assert!(bytes == text);
     let of_file = MotionGraph::from_json(std::str::from_utf8(&text).unwrap()).unwrap();

@@ -55,7 +55,7 @@ fn one_page_finds_its_source_once() {
     use mocap_render::{Clip, Page, PageClip};
     use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
 
-    let mut scene = mocap_io::import("../../fixtures/real/cmu_01_01.bvh").unwrap();
+    let mut scene = mocap_io::import("../../fixtures/real/cmu_short.bvh").unwrap();
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
     let found = searches(|| {
         let figure = Figure::mapped(&scene, &HumanoidMap::new()).unwrap();
