@@ -84,9 +84,10 @@ fn import_told(importer: &Importer, file: &Path) -> mocap::Result<Scene> {
     Ok(scene)
 }
 
-/// The format of an output, in lower case: its extension, or for standard output that of `--to`, or else `default`.
+/// The format of an output, in lower case: its extension, or for standard output and for a device that of `--to`, or
+/// else `default`.
 fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<String, Failure> {
-    match (streams::is_standard(output), to) {
+    match (streams::is_unnamed(output), to) {
         (true, to) => Ok(to.unwrap_or(default).to_owned()),
         (false, None) => Ok(extension(output)),
         (false, Some(_)) => Err(Failure::Usage(format!("--to would do nothing: {TO_OF_FILE}"))),
@@ -186,7 +187,7 @@ fn extension(path: &Path) -> String {
 }
 
 fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
-    crate::Failure::Usage(match streams::is_standard(path) {
+    crate::Failure::Usage(match streams::is_unnamed(path) {
         true => format!("--to: the format must be {known}"),
         false => format!("{}: the name of the output must end in {known}", path.display()),
     })

@@ -18,6 +18,18 @@ pub(crate) fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// Whether an output is standard output, a pipe or a device.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    let is_device = || fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
+    // A shell may lead `/dev/stdout` to a file.
+    is_standard(path) || path == Path::new("/dev/stdout") || is_device()
+}
+
+/// Whether an output is a stream whose name has no extension, so that `--to` names the format.
+pub(crate) fn is_unnamed(path: &Path) -> bool {
+    path.extension().is_none() && is_stream(path)
+}
+
 /// Imports a file or standard input, which is read once however often it is imported.
 pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
     match is_standard(path) {
@@ -37,7 +49,7 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
         Err(error) if error.kind() == io::ErrorKind::InvalidData => {
             Diagnostic::new(Code::BinaryFile, "the file is no text in UTF-8")
         }
-        Err(error) => Diagnostic::new(Code::Io, error.to_string()),
+        Err(error) => return Err(Error::io(path, error)),
     };
     Err(Error::from(diagnostic).with_path(path))
 }

@@ -177,8 +177,13 @@ impl Error {
     /// The operating system refused to read or write `path`.
     #[doc(hidden)]
     pub fn io(path: &Path, source: io::Error) -> Self {
-        let mut error = Self::from(Diagnostic::new(Code::Io, source.to_string()));
-        error.0.path = Some(path.to_owned());
+        let is_named = !path.as_os_str().is_empty();
+        let message = match is_named {
+            true => source.to_string(),
+            false => "the name of the file is empty".to_owned(),
+        };
+        let mut error = Self::from(Diagnostic::new(Code::Io, message));
+        error.0.path = is_named.then(|| path.to_owned());
         error.0.source = Some(source);
         error
     }

@@ -62,7 +62,7 @@ impl BatchArgs {
 
 /// Whether an output is a file by its name, and no folder of that name is there.
 fn names_file(output: &Path) -> bool {
-    streams::is_standard(output) || !is_folder(output) && FormatInfo::of_output(output).is_some()
+    streams::is_unnamed(output) || !is_folder(output) && FormatInfo::of_output(output).is_some()
 }
 
 /// Whether an output has the extension of a format that is read, and no folder of that name is there.

@@ -6,6 +6,7 @@ use mocap::job::{JobTarget, MotionJob, Reading, RobotFormat, RobotTarget};
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
+use crate::streams;
 
 /// The names of the formats of a robot's joints.
 const ROBOT_FORMATS: [&str; RobotFormat::ALL.len()] = {
@@ -52,7 +53,7 @@ impl RobotArgs {
     /// Whether the output is a folder: for several motions, for a folder of them, and where its name is no file's.
     pub(crate) fn is_many(&self) -> bool {
         let is_one = matches!(&self.paths[..], [path] if !path.is_dir());
-        let is_file = self.output.as_os_str() == "-" || self.output.extension().is_some();
+        let is_file = streams::is_unnamed(&self.output) || self.output.extension().is_some();
         !(is_one && is_file) || self.output.is_dir()
     }
 }

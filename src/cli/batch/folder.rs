@@ -231,9 +231,10 @@ impl Many<'_> {
 fn refuse_file(folder: &Path) -> Result<(), Failure> {
     // Without a separator at its end, which a file cannot have.
     let name: PathBuf = folder.components().collect();
-    if name.is_file() {
+    if name.exists() && !name.is_dir() {
+        let what = if name.is_file() { "a file" } else { "a device or a pipe" };
         let message = format!(
-            "{}: this is a file, and the outputs need a folder; name another",
+            "{}: this is {what}, and the outputs need a folder; name another",
             name.display()
         );
         return Err(Failure::Usage(message));

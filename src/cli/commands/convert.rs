@@ -46,7 +46,7 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(MotionJob, Outpu
 fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
-    if args.paths.len() == 2 && !streams::is_standard(&args.paths[1]) {
+    if args.paths.len() == 2 && !streams::is_unnamed(&args.paths[1]) {
         given.refuse(&["to"], TO_OF_FILE)?;
     }
     let (input, output) = match args.paths.as_slice() {
@@ -68,7 +68,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathB
     }
     match OutputFormat::of(&output) {
         Some(format) => Ok((input, output, format)),
-        None if streams::is_standard(&output) => Ok((input, output, args.batch.to)),
+        None if streams::is_unnamed(&output) => Ok((input, output, args.batch.to)),
         None => Err(unknown_extension(&output, &FormatInfo::written_extensions())),
     }
 }

@@ -54,7 +54,7 @@ fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure>
         "map",
     ];
     given.refuse(&unused, why)?;
-    if !streams::is_standard(&args.output) && super::extension(&args.output) != layout.extension() {
+    if !streams::is_unnamed(&args.output) && super::extension(&args.output) != layout.extension() {
         let message = format!(
             "{}: the arrays of {} are written to a file that ends in .{}",
             args.output.display(),

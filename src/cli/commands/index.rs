@@ -57,9 +57,8 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
 /// The database at `path`.
 pub(super) fn read(path: &Path) -> mocap::Result<Database> {
     check_confined(path)?;
-    let file = File::open(path).map_err(|error| Error::from(Diagnostic::new(Code::Io, error.to_string())));
-    let read = file.and_then(|file| Database::read(BufReader::with_capacity(1 << 16, file)));
-    read.map_err(|error| error.with_path(path))
+    let file = File::open(path).map_err(|error| Error::io(path, error))?;
+    Database::read(BufReader::with_capacity(1 << 16, file)).map_err(|error| error.with_path(path))
 }
 
 /// The clips of an earlier run by their files.

@@ -72,7 +72,7 @@ fn made(args: &MatchArgs, given: &Given) -> Result<Option<Done>, Failure> {
 /// The format of the output, and a name that has it.
 fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
     let extension = output_format(&args.output, args.to.as_deref(), "glb")?;
-    let output = match streams::is_standard(&args.output) {
+    let output = match streams::is_unnamed(&args.output) {
         true => Path::new("match").with_extension(&extension),
         false => args.output.clone(),
     };

@@ -93,7 +93,7 @@ fn format(args: &RobotArgs) -> Result<String, Failure> {
         },
         (Some(to), None) => Ok(to.clone()),
         (None, Some(named)) => Ok(named.to_owned()),
-        (None, None) if streams::is_standard(&args.output) => Ok("npz".to_owned()),
+        (None, None) if streams::is_unnamed(&args.output) => Ok("npz".to_owned()),
         (None, None) => {
             let known = format!(".npz, .pkl, .csv, {}", FormatInfo::written_extensions());
             Err(unknown_extension(&args.output, &known))

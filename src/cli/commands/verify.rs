@@ -74,8 +74,8 @@ pub(crate) fn output(job: &MotionJob, scene: Option<Scene>) -> Result<(), Failur
 /// Refuses a comparison of what is no file.
 pub(crate) fn refuse_streams(job: &MotionJob) -> Result<(), Failure> {
     let reads = job.source.inputs.iter().any(|input| streams::is_standard(input));
-    let message = match (job.verify, job.write.is_stream()) {
-        (true, true) => "--verify reads the output again: name a file, not -",
+    let message = match (job.verify, streams::is_stream(&job.write.output)) {
+        (true, true) => "--verify reads the output again: name a file, not a stream",
         (true, false) if reads => "--verify reads the source again: name a file, not -",
         _ => return Ok(()),
     };

@@ -11,7 +11,7 @@ use std::thread;
 use mocap::{Code, Format, Importer, Limits, SkeletonMesh};
 
 use crate::at_root;
-use crate::program::{command, words};
+use crate::program::{Folder, command, words};
 
 fn make_fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
@@ -286,4 +286,78 @@ fn a_pipe_among_many_files_is_a_failed_row() {
         manifest.contains("a pipe or a device is not read as one of many files"),
         "{manifest}"
     );
+}
+
+/// The full device is a full disk, and nobody reads what goes to the null device.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_device_or_a_pipe_is_an_output_and_no_folder() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    folder.write("robot.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
+    for command in [
+        "convert cmu_short.bvh -o DEVICE",
+        "convert cmu_short.bvh DEVICE",
+        "convert cmu_short.bvh -o DEVICE --to bvh",
+        "edit cmu_short.bvh --step mirror -o DEVICE",
+        "clean cmu_short.bvh -o DEVICE",
+        "retarget cmu_short.bvh --character cmu_short.bvh -o DEVICE",
+        "robot cmu_short.bvh --robot robot.urdf -o DEVICE",
+        "fk cmu_short.bvh -o DEVICE",
+        "sheet cmu_short.bvh -o DEVICE",
+        "survey cmu_short.bvh -o DEVICE",
+        "index cmu_short.bvh -o DEVICE",
+        "view cmu_short.bvh -o DEVICE",
+    ] {
+        folder.refuses(
+            &command.replace("DEVICE", "/dev/full"),
+            1,
+            "/dev/full: error[io]: No space left",
+        );
+        folder.succeeds(&command.replace("DEVICE", "/dev/null"));
+    }
+    let [device, standard] = ["/dev/stdout", "-"].map(|name| folder.run(&format!("convert cmu_short.bvh -o {name}")));
+    assert!(device.stdout.starts_with(b"glTF") && device.stdout == standard.stdout);
+    let pipe = folder.path("pipe");
+    make_fifo(&pipe);
+    let reader = thread::spawn(move || fs::read(pipe).unwrap());
+    folder.succeeds("convert cmu_short.bvh -o pipe");
+    assert!(reader.join().unwrap() == standard.stdout);
+    // `refuses` reads every file of the folder.
+    fs::remove_file(folder.path("pipe")).unwrap();
+    folder.refuses("convert cmu_short.bvh -o /dev/null --to gltf", 2, "pipe or a device");
+    folder.succeeds("convert cmu_short.bvh -o /dev/null --to gltf --embed");
+    folder.refuses("convert cmu_short.bvh -o /dev/null --verify", 2, "not a stream");
+    folder.refuses("convert cmu_short.bvh robot.urdf -o /dev/null", 2, "need a folder");
+}
+
+/// Every error of the system names a file, also where its name is empty.
+#[test]
+fn an_error_of_the_system_names_its_file() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    folder.succeeds("index cmu_short.bvh -o moves.mdb");
+    let empty = "error[io]: the name of the file is empty";
+    folder.refuses("find moves.mdb --like @0..1", 1, empty);
+    folder.write(
+        "job.json",
+        br#"{"source": {"inputs": [""]}, "write": {"output": "out.glb"}}"#,
+    );
+    folder.refuses("run job.json", 1, empty);
+    for arguments in [
+        "info none.x",
+        "convert none.x out.glb",
+        "verify cmu_short.bvh none.x",
+        "retarget cmu_short.bvh none.x -o out.glb",
+        "robot cmu_short.bvh --robot none.x -o out.npz",
+        "edit cmu_short.bvh --step concat --with none.x -o out.glb",
+        "match moves.mdb --on cmu_short.bvh --gamepad none.x -o out.glb",
+        "find none.x --like cmu_short.bvh@0..1",
+        "graph walk none.x --seconds 1 -o out.glb",
+        "run none.x",
+        "merge-manifest none.x",
+        "mcp --root none.x",
+        "sheet cmu_short.bvh -o none.x/out.png",
+        "survey cmu_short.bvh -o none.x/out.csv",
+    ] {
+        folder.refuses(arguments, 1, "none.x");
+    }
 }
