@@ -55,7 +55,11 @@ impl Thresholds {
         let mut clips = Vec::new();
         examine_each(scene, &Figure::new(scene), file, self, |row, motion| {
             let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
-            clips.push(Examined { row, fingerprint });
+            clips.push(Examined {
+                row,
+                fingerprint,
+                clips: scene.animations.len().max(1),
+            });
         });
         clips
     }

@@ -322,17 +322,19 @@ impl Run<'_> {
             name,
             path: self.many.folder.join(name),
             policy: &self.policy,
-            written: of_former.and_then(|former| former.output_sha256.as_deref()),
+            folder: self.many.folder,
+            former: of_former,
             claims: &self.claims,
         };
         record.shared_figure = work.shared_figure(file);
-        let is_known = |former: &Record| is_alike(former, record) && output.path.exists();
-        if self.many.resume && of_former.is_some_and(|former| is_known(former) && work.waits(former)) {
-            return Ok(None);
-        }
-        let is_done = |former: &Record| is_alike(former, record) && work.is_complete(former);
-        if self.many.resume && of_former.is_some_and(is_done) && output.path.exists() {
-            return Ok(Some(Outcome::Skipped));
+        let is_there = |former: &&Record| is_alike(former, record) && former.is_whole(self.many.folder);
+        if let Some(former) = of_former.filter(|_| self.many.resume).filter(is_there) {
+            if work.waits(former) {
+                return Ok(None);
+            }
+            if work.is_complete(former) {
+                return Ok(Some(Outcome::Skipped));
+            }
         }
         let folder = output.path.parent().unwrap_or(self.many.folder);
         // Only asking does not lock the folder above, where another thread may be at work.

@@ -4,8 +4,9 @@
 //! written again, sorted by input. The run of a shard has its own manifest, and `mocap merge-manifest` merges them.
 
 use std::collections::{BTreeMap, HashSet};
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::write_file;
@@ -14,6 +15,7 @@ use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+use super::hash::{sha256, sha256_of_parts};
 use super::inputs::Input;
 use super::shard::Shard;
 use crate::report;
@@ -29,9 +31,9 @@ pub(crate) struct Record {
     pub(crate) bytes: u64,
     /// The path of the output below the output folder; absent if nothing was written.
     pub(crate) output: Option<String>,
-    /// The SHA-256 of the output, if its contents do not tell which program wrote it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) output_sha256: Option<String>,
+    /// The files of the output. The last one has the name of the output.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) files: Vec<OutputFile>,
     /// The program's version and options: everything except the input that the output depends on.
     pub(crate) version: String,
     pub(crate) options: String,
@@ -71,7 +73,7 @@ impl Record {
             sha256: None,
             bytes: input.bytes,
             output: None,
-            output_sha256: None,
+            files: Vec::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             options: options.to_owned(),
             warnings: Vec::new(),
@@ -87,9 +89,56 @@ impl Record {
         }
     }
 
+    /// The paths of those files of the output in `folder` that have not changed since they were written.
+    pub(crate) fn unchanged_files(&self, folder: &Path) -> Vec<PathBuf> {
+        let Some(output) = &self.output else { return Vec::new() };
+        let output = folder.join(output);
+        let paths = self.files.iter().filter_map(|file| file.unchanged_beside(&output));
+        paths.collect()
+    }
+
+    /// Whether the output in `folder` has all of its files, each with every byte that was written.
+    pub(crate) fn is_whole(&self, folder: &Path) -> bool {
+        let Some((output, main)) = self.output.as_deref().zip(self.files.last()) else {
+            return false;
+        };
+        Path::new(output).file_name() == Some(OsStr::new(&main.name))
+            && self.unchanged_files(folder).len() == self.files.len()
+    }
+
     /// How well the motion sits on the robot; `None` too where another version wrote it, with other fields.
     pub(crate) fn robot_report(&self) -> Option<RobotReport> {
         serde_json::from_str(self.robot.as_ref()?.get()).ok()
+    }
+}
+
+/// One of the files of an output.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct OutputFile {
+    /// Its name in the folder of the output.
+    pub(crate) name: String,
+    pub(crate) bytes: u64,
+    /// The SHA-256, as `sha256sum` prints it.
+    pub(crate) sha256: String,
+}
+
+impl OutputFile {
+    pub(crate) fn new(path: &Path, parts: &[&[u8]]) -> Self {
+        Self {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            bytes: parts.iter().map(|part| part.len() as u64).sum(),
+            sha256: sha256_of_parts(parts),
+        }
+    }
+
+    /// Its path beside `output`, if the file there has its size and its bytes.
+    fn unchanged_beside(&self, output: &Path) -> Option<PathBuf> {
+        // A manifest that somebody has changed may state a path here.
+        let is_name = Path::new(&self.name).file_name() == Some(OsStr::new(&self.name));
+        let path = output.with_file_name(&self.name);
+        let has_size = || fs::metadata(&path).is_ok_and(|found| found.is_file() && found.len() == self.bytes);
+        let is_unchanged = is_name && has_size() && sha256(&path).is_ok_and(|found| found == self.sha256);
+        is_unchanged.then_some(path)
     }
 }
 
@@ -122,6 +171,7 @@ impl Manifest {
         shard: Option<Shard>,
         is_kept: Option<&dyn Fn(&str) -> bool>,
     ) -> io::Result<Self> {
+        check_own(&Self::path(folder, shard))?;
         let mut manifest = Self::unwritten(folder, shard, is_kept)?;
         // A partial line of a killed run must not become the start of the next line.
         write(&manifest.path, &manifest.records)?;
@@ -217,6 +267,9 @@ pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     if parts.is_empty() && !whole.exists() {
         return Err(io::Error::new(io::ErrorKind::NotFound, "the folder has no manifest"));
     }
+    for manifest in parts.iter().chain([&whole]) {
+        check_own(manifest)?;
+    }
     let mut records = BTreeMap::new();
     read(&whole, &mut records)?;
     for part in &parts {
@@ -229,13 +282,40 @@ pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     Ok(records.into_values().collect())
 }
 
+/// Refuses to replace another file that has the name of a manifest.
+fn check_own(path: &Path) -> io::Result<()> {
+    /// The start of every record, also of one that a killed run has not finished.
+    const START_OF_RECORD: &[u8] = b"{\"input\":";
+    let Some(file) = open(path)? else { return Ok(()) };
+    let mut start = Vec::new();
+    file.take(START_OF_RECORD.len() as u64).read_to_end(&mut start)?;
+    match START_OF_RECORD.starts_with(&start) {
+        true => Ok(()),
+        false => Err(not_a_manifest(path)),
+    }
+}
+
+fn not_a_manifest(path: &Path) -> io::Error {
+    let name = path.file_name().unwrap_or_default().display();
+    let message = format!("{name} is not a manifest of mocap; move it, or name another folder");
+    io::Error::new(io::ErrorKind::AlreadyExists, message)
+}
+
+/// Opens a manifest; `None` without one. A pipe would block the program, and a device may have no end.
+fn open(path: &Path) -> io::Result<Option<File>> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => File::open(path).map(Some),
+        Ok(_) => Err(not_a_manifest(path)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 /// Reads the complete lines of a manifest; without a file there are none.
 fn read(path: &Path, records: &mut BTreeMap<String, Record>) -> io::Result<()> {
-    let text = match fs::read(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error),
-    };
+    let Some(mut file) = open(path)? else { return Ok(()) };
+    let mut text = Vec::new();
+    file.read_to_end(&mut text)?;
     // Other lines come from a killed run or another version; their files are converted again.
     let lines = text.split(|&byte| byte == b'\n');
     let whole = lines.filter_map(|line| serde_json::from_slice::<Record>(line).ok());

@@ -7,9 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use mocap::files::{OutputSet, ReplacePolicy, has_provenance};
 use mocap::{Code, Diagnostic, Error, Written};
 
-use super::hash::{sha256, sha256_of_parts};
 use super::inputs::Input;
-use super::manifest;
+use super::manifest::{self, OutputFile, Record};
 use crate::Failure;
 
 /// One of the outputs, for the thread that makes it.
@@ -18,22 +17,19 @@ pub(crate) struct Output<'a> {
     pub(crate) name: &'a str,
     pub(crate) path: PathBuf,
     pub(crate) policy: &'a ReplacePolicy,
-    /// The SHA-256 that a former run noted when it wrote this file.
-    pub(super) written: Option<&'a str>,
+    pub(super) folder: &'a Path,
+    /// What a former run says of it.
+    pub(super) former: Option<&'a Record>,
     pub(super) claims: &'a Claims,
 }
 
 impl Output<'_> {
-    /// Whether a former run has written the file that is there, according to the manifest, and it has not changed
-    /// since.
-    fn is_known(&self) -> bool {
-        let written = self.written;
-        written.is_some_and(|written| sha256(&self.path).is_ok_and(|found| found == written))
-    }
-
     /// Writes the files, unless one would replace an input, a file that may be a source, or another output of the run.
-    pub(crate) fn save(&self, written: &Written) -> mocap::Result<()> {
-        self.checked(written)?.save(&self.policy())
+    /// Returns what the manifest says of them.
+    pub(crate) fn save(&self, written: &Written) -> mocap::Result<Vec<OutputFile>> {
+        let (set, policy, files) = self.checked(written)?;
+        set.save(&policy)?;
+        Ok(files)
     }
 
     /// Refuses what [`save`](Self::save) refuses, and writes nothing.
@@ -41,57 +37,70 @@ impl Output<'_> {
         self.checked(written).map(drop)
     }
 
-    fn checked<'w>(&self, written: &'w Written) -> mocap::Result<OutputSet<'w>> {
-        let set = written.output_set(&self.path)?;
-        set.check(&self.policy())?;
-        self.claims.take(&set)?;
-        Ok(set)
+    fn checked<'w>(&self, written: &'w Written) -> mocap::Result<(OutputSet<'w>, ReplacePolicy, Vec<OutputFile>)> {
+        let (set, mut policy) = (written.output_set(&self.path)?, self.policy.clone());
+        if let Err(error) = set.check(&policy) {
+            let former = self.former.ok_or(error)?;
+            // Hashing takes time, so it is done only where a file does not say who wrote it.
+            let unchanged = former.unchanged_files(self.folder);
+            policy = policy.outputs(&unchanged);
+            set.check(&policy)
+                .map_err(|error| former_has_changed(former, &unchanged, error))?;
+        }
+        let files = self.claims.take(&set)?;
+        Ok((set, policy, files))
     }
+}
 
-    fn policy(&self) -> ReplacePolicy {
-        let known = self.is_known().then_some(&self.path);
-        self.policy.clone().outputs(known)
+/// Says of a file that a former run wrote, and that is not among the `unchanged` ones, why it is not replaced.
+fn former_has_changed(former: &Record, unchanged: &[PathBuf], error: Error) -> Error {
+    let Some(path) = error.path().filter(|_| error.code() == Code::OutputExists) else {
+        return error;
+    };
+    let is_of_former = former.files.iter().any(|file| path.ends_with(&file.name));
+    if !is_of_former || unchanged.iter().any(|file| file == path) {
+        return error;
     }
+    let message = "the file has changed since a former run wrote it";
+    let diagnostic = Diagnostic::new(Code::OutputExists, message).help("move it, or replace it with --force");
+    Error::from(diagnostic).with_path(path)
 }
 
 /// The files that the outputs of a run consist of, with their SHA-256. Two outputs may share a file, such as a texture
 /// of one character, if it has the same bytes for both.
 #[derive(Default)]
-pub(super) struct Claims(Mutex<BTreeMap<PathBuf, Claim>>);
-
-struct Claim {
-    path: PathBuf,
-    sha256: String,
-}
+pub(super) struct Claims(Mutex<BTreeMap<PathBuf, OutputFile>>);
 
 impl Claims {
-    fn take(&self, set: &OutputSet<'_>) -> mocap::Result<()> {
-        let claim = |(path, parts): (&Path, &[&[u8]])| {
-            let (path, sha256) = (path.to_owned(), sha256_of_parts(parts));
-            (path.clone(), Claim { path, sha256 })
-        };
-        let mut wanted: Vec<(PathBuf, Claim)> = set.files().map(claim).collect();
+    /// Takes the files of an output.
+    fn take(&self, set: &OutputSet<'_>) -> mocap::Result<Vec<OutputFile>> {
+        let file = |(path, parts): (&Path, &[&[u8]])| (path.to_owned(), OutputFile::new(path, parts));
+        let mut files: Vec<(PathBuf, OutputFile)> = set.files().map(file).collect();
         // Some systems do not tell capitals from small letters. The last file has the name of its input.
-        if let Some((_, beside)) = wanted.split_last_mut() {
-            for (key, _) in beside {
-                *key = key.with_file_name(key.file_name().unwrap_or_default().to_string_lossy().to_lowercase());
+        if let Some((_, beside)) = files.split_last_mut() {
+            for (key, file) in beside {
+                *key = key.with_file_name(file.name.to_lowercase());
             }
         }
         let mut claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_taken = |(key, claim): &&(PathBuf, Claim)| claims.get(key).is_some_and(|it| it.sha256 != claim.sha256);
-        if let Some((_, claim)) = wanted.iter().find(is_taken) {
+        let is_taken =
+            |(key, file): &&(PathBuf, OutputFile)| claims.get(key).is_some_and(|it| it.sha256 != file.sha256);
+        if let Some((key, file)) = files.iter().find(is_taken) {
             let message = "another output of this run has a file of this name with other contents";
             let diagnostic = Diagnostic::new(Code::OutputExists, message)
                 .help("write the two outputs into different folders, or embed the textures");
-            return Err(Error::from(diagnostic).with_path(&claim.path));
+            return Err(Error::from(diagnostic).with_path(&key.with_file_name(&file.name)));
         }
-        claims.extend(wanted);
-        Ok(())
+        claims.extend(files.iter().cloned());
+        Ok(files.into_iter().map(|(_, file)| file).collect())
     }
 
     pub(super) fn paths(&self) -> Vec<PathBuf> {
         let claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        claims.values().map(|claim| claim.path.clone()).collect()
+        claims
+            .iter()
+            .map(|(key, file)| key.with_file_name(&file.name))
+            .collect()
     }
 }
 

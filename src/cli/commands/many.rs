@@ -158,7 +158,8 @@ impl Work for OfJob<'_> {
 
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
         let in_words = |error: mocap::Error| made::refused(error).into_words();
-        self.maker.check(output.policy, &output.path).map_err(in_words)?;
+        // Whether it may replace what is there depends on its bytes.
+        output.policy.check_inputs(&output.path).map_err(in_words)?;
         let mut steps = Vec::new();
         // What is guessed of the space of a motion that nothing else is done to has its own field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
@@ -281,15 +282,12 @@ impl OfJob<'_> {
         record: &mut Record,
         keeps_notes: bool,
     ) -> Result<Made, String> {
-        let saved = match self.is_dry_run {
-            true => output.check(&made.written),
+        let files = match self.is_dry_run {
+            true => output.check(&made.written).map(|()| Vec::new()),
             false => output.save(&made.written),
         };
-        saved.map_err(|error| error.to_string())?;
+        record.files = files.map_err(|error| error.to_string())?;
         let written = &mut made.written;
-        let says_nothing = self.maker.format().is_some_and(|row| !row.states_origin);
-        let last = written.files.last().filter(|_| says_nothing);
-        record.output_sha256 = last.map(|file| sha256_of(&file.bytes()));
         // The bytes of a long take are better gone before what follows.
         written.files.clear();
         record.max_error = written.error.as_ref().map(|error| error.max_error);

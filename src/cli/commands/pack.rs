@@ -15,7 +15,7 @@ use crate::args::{ArraysArgs, Given, PackArgs, TableArg};
 use crate::batch::folder::make_folder;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
-use crate::batch::manifest::{Manifest, Record};
+use crate::batch::manifest::{Manifest, OutputFile, Record};
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 use crate::{Failure, report};
@@ -40,7 +40,7 @@ struct Packer<'a> {
 struct Parts<'a> {
     folder: &'a Path,
     prefix: String,
-    next: usize,
+    next: u64,
     most_bytes: usize,
     bytes: usize,
     rows: Vec<RecordBatch>,
@@ -76,13 +76,13 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
     let is_kept = args.resume.then_some(&all as &dyn Fn(&str) -> bool);
     let manifest = Manifest::open(folder, args.spread.shard, is_kept).map_err(in_folder)?;
     let former = manifest.records().clone();
-    let kept = kept_parts(&former, &inputs, folder, options_text);
+    let kept = kept_parts(&former, &inputs, folder, &prefix, options_text);
     remove_parts(folder, &prefix, &kept).map_err(in_folder)?;
     let mut parts = Parts {
         folder,
-        next: former
-            .values()
-            .filter_map(|record| number(&prefix, record.output.as_deref()?))
+        next: kept
+            .iter()
+            .filter_map(|part| number(&prefix, part))
             .max()
             .map_or(0, |last| last + 1),
         prefix,
@@ -226,27 +226,36 @@ impl Parts<'_> {
     /// Writes the collected rows as one file, and then records its inputs.
     fn write(&mut self) -> io::Result<()> {
         let rows = std::mem::take(&mut self.rows);
-        let mut output = None;
+        let (mut output, mut files) = (None, Vec::new());
         if !rows.is_empty() {
-            let name = format!("{}{:05}.parquet", self.prefix, self.next);
+            let name = part_name(&self.prefix, self.next);
             let bytes = table::to_parquet(&rows).map_err(io::Error::other)?;
-            write_file(&self.folder.join(&name), &bytes).map_err(io::Error::other)?;
+            let path = self.folder.join(&name);
+            write_file(&path, &bytes).map_err(io::Error::other)?;
             self.next += 1;
             self.written += 1;
+            files.push(OutputFile::new(&path, &[&bytes]));
             output = Some(name);
         }
         self.bytes = 0;
         for mut record in self.records.drain(..) {
             record.output.clone_from(&output);
+            record.files.clone_from(&files);
             self.manifest.add(record)?;
         }
         Ok(())
     }
 }
 
-/// The files of former runs that are still valid: every input exists, is unchanged, and was packed with the same
-/// options. A file with one invalid row is written again.
-fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path, options: &str) -> BTreeSet<String> {
+/// The files of former runs that are still valid: every byte is as it was written, and every input exists, is unchanged
+/// and was packed with the same options. A file with one invalid row is written again.
+fn kept_parts(
+    former: &BTreeMap<String, Record>,
+    inputs: &[Input],
+    folder: &Path,
+    prefix: &str,
+    options: &str,
+) -> BTreeSet<String> {
     let paths: BTreeMap<&str, &Path> = inputs
         .iter()
         .map(|input| (input.relative.as_str(), input.path.as_path()))
@@ -259,14 +268,20 @@ fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path
             && hash.is_some()
             && record.sha256 == hash
     };
-    let mut kept = BTreeMap::<&str, bool>::new();
+    let mut parts = BTreeMap::<&str, Vec<&Record>>::new();
     for record in former.values() {
         if let Some(output) = &record.output {
-            *kept.entry(output).or_insert(true) &= stands(record);
+            parts.entry(output).or_default().push(record);
         }
     }
-    let is_there = |output: &str| folder.join(output).exists();
-    let kept = kept.into_iter().filter(|(output, stands)| *stands && is_there(output));
+    let is_kept = |output: &str, records: &[&Record]| {
+        let is_one = records.iter().all(|record| record.files == records[0].files);
+        number(prefix, output).is_some()
+            && is_one
+            && records[0].is_whole(folder)
+            && records.iter().copied().all(&stands)
+    };
+    let kept = parts.into_iter().filter(|(output, records)| is_kept(output, records));
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
@@ -294,7 +309,7 @@ fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     match parts.iter().find(is_of_others) {
         None => Ok(()),
         Some((path, _)) => {
-            let message = "this program did not write this Parquet file, which would be replaced";
+            let message = "this program did not write this Parquet file, or it was cut off; it would be removed";
             let diagnostic = Diagnostic::new(Code::OutputExists, message)
                 .help("name another folder, or replace the Parquet files of this one with --force");
             Err(Error::from(diagnostic).with_path(path).into())
@@ -313,7 +328,12 @@ fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Res
     Ok(())
 }
 
-/// The number in the name of a file.
-fn number(prefix: &str, output: &str) -> Option<usize> {
-    output.strip_prefix(prefix)?.strip_suffix(".parquet")?.parse().ok()
+fn part_name(prefix: &str, number: u64) -> String {
+    format!("{prefix}{number:05}.parquet")
+}
+
+/// The number in the name of a part; `None` for a name that no run gives. It has a next one.
+fn number(prefix: &str, output: &str) -> Option<u64> {
+    let number: u32 = output.strip_prefix(prefix)?.strip_suffix(".parquet")?.parse().ok()?;
+    (output == part_name(prefix, number.into())).then_some(number.into())
 }

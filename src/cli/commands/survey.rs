@@ -176,12 +176,12 @@ fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
     Ok(files)
 }
 
-/// The clips of a file that an earlier run had, if its bytes are the same.
+/// The clips of a file that an earlier run had, if its bytes are the same and none of its clips is left out.
 fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<Vec<Examined>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
     let is_same = |clip: &Examined| clip.row.error.is_none() && clip.row.sha256 == sha256;
-    clips.iter().all(is_same).then(|| clips.clone())
+    (Examined::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
 }
 
 /// Prints a table of verdicts and reasons, and the worst clips.

@@ -22,6 +22,9 @@ pub struct Examined {
     #[serde(flatten)]
     pub row: ClipRow,
     pub(super) fingerprint: Fingerprint,
+    /// How many clips its file has: a record can have fewer of them.
+    #[serde(default)]
+    pub(super) clips: usize,
 }
 
 impl From<ClipRow> for Examined {
@@ -29,6 +32,7 @@ impl From<ClipRow> for Examined {
         Self {
             row,
             fingerprint: Fingerprint::default(),
+            clips: 1,
         }
     }
 }
@@ -286,6 +290,12 @@ impl Examined {
             rate: row.rate.unwrap_or(0.0),
             size: row.size.unwrap_or(0.0),
         }
+    }
+
+    /// Whether clips of one file are all that it has.
+    #[doc(hidden)]
+    pub fn are_all(clips: &[Self]) -> bool {
+        clips.iter().all(|clip| clip.clips == clips.len())
     }
 
     /// The line of a record, without its end.

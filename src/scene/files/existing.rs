@@ -24,9 +24,9 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
 /// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
-/// with the same bytes as the output, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, a `.csv`
-/// that is no table of points, and a glTF, FBX or USD file that this crate wrote, according to its
-/// `Provenance`. If an input is of these formats, that must also name an input as the source
+/// whose bytes are the first bytes of the output or all of them, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with
+/// this crate's mark, a `.csv` that is no table of points, and a glTF, FBX or USD file that this crate wrote, according
+/// to its `Provenance`. If an input is of these formats, that must also name an input as the source
 /// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
 /// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
 /// character.
@@ -127,7 +127,8 @@ impl ReplacePolicy {
         self.check_or(path, || false)
     }
 
-    /// Checks whether an output with these bytes may go to `path`; a file with the same bytes may be replaced.
+    /// Checks whether an output with these bytes may go to `path`. The output may replace a file whose bytes it begins
+    /// with, such as an output that was cut off: no byte is lost, whoever wrote the file.
     ///
     /// # Errors
     /// As [`Self::check`].
@@ -137,7 +138,7 @@ impl ReplacePolicy {
 
     /// As [`Self::check_bytes`], for bytes in several parts.
     pub(super) fn check_parts(&self, path: &Path, parts: &[&[u8]]) -> Result<()> {
-        self.check_or(path, || has_bytes(path, parts))
+        self.check_or(path, || is_beginning(path, parts))
     }
 
     fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
@@ -166,14 +167,14 @@ impl ReplacePolicy {
     /// As [`Self::check`].
     pub(super) fn check_beside(&self, path: &Path, parts: &[&[u8]]) -> Result<bool> {
         if has_extension(path, &["bin"]) {
-            return self.check(path).map(|()| true);
+            return self.check_parts(path, parts).map(|()| true);
         }
         check_confined(path)?;
         if has_bytes(path, parts) {
             return Ok(false);
         }
         self.check_inputs(path)?;
-        if path.symlink_metadata().is_err() || self.knows(path) {
+        if path.symlink_metadata().is_err() || self.knows(path) || is_beginning(path, parts) {
             return Ok(true);
         }
         let message = "a file that belongs to the output would replace another file of its name";
@@ -272,24 +273,31 @@ fn has_points(path: &Path) -> bool {
 
 fn has_bytes(path: &Path, parts: &[&[u8]]) -> bool {
     let length: usize = parts.iter().map(|part| part.len()).sum();
-    let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == length as u64);
+    fs::metadata(path).is_ok_and(|found| found.len() == length as u64) && is_beginning(path, parts)
+}
+
+/// Whether the output begins with all bytes of the file.
+fn is_beginning(path: &Path, parts: &[&[u8]]) -> bool {
     let has_bytes = || -> io::Result<bool> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
         for part in parts {
             let mut rest = *part;
             while !rest.is_empty() {
                 let block = file.fill_buf()?;
+                if block.is_empty() {
+                    return Ok(true);
+                }
                 let length = block.len().min(rest.len());
-                if length == 0 || block[..length] != rest[..length] {
+                if block[..length] != rest[..length] {
                     return Ok(false);
                 }
                 file.consume(length);
                 rest = &rest[length..];
             }
         }
-        Ok(true)
+        Ok(file.fill_buf()?.is_empty())
     };
-    has_length && has_bytes().unwrap_or(false)
+    fs::metadata(path).is_ok_and(|found| found.is_file()) && has_bytes().unwrap_or(false)
 }
 
 /// The part of a glTF, FBX or USD file that says who wrote it. It is not read with the reader of its format, because

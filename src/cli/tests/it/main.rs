@@ -43,6 +43,7 @@ mod packets;
 mod program;
 mod refusals;
 mod report;
+mod resume;
 mod retarget_command;
 mod retarget_many;
 mod retargeting;
