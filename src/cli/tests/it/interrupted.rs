@@ -27,6 +27,8 @@ struct Case {
     before: &'static [&'static str],
     /// Whether the outputs are a folder.
     many: bool,
+    /// Of an output of several files, the one that refers to the others.
+    main: Option<&'static str>,
 }
 
 const fn one(arguments: &'static str) -> Case {
@@ -34,6 +36,15 @@ const fn one(arguments: &'static str) -> Case {
         arguments,
         before: &[],
         many: false,
+        main: None,
+    }
+}
+
+/// An output of several files, of which `main` refers to the others.
+const fn set(arguments: &'static str, main: &'static str) -> Case {
+    Case {
+        main: Some(main),
+        ..one(arguments)
     }
 }
 
@@ -42,28 +53,47 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
         arguments,
         before,
         many: true,
+        main: None,
     }
 }
 
 /// The inputs are `walk.bvh`, the folder `clips`, `character.bvh`, `plates.c3d`, `robot.urdf`, and `job.json`.
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
-    one("convert walk.bvh out.gltf"),
+    set("convert walk.bvh out.gltf", "out.gltf"),
+    set("convert hero.gltf out.fbx --textures beside --force", "out.fbx"),
+    set("convert hero.gltf out.usda --force", "out.usda"),
+    many("convert heroes -o out --to usda --force", &[]),
+    set("convert walk.bvh out.bvh --sidecar --force", "out.bvh"),
     one("solve points.npy --joints smpl22 -o out.glb"),
     one("convert walk.bvh out.bvh --force"),
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),
-    one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
+    set(
+        "edit walk.bvh -o out.gltf --step mirror --contacts out.json --curves out.png --joint Hips --force",
+        "out.gltf",
+    ),
     many("edit clips -o out/ --step mirror", &[]),
-    one("clean walk.bvh -o out.glb --report out.json --force"),
-    one("survey walk.bvh -o out.json --html out.html"),
+    set("clean walk.bvh -o out.glb --report out.json --force", "out.glb"),
+    set(
+        "survey walk.bvh -o out.json --html out.html --sarif out.sarif",
+        "out.json",
+    ),
     one("index walk.bvh -o out.mdb"),
     Case {
         before: &["index walk.bvh -o moves.mdb"],
         ..one("match moves.mdb --path 0/0+0/1 --on walk.bvh -o out.glb")
     },
-    one("graph points.npy --window 0.07 --threshold 2m -o out.json"),
-    one("run job.json"),
+    Case {
+        before: &["index walk.bvh -o moves.mdb"],
+        ..one("match moves.mdb --on walk.bvh -o out.bin --force")
+    },
+    Case {
+        before: &["index walk.bvh -o moves.mdb"],
+        ..one("find moves.mdb --like walk.bvh@0..0.2 --sheet out.png --page out.html")
+    },
+    one("graph points.npy --window 0.07 --threshold 2m -o out.json --matrix out.png"),
+    set("run job.json", "out.gltf"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),
     one("robot walk.bvh --robot robot.urdf -o out.npz"),
@@ -134,8 +164,17 @@ fn inputs(source: &str) -> Files {
         fs::read(at_root("fixtures/real/biovision_example1.bvh")).unwrap(),
     );
     let job =
-        r#"{"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "out.glb", "force": true}}"#;
+        r#"{"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "out.gltf", "force": true}}"#;
     files.insert("job.json".into(), job.into());
+    // A character whose texture is as large as a motion; nobody looks at the picture.
+    let hero = fs::read_to_string(at_root("fixtures/made/two_bones_textured.gltf")).unwrap();
+    let mut hero: serde_json::Value = serde_json::from_str(&hero).unwrap();
+    hero["images"][0] = serde_json::json!({"uri": "hero.png", "name": "skin"});
+    for folder in ["", "heroes/a/", "heroes/b/"] {
+        files.insert(format!("{folder}hero.gltf").into(), hero.to_string().into());
+        let image = [b"\x89PNG", folder.as_bytes(), &bytes].concat();
+        files.insert(format!("{folder}hero.png").into(), image);
+    }
     files.insert(
         "robot.urdf".into(),
         fs::read(at_root("fixtures/robots/h1.urdf")).unwrap(),
@@ -276,15 +315,12 @@ impl<'a> Tried<'a> {
                 path.display()
             );
         }
-        for (path, is_new) in age
-            .iter()
-            .filter(|(path, _)| path.extension().is_some_and(|it| it == "gltf"))
-        {
-            assert_eq!(
-                age.get(&path.with_extension("bin")),
-                Some(is_new),
-                "{how}: of two outputs"
-            );
+        // Where the file is that refers to the others, they are those of its run.
+        let main = self.case.main.and_then(|main| age.get(Path::new(main)));
+        let has_changed =
+            |path: &&PathBuf| !self.inputs.contains_key(*path) && before.get(*path) != self.new.get(*path);
+        for path in self.new.keys().filter(has_changed).filter(|_| main.is_some()) {
+            assert_eq!(age.get(path), main, "{how}: {} is of another run", path.display());
         }
     }
 
