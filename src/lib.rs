@@ -123,6 +123,8 @@ pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
 #[cfg(feature = "edit")]
 #[doc(inline)]
 pub use mocap_scene::ik;
+#[doc(hidden)]
+pub use mocap_scene::visible_json;
 #[doc(inline)]
 pub use mocap_scene::{
     Binding, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose, Result, RootOffset,

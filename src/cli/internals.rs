@@ -22,5 +22,5 @@ pub mod packets {
     pub use crate::commands::packets::{LONGEST, MOST_WAITING, OF_PACKET, Packet, Packets, Shared};
 }
 pub mod report {
-    pub use crate::report::{Escaped, Severity, Shown, render, visible_json, visible_lines};
+    pub use crate::report::{Escaped, Severity, Shown, render, visible_lines};
 }

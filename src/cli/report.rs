@@ -9,8 +9,8 @@ use std::sync::{Mutex, PoisonError};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::ProgressBar;
 use mocap::job::Said;
-pub(crate) use mocap::visible;
 use mocap::{Diagnostic, Error};
+pub(crate) use mocap::{visible, visible_json};
 use serde::Serialize;
 
 /// Whether a diagnostic stopped the import.
@@ -170,23 +170,6 @@ pub(crate) fn data() -> impl Write {
         false => Shown::Data,
     };
     Escaped::new(out, shown)
-}
-
-/// JSON with escapes of its own for what steers a terminal, which stands in its texts alone.
-pub fn visible_json(json: &str) -> Cow<'_, str> {
-    let is_escaped = |c: char| c != '\n' && matches!(visible(c.encode_utf8(&mut [0; 4])), Cow::Owned(_));
-    if json.lines().all(|line| matches!(visible(line), Cow::Borrowed(_))) {
-        return Cow::Borrowed(json);
-    }
-    let escaped = json.chars().map(|c| match is_escaped(c) {
-        true => c
-            .encode_utf16(&mut [0; 2])
-            .iter()
-            .map(|unit| format!("\\u{unit:04x}"))
-            .collect(),
-        false => String::from(c),
-    });
-    Cow::Owned(escaped.collect())
 }
 
 /// Writes whole characters.

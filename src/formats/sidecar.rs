@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use mocap_scene::error::Code;
 use mocap_scene::limits;
 use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -32,8 +33,8 @@ impl Sidecar {
             mocap: Provenance::of(scene),
             sha256: sum(bytes),
         };
-        let text = serde_json::to_vec_pretty(&sidecar).expect("a provenance has no map without text as keys");
-        WrittenFile::new(format!("{name}.json"), text)
+        let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");
+        WrittenFile::new(format!("{name}.json"), visible_json(&text).into_owned().into_bytes())
     }
 
     /// Its name beside `path`.

@@ -18,6 +18,8 @@ pub use self::code::Code;
 #[doc(hidden)]
 pub use self::nearest::nearest;
 pub use self::visible::visible;
+#[doc(hidden)]
+pub use self::visible::visible_json;
 
 /// The result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

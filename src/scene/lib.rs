@@ -19,6 +19,8 @@ pub mod pose;
 pub mod process;
 pub mod scene;
 
+#[doc(hidden)]
+pub use self::error::visible_json;
 pub use self::error::{Code, Diagnostic, Error, Location, Result, visible};
 pub use self::limits::Limits;
 pub use self::player::{LoopMode, Player};

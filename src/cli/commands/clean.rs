@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use mocap::edit::EditReport;
 use mocap::job::{MotionJob, Said};
+use mocap::visible_json;
 
 use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
 use crate::args::{CleanArgs, Given};
@@ -26,9 +27,8 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     let (_, mut made) = made::make(&job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
     let report = args.report.as_deref().zip(reports.last()).map(|(file, report)| {
-        let mut bytes = serde_json::to_vec_pretty(report).unwrap_or_default();
-        bytes.push(b'\n');
-        (file, bytes)
+        let text = serde_json::to_string_pretty(report).unwrap_or_default();
+        (file, format!("{}\n", visible_json(&text)).into_bytes())
     });
     let report = report.as_ref().map(|(file, bytes)| (*file, bytes.as_slice()));
     streams::save(&made.written, &args.own.output, report.as_slice(), &policy, given)?;

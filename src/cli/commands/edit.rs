@@ -8,6 +8,7 @@ use mocap::figure::Humanoid;
 use mocap::job::{MotionJob, Said};
 use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::Scene;
+use mocap::visible_json;
 
 use super::plot::joints_named;
 use super::{
@@ -117,7 +118,10 @@ fn contact_bytes(args: &EditArgs, scene: &Scene, humanoid: Option<&Humanoid>, fi
     let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
     Ok(match extension(file).as_str() {
         "npz" => contacts_npz(&found),
-        _ => serde_json::to_vec(&found).unwrap_or_default(),
+        _ => {
+            let text = serde_json::to_string(&found).unwrap_or_default();
+            visible_json(&text).into_owned().into_bytes()
+        }
     })
 }
 

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Fingerprint;
@@ -300,7 +301,8 @@ impl Examined {
 
     /// The line of a record, without its end.
     pub fn to_line(&self) -> String {
-        serde_json::to_string(self).expect("rows have string keys and finite numbers")
+        let text = serde_json::to_string(self).expect("rows have string keys and finite numbers");
+        visible_json(&text).into_owned()
     }
 
     /// Reads a record: the lines of a file that [`to_line`](Self::to_line) or [`Corpus::to_record`] made.

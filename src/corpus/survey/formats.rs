@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::csv_field;
+use mocap_scene::visible_json;
 
 use super::corpus::Corpus;
 use super::row::{Cell, ClipRow};
@@ -44,7 +45,8 @@ impl Corpus {
     /// The rows as JSON, an array of objects.
     pub fn to_json(&self) -> String {
         let rows: Vec<&ClipRow> = self.rows().collect();
-        serde_json::to_string_pretty(&rows).expect("rows have string keys and finite numbers")
+        let text = serde_json::to_string_pretty(&rows).expect("rows have string keys and finite numbers");
+        visible_json(&text).into_owned()
     }
 
     /// The rows with what is compared with other clips, an object a line: a record.

@@ -1,5 +1,6 @@
 //! The findings as SARIF 2.1.0, which code hosts show beside the files.
 
+use mocap_scene::visible_json;
 use serde_json::{Value, json};
 
 use super::corpus::Corpus;
@@ -20,7 +21,7 @@ impl Corpus {
             "version": "2.1.0",
             "runs": [{"tool": {"driver": driver}, "results": results}],
         });
-        log.to_string()
+        visible_json(&log.to_string()).into_owned()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Graphs as JSON. What a file says is a claim: every index is held against what it points to.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::visible_json;
 
 use super::{GraphTransition, MotionGraph};
 
@@ -21,14 +22,15 @@ impl MotionGraph {
         let transitions = transitions.map(|transition| text(&|| serde_json::to_string(transition)));
         let body = self.body.as_ref().map(|body| text(&|| serde_json::to_string(body)));
         let body = body.map(|body| format!("  \"body\": {body},\n")).unwrap_or_default();
-        format!(
+        let json = format!(
             "{{\n  \"motion-graph\": {},\n  \"options\": {},\n{body}  \"points\": {},\n  \"clips\": {},\n  \"transitions\": {}\n}}\n",
             self.motion_graph,
             text(&|| serde_json::to_string(&self.options)),
             lines(points.collect()),
             lines(clips.collect()),
             lines(transitions.collect())
-        )
+        );
+        visible_json(&json).into_owned()
     }
 
     /// The graph of a JSON text.

@@ -23,6 +23,26 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(replaced)
 }
 
+/// `json` with escapes of JSON for the characters that [`visible`] escapes. They stand in its texts alone, so the value
+/// is the same.
+#[doc(hidden)]
+pub fn visible_json(json: &str) -> Cow<'_, str> {
+    // Line ends between its values stay.
+    let is_escaped = |c: char| c != '\n' && steers(c);
+    if !json.contains(is_escaped) {
+        return Cow::Borrowed(json);
+    }
+    let escaped = json.chars().map(|c| match is_escaped(c) {
+        true => c
+            .encode_utf16(&mut [0; 2])
+            .iter()
+            .map(|unit| format!("\\u{unit:04x}"))
+            .collect(),
+        false => String::from(c),
+    });
+    Cow::Owned(escaped.collect())
+}
+
 fn steers(c: char) -> bool {
     let changes_direction =
         matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');

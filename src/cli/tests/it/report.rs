@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use mocap::{Diagnostic, visible};
-use mocap_cli::internals::report::{Escaped, Severity, Shown, render, visible_json, visible_lines};
+use mocap::{Diagnostic, visible, visible_json};
+use mocap_cli::internals::report::{Escaped, Severity, Shown, render, visible_lines};
 
 #[test]
 fn a_terminal_gets_no_control_characters() {

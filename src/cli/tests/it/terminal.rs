@@ -1,11 +1,12 @@
 //! What steers a terminal, such as the beginnings of escape sequences and marks of another direction of text, reaches
-//! neither words nor JSON, wherever a file has it: in its name, in its joints, in what is wrong with it.
+//! neither words nor JSON, on a stream or in a file, wherever a file has it: in its name, in its joints, in what is
+//! wrong with it.
 
 use std::process::Output;
 
 use serde_json::Value;
 
-use crate::program::{Folder, command_in};
+use crate::program::{Folder, command_in, words};
 
 /// ESC, the C1 control CSI, DEL, a mark of direction, and a line separator.
 const STEERING: &str = "\u{1b}[2J\u{9b}2J\u{7f}\u{202e}\u{2066}\u{2028}";
@@ -90,4 +91,59 @@ fn words_and_json_have_no_character_that_steers_a_terminal() {
     check("the manifest", &manifest);
     let first: Value = serde_json::from_slice(manifest.split(|byte| *byte == b'\n').next().unwrap()).unwrap();
     assert_eq!(first["input"], format!("walk{STEERING}.bvh"));
+}
+
+#[test]
+fn json_files_have_no_character_that_steers_a_terminal() {
+    let (folder, walk) = folder();
+    let inputs = format!("in{STEERING}");
+    for arguments in [
+        &["survey", &inputs, "-o", "rows.json", "--sarif", "rows.sarif"][..],
+        &["survey", &inputs, "-o", "rows.jsonl"],
+        &[
+            "graph",
+            &walk,
+            "--window",
+            "0.07",
+            "--threshold",
+            "2m",
+            "-o",
+            "graph.json",
+        ],
+        &["convert", &walk, "-o", "copy.bvh", "--sidecar"],
+        &["clean", &walk, "-o", "clean.glb", "--report", "clean.json"],
+        &[
+            "edit",
+            &walk,
+            "-o",
+            "edit.glb",
+            "--step",
+            "mirror",
+            "--contacts",
+            "contacts.json",
+        ],
+    ] {
+        let output = run(&folder, arguments);
+        assert!(
+            matches!(output.status.code(), Some(0 | 3)),
+            "{arguments:?}: {}",
+            words(&output)
+        );
+    }
+    let has_name = |value: &Value| value.to_string().contains(STEERING.trim_matches('\u{1b}'));
+    for (name, names_a_file) in [
+        ("rows.json", true),
+        ("rows.sarif", true),
+        ("rows.jsonl", true),
+        ("graph.json", true),
+        ("copy.bvh.json", true),
+        ("clean.json", false),
+        ("contacts.json", false),
+    ] {
+        let bytes = folder.read(name);
+        check(name, &bytes);
+        let values = serde_json::Deserializer::from_slice(&bytes).into_iter::<Value>();
+        let values = Vec::from_iter(values.map(Result::unwrap));
+        assert!(values.iter().any(has_name) || !names_a_file, "{name}");
+    }
 }
