@@ -25,7 +25,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use mocap::edit::{EditStep, Smooth};
-use mocap::job::{Length, Reading, SourceMap, SourceSpace};
+use mocap::job::{Length, Reading, SourceMap, SourceSpace, Writing};
 
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
@@ -45,7 +45,7 @@ pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{InsteadArgs, RunArgs};
 pub(crate) use self::search::{FindArgs, IndexArgs, MatchArgs};
 pub(crate) use self::survey::SurveyArgs;
-pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
+pub(crate) use self::write::{OutputFormat, refuse_options};
 
 /// What the exit codes mean, in every command. `src/cli/tests/it/exit_codes.rs` holds them to it.
 const EXIT_CODES: &str = "\
@@ -155,7 +155,7 @@ pub(crate) struct ConvertArgs {
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     #[command(flatten)]
-    pub(crate) write: WriteArgs,
+    pub(crate) write: Writing,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
     /// Steps between reading and writing.

@@ -27,48 +27,65 @@ use super::text::UnitChoice;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Writing {
     /// The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each
     /// motion in a folder, which is there or ends in /.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub output: PathBuf,
     /// The format by one of its extensions, where the extension of the output is another; for a robot also qpos.
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
     /// Whether a file is replaced that may be a source. An input is never replaced.
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub force: bool,
     /// The unit and the up axis of the output.
+    // Before the options that have a heading in help.
+    #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub space: OutSpace,
-    /// The axis of joints' frames that points along their bones.
-    #[serde(skip_serializing_if = "is_default")]
-    pub bone_axis: Option<OutBoneAxis>,
-    /// How the skeleton of a file without meshes is drawn.
+    /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<DrawnMesh>,
-    /// Whether meshes, materials and all else beside the skeleton and its motion are left out; glTF and FBX keep them.
+    /// Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in
+    /// Blender a bone is drawn along +Y. Nothing moves [default: none; for --target blender y]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub bone_axis: Option<OutBoneAxis>,
+    /// Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub skeleton_only: bool,
-    /// Whether the buffer of a .gltf is in the file itself.
-    #[serde(skip_serializing_if = "is_default")]
-    pub embed: bool,
-    /// Whether constant tracks are kept in the animation.
+    /// Keep constant tracks in the animation; by default they become part of the rest pose
+    #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub keep_constant: bool,
-    /// Fewer keys and bits.
-    #[serde(skip_serializing_if = "is_default")]
-    pub smaller: Smaller,
-    /// What the joints of a humanoid are called.
+    /// Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME",
+    /// ...}}, as `mocap skeleton --json` prints [default: those of the input]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_parser = parse_names))]
     #[serde(skip_serializing_if = "is_default")]
     pub names: Option<JointNames>,
+    /// Embed the buffer of a .gltf, instead of writing a .bin beside it
+    #[cfg_attr(feature = "clap", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub embed: bool,
     /// Options of BVH.
+    #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub bvh: WritingBvh,
     /// Options of FBX.
+    #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx: WritingFbx,
+    /// Fewer keys and bits.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub smaller: Smaller,
 }
 
 /// The one file of a survey or of a motion graph.
@@ -413,6 +430,11 @@ impl Writing {
     pub fn is_folder(&self) -> bool {
         self.output.is_dir() || self.output.to_string_lossy().ends_with(std::path::is_separator)
     }
+}
+
+#[cfg(feature = "clap")]
+fn parse_names(names: &str) -> Result<JointNames, String> {
+    JointNames::parse(names).map_err(|error| error.diagnostic().message.clone())
 }
 
 #[cfg(feature = "clap")]

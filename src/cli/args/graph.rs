@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use mocap::job::{CharacterTarget, GraphJob, Graphing, JobTarget, Reading, SourceSpace, WalkJob, Walking};
+use mocap::job::{CharacterTarget, GraphJob, Graphing, JobTarget, Reading, SourceSpace, WalkJob, Walking, Writing};
 
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, WriteArgs};
+use super::write::writing;
+use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat};
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -85,7 +86,7 @@ pub(crate) struct WalkArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) write: WriteArgs,
+    pub(crate) write: Writing,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -102,8 +103,7 @@ impl WalkArgs {
         job.walk = self.walking.clone();
         let character = self.on.as_ref().map(CharacterTarget::new);
         job.target = character.map(JobTarget::Character);
-        self.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.force.force;
+        job.write = writing(&self.write, &self.output, extension, self.force);
         job
     }
 }

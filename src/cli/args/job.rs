@@ -6,6 +6,7 @@ use mocap::convert::RootMotion;
 use mocap::job::{MotionJob, SourceMap, SourceSpace, Sources};
 
 use super::ConvertArgs;
+use super::write::writing;
 
 /// What two switches mean.
 pub(super) fn root_motion(in_place: bool, root_motion: bool) -> RootMotion {
@@ -25,8 +26,7 @@ impl ConvertArgs {
         job.source.frames = self.change.frames.clone();
         job.source.frames.root = root_motion(self.change.in_place, self.change.root_motion);
         job.steps.clone_from(&self.steps);
-        self.write.fill(&mut job.write, output, extension);
-        job.write.force = self.force.force;
+        job.write = writing(&self.write, output, extension, self.force);
         job.verify = self.verify;
         job
     }

@@ -1,12 +1,13 @@
 //! The options of commands that put motions on another body.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mocap::convert::TimeRange;
-use mocap::job::{Reading, SourceMap, SourceSpace, Sources};
+use mocap::job::{Reading, SourceMap, SourceSpace, Sources, Writing};
 
 use super::job::{root_motion, sources};
-use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs, WriteArgs};
+use super::write::writing;
+use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {
@@ -32,7 +33,7 @@ pub(crate) struct OntoArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) write: WriteArgs,
+    pub(crate) write: Writing,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -53,5 +54,10 @@ impl OntoArgs {
         sources.frames.trim = self.trim;
         sources.frames.root = root_motion(self.in_place, self.root_motion);
         sources
+    }
+
+    /// An output in the format of `extension`.
+    pub(super) fn writing(&self, output: &Path, extension: &str) -> Writing {
+        writing(&self.write, output, extension, self.force)
     }
 }

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use mocap::convert::FirstFrame;
 use mocap::edit::EditStep;
-use mocap::job::{MotionJob, Reading, SourceMap, SourceSpace};
+use mocap::job::{MotionJob, Reading, SourceMap, SourceSpace, Writing};
 
 use super::batch::is_folder;
 use super::job::sources;
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs, WriteArgs};
+use super::write::writing;
+use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {
@@ -32,7 +33,7 @@ pub(crate) struct OwnArgs {
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
-    pub(crate) write: WriteArgs,
+    pub(crate) write: Writing,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -69,8 +70,7 @@ impl OwnArgs {
         job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
         job.source.frames.fps = self.fps;
         job.steps = steps;
-        self.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.force.force;
+        job.write = writing(&self.write, &self.output, extension, self.force);
         job.verify = self.verify;
         job
     }

@@ -60,8 +60,7 @@ impl RetargetArgs {
             Some(_) => JobTarget::Skeleton(target.into()),
             None => JobTarget::Character(target),
         });
-        self.onto.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.onto.force.force;
+        job.write = self.onto.writing(&self.output, extension);
         job
     }
 }

@@ -71,8 +71,7 @@ impl RobotArgs {
         job.target = Some(JobTarget::Robot(target));
         let folder = self.output.join("");
         let output = if self.is_many() { &folder } else { &self.output };
-        self.onto.write.fill(&mut job.write, output, format);
-        job.write.force = self.onto.force.force;
+        job.write = self.onto.writing(output, format);
         job
     }
 }

@@ -88,7 +88,7 @@ fn wanted(
 
 /// Refuses options of reading that change nothing in an output of this format.
 fn refuse_unused(args: &ConvertArgs, given: &Given, row: &FormatInfo) -> Result<(), Failure> {
-    let out = &args.write.out;
+    let out = &args.write.space;
     let moves_over_ground = args.change.in_place || args.change.root_motion;
     let converts_unit = !row.keeps_units() || out.metres_per_unit().is_some();
     let converts_up = !row.keeps_units() || out.up().is_some() || moves_over_ground;

@@ -104,7 +104,10 @@ fn a_wrong_job_says_where() {
             r#"{"walk": {"seconds": 5}, "source": {"frames": {}}}"#,
             "the job: source.frames: unknown field `frames`, expected one of `inputs`, `with`, `space`",
         ),
-        (r#"{"walk": {"seconds": "long"}}"#, "the job: walk.seconds: invalid type"),
+        (
+            r#"{"walk": {"seconds": "long"}}"#,
+            "the job: walk.seconds: invalid type",
+        ),
         (r#"{"survey": {}, "survey": {}}"#, "duplicate field `survey`"),
     ] {
         let error = Job::from_json(json).unwrap_err();
@@ -125,9 +128,15 @@ fn the_keys_of_a_job_tell_its_kind() {
     };
     for (json, expected) in [
         ("{}", "motion"),
-        (r#"{"source": {"inputs": ["a.bvh"]}, "write": {"output": "a.glb"}}"#, "motion"),
+        (
+            r#"{"source": {"inputs": ["a.bvh"]}, "write": {"output": "a.glb"}}"#,
+            "motion",
+        ),
         (r#"{"survey": {}}"#, "survey"),
-        (r#"{"write": {"output": ""}, "survey": {"threshold": ["skate=2"]}}"#, "survey"),
+        (
+            r#"{"write": {"output": ""}, "survey": {"threshold": ["skate=2"]}}"#,
+            "survey",
+        ),
         (r#"{"source": {"inputs": ["a.bvh"]}, "graph": {}}"#, "graph"),
         (r#"{"graph": {}, "walk": {"seconds": 5}}"#, "walk"),
         (r#"{"walk": {"seconds": 5}, "graph": {}}"#, "walk"),
