@@ -6,7 +6,7 @@ use mocap::convert::RestPoseSource;
 use mocap::convert::{FirstFrame, Moment, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
 use mocap::gltf::{Compression, GltfOptions};
-use mocap::job::JointNames;
+use mocap::job::{Feet, JointNames};
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
@@ -379,14 +379,6 @@ enum ScaleOption {
 enum ScaleName {
     Auto,
     None,
-}
-
-#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
-#[serde(rename_all = "camelCase")]
-pub(crate) enum Feet {
-    #[default]
-    Lock,
-    Free,
 }
 
 impl RetargetOptions {

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::glam::Mat4;
+use mocap::job::Feet;
 use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, SmoothRobotStream};
 use mocap::{Pose, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
-use crate::options::Feet;
 use crate::request::{Answer, json};
 
 /// Bytes of a matrix of 16 numbers of 32 bits.
