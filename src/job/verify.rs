@@ -406,7 +406,9 @@ impl Verifier {
         verification.findings.extend(output.miscounted());
         verification.findings.extend(output.find_in_character(original)?);
         if let Some(provenance) = output.provenance().filter(|_| !is_of_character) {
-            claims(original, source, &provenance, &change, &mut verification.findings)?;
+            let timeline = (!source.animations.is_empty()).then(|| Timeline::new(source, Some(0), &change));
+            let frames = timeline.transpose()?.map(|timeline| timeline.frame_count());
+            claims(original, &provenance, frames, &mut verification.findings);
         }
         let metres = output.metres_per_unit(source, &change);
         let compared = clip::Compared {

@@ -4,7 +4,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::chain::{self, Skeleton};
 use super::change::Change;
-use super::claims::is_same_file;
+use super::claims::claims;
 use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
@@ -272,18 +272,7 @@ fn find_in_header(source: &Scene, file: &ArrayFile, findings: &mut Vec<Finding>)
         let message = format!("the file states the up axis {up}, which neither its source nor a step states");
         findings.push(Finding::new(FindingKind::UpAxis, message));
     }
-    if let (Some(claimed), Some(found)) = (&provenance.source, &source.metadata.origin)
-        && !claimed.sha256.is_empty()
-        && !is_same_file(claimed, found)
-    {
-        let message = format!("the file says that it was made from another file, \"{}\"", claimed.name);
-        findings.push(Finding::new(FindingKind::Provenance, message));
-    }
-    if provenance.frames != file.frames as u64 {
-        let (claimed, found) = (provenance.frames, file.frames);
-        let message = format!("the file says that it has {claimed} frames, but there are {found}");
-        findings.push(Finding::new(FindingKind::Provenance, message));
-    }
+    claims(source, provenance, Some(file.frames as u64), findings);
 }
 
 /// A velocity that is not the central difference of the positions, at the ends one-sided.

@@ -7,8 +7,6 @@ use mocap_io::import::{Clips, Importer};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{AppliedStep, Origin, Scene};
 
-use super::change::Change;
-use super::timeline::Timeline;
 use super::{Finding, FindingKind};
 
 /// Imports the source as it was read for the conversion.
@@ -53,33 +51,30 @@ pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
     }
 }
 
-/// Holds what a file says of its frames against what is to be in it.
-pub(super) fn claims(
-    original: &Scene,
-    source: &Scene,
-    provenance: &Provenance,
-    change: &Change,
-    findings: &mut Vec<Finding>,
-) -> Result<()> {
-    let found = original.metadata.origin.as_ref().map_or("", |origin| &origin.sha256);
-    let claimed = provenance.source.as_ref().map_or("", |origin| &origin.sha256);
-    if !claimed.is_empty() && !found.is_empty() && claimed != found {
-        let message = format!("the file says that it was made from another file, of the SHA-256 {claimed}");
-        findings.push(Finding::new(FindingKind::Provenance, message));
-    }
+/// Holds what a file says of its source and of its `frames`, where it has any, against what there is.
+pub(super) fn claims(original: &Scene, provenance: &Provenance, frames: Option<u64>, findings: &mut Vec<Finding>) {
+    let mut find = |message: String| findings.push(Finding::new(FindingKind::Provenance, message));
     let mut claim = |what: &str, claimed: u64, found: u64| {
         if claimed != found {
-            let message = format!("the file says that {what} {claimed} frames, but there are {found}");
-            findings.push(Finding::new(FindingKind::Provenance, message));
+            find(format!(
+                "the file says that {what} {claimed} frames, but there are {found}"
+            ));
         }
     };
-    let frames = |scene: &Scene| scene.animations.first().map_or(0, |clip| clip.frame_count() as u64);
-    if let Some(origin) = &provenance.source {
-        claim("its source has", origin.frames, frames(original));
+    let frames_of_source = || original.animations.first().map_or(0, |clip| clip.frame_count() as u64);
+    if let Some(claimed) = &provenance.source {
+        claim("its source has", claimed.frames, frames_of_source());
     }
-    if !source.animations.is_empty() {
-        let timeline = Timeline::new(source, Some(0), change)?;
-        claim("it has", provenance.frames, timeline.frame_count());
+    if let Some(found) = frames {
+        claim("it has", provenance.frames, found);
     }
-    Ok(())
+    if let (Some(claimed), Some(found)) = (&provenance.source, &original.metadata.origin)
+        && ![claimed, found].iter().any(|origin| origin.sha256.is_empty())
+        && !is_same_file(claimed, found)
+    {
+        let (name, hash) = (&claimed.name, &claimed.sha256);
+        find(format!(
+            "the file says that it was made from another file, \"{name}\" of the SHA-256 {hash}"
+        ));
+    }
 }
