@@ -194,10 +194,10 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
 )]
 #[doc(hidden)]
 pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> {
-    /// Frames that any motion may have: four seconds at 240 Hz.
-    const ANY: usize = 1024;
-    /// Visits of a filter with more frames, some seconds.
-    const VISITS: usize = 1 << 32;
+    /// Frames that any motion may have: two seconds at 240 Hz.
+    const ANY: usize = 512;
+    /// Visits of a filter with more frames: under 20 seconds in an unoptimised build.
+    const VISITS: usize = 1 << 31;
     let most = ANY.max(VISITS / values.max(1));
     if frames <= most {
         return Ok(frames);

@@ -66,7 +66,7 @@ fn averages_of_too_many_frames_are_refused() {
     let refusal = smoothed(1e6, 100_000).unwrap_err();
     assert_eq!(refusal.code(), Code::LimitExceeded);
     let expected = refusal.diagnostic().expected.as_deref();
-    assert_eq!(expected, Some("at most 42949 frames on either side"));
+    assert_eq!(expected, Some("at most 21474 frames on either side"));
     let longest = Despike::new().longest(50_000);
     let refusal = longest
         .apply(&mut trembling(30.0, 200_000), &StepInput::new())
