@@ -36,7 +36,9 @@ pub(super) fn find(
     change: &Change,
     keeps_rest: bool,
 ) -> Vec<Finding> {
-    let theirs = meshes(output);
+    let mut theirs = meshes(output);
+    // A file has them in the order in which the nodes of the source have them. A reader may put them on other nodes.
+    theirs.sort_by_key(|(_, mesh)| output.meshes.iter().position(|other| std::ptr::eq(other, *mesh)));
     if theirs.is_empty() {
         return Vec::new();
     }

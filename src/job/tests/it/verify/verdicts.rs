@@ -421,6 +421,39 @@ fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
     );
 }
 
+/// The meshes of one node stay in their order in USD, whose reader puts each on the node of its first bone.
+#[test]
+fn meshes_are_compared_in_the_order_of_the_file() {
+    let files = Files::new(&gltf(chain(), &[("walk", 30.0, 10, &[0, 1, 2])]));
+    let mut scene = files.scene();
+    let whole = scene.meshes[0].clone();
+    let part = |bone: &str, faces: usize| {
+        let mut part = whole.clone();
+        part.indices.truncate(3 * faces);
+        part.bones
+            .rotate_left(whole.bones.iter().position(|other| other.name == bone).unwrap());
+        part
+    };
+    let node = scene.nodes.iter().position(|node| !node.meshes.is_empty()).unwrap();
+    let last = whole.bones.last().unwrap().name.clone();
+    scene.meshes = vec![part(&last, 4), part(&whole.bones[0].name, 2)];
+    scene.nodes[node].meshes = vec![0, 1];
+    scene.materials[whole.material_index].name = "cloth".into();
+    let source = files.0.path().join("character.fbx");
+    Exporter::new().export(&scene, &source).unwrap();
+    let mut scene = Importer::new()
+        .skeleton_mesh(SkeletonMesh::Own)
+        .import(&source)
+        .unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    for extension in ["usda", "glb", "fbx"] {
+        let path = files.0.path().join("out").with_extension(extension);
+        Exporter::new().export(&scene, &path).unwrap();
+        let verified = Verifier::new().files(&source, &path).unwrap();
+        assert!(verified.is_within(1e-3), "{extension}: {verified:?}");
+    }
+}
+
 /// The bind poses of a compressed file are decoded: the right one is accepted, and another is found.
 #[test]
 fn an_inverse_bind_matrix_in_a_stream_of_meshopt_is_read() {
