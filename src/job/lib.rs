@@ -3,7 +3,8 @@
 //! A [`Job`] is one of four kinds:
 //!
 //! - A [`MotionJob`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]),
-//!   changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result ([`Writing`]).
+//!   changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result
+//!   ([`Writing`]).
 //! - A [`SurveyJob`] writes a table with a row for each clip.
 //! - A [`GraphJob`] writes the motion graph of its clips.
 //! - A [`WalkJob`] changes, retargets and writes a walk over a motion graph.
@@ -42,6 +43,7 @@ mod names;
 mod reading;
 mod report;
 mod robot_format;
+mod run;
 mod said;
 mod smaller;
 mod source;

@@ -28,8 +28,8 @@ use super::{JobTarget, JointNames, MotionJob, meshes, names};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
-/// [`MotionJob::run`] makes one and writes its output. A program that has many motions, or that looks at what was made, makes
-/// one itself; it writes nothing.
+/// [`MotionJob::run`] makes one and writes its output. A program that has many motions, or that looks at what was made,
+/// makes one itself; it writes nothing.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

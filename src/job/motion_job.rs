@@ -1,18 +1,16 @@
 //! A job that makes an output of motions.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use mocap_edit::EditStep;
-use mocap_formats::Written;
 use mocap_formats::gltf::Provenance;
-use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use super::files::{Files, policy};
-use super::{JobReport, JobTarget, Maker, Reading, Sources, Writing, is_default, refuse};
+use super::files::policy;
+use super::{JobTarget, Reading, Sources, Writing, is_default};
 use crate::verify::{Verification, Verifier};
 
 /// Reads motions, changes them, retargets them, and writes the result.
@@ -54,71 +52,6 @@ pub struct MotionJob {
 }
 
 impl MotionJob {
-    /// Reads the inputs, and writes the output: whole, or not at all.
-    ///
-    /// # Errors
-    /// As [`Job::run`](super::Job::run).
-    pub fn run(&self) -> Result<JobReport> {
-        self.run_with(&[])
-    }
-
-    /// As [`run`](Self::run), where the files of `given` are not on the disk, such as standard input, whose name is
-    /// `-`.
-    ///
-    /// # Errors
-    /// As [`run`](Self::run).
-    pub fn run_with(&self, given: &[MemoryFile<'_>]) -> Result<JobReport> {
-        let output = &self.write.output;
-        check_one_file(&self.source.inputs, &self.write)?;
-        let policy = self.policy();
-        policy.check_inputs(output)?;
-        let mut report = JobReport::default();
-        let maker = Maker::new(self, given, &mut |said| report.hear(said))?;
-        maker.check(&policy, output)?;
-        let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
-        let scene = report.save(&maker, made, output, &policy)?;
-        if self.verify {
-            let verification = self.verify_output(scene, output)?;
-            if !verification.is_within(self.write.smaller.tolerance()) {
-                report.problem = Some("the output is farther from its source than allowed".to_owned());
-            }
-            report.verification = Some(verification);
-        }
-        Ok(report)
-    }
-
-    /// Makes the output as [`run`](Self::run) does, and writes nothing. The files of `given` are not read from the
-    /// disk, such as standard input, whose name is `-`.
-    ///
-    /// # Errors
-    /// As [`run`](Self::run).
-    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
-        self.make_of(Files { given, has_disk: true })
-    }
-
-    /// As [`Job::run_in_memory`](super::Job::run_in_memory).
-    ///
-    /// # Errors
-    /// As [`Job::run_in_memory`](super::Job::run_in_memory).
-    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
-        self.make_of(Files {
-            given: files,
-            has_disk: false,
-        })
-    }
-
-    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
-        if self.verify && !files.has_disk {
-            let message = "the job: verify compares files on a disk, and these are in memory";
-            return Err(Diagnostic::new(Code::InvalidValue, message).into());
-        }
-        let (mut report, output) = (JobReport::default(), &self.write.output);
-        let maker = Maker::of(self, files, &mut |said| report.hear(said))?;
-        let mut made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
-        report.describe(&maker, &mut made, output);
-        Ok((made.written, report))
-    }
-
     /// Compares an output with the input of the job, from which `scene` was made.
     ///
     /// # Errors
@@ -148,28 +81,4 @@ impl MotionJob {
         let others = self.source.with.iter().map(AsRef::as_ref).chain(target);
         policy(&self.source.inputs, &self.read, others).force(self.write.force)
     }
-}
-
-/// Refuses what is not one file on a disk.
-pub(super) fn check_one_file(inputs: &[PathBuf], write: &Writing) -> Result<()> {
-    let many = inputs.iter().find(|input| input.is_dir());
-    let (message, help) = match many {
-        _ if write.is_stream() => (
-            "the job writes to standard output, which belongs to the program".to_owned(),
-            "name a file in write.output, or do the job with mocap run",
-        ),
-        Some(folder) if !write.is_folder() => (
-            format!(
-                "{} is a folder, and its motions need a folder of outputs",
-                folder.display()
-            ),
-            "name a folder in write.output, which ends in /, and do the job with mocap run",
-        ),
-        _ if write.is_folder() => (
-            "the job makes an output of each of many motions in a folder".to_owned(),
-            "do it with mocap run, or take a Maker, or name a file in write.output",
-        ),
-        _ => return Ok(()),
-    };
-    refuse(&message, help)
 }

@@ -6,12 +6,10 @@ use mocap_corpus::survey::ClipRow;
 use mocap_edit::{EditReport, WalkReport};
 use mocap_formats::{Achieved, Renamed, Written};
 use mocap_retarget::retargeting::Report;
-use mocap_scene::error::{Diagnostic, Result};
-use mocap_scene::files::ReplacePolicy;
-use mocap_scene::scene::Scene;
+use mocap_scene::error::Diagnostic;
 use serde::Serialize;
 
-use super::{GraphReport, Made, Maker, Said};
+use super::{GraphReport, Said};
 use crate::verify::Verification;
 
 /// What a job has done.
@@ -92,31 +90,8 @@ impl JobReport {
         }
     }
 
-    /// Writes what was made, and takes over what there is to say of it. Returns the motion.
-    pub(super) fn save(
-        &mut self,
-        maker: &Maker<'_>,
-        mut made: Made,
-        output: &Path,
-        policy: &ReplacePolicy,
-    ) -> Result<Option<Scene>> {
-        let set = made.written.output_set(output)?;
-        set.save(policy)?;
-        set.remove_unfinished();
-        self.describe(maker, &mut made, output);
-        Ok(made.scene)
-    }
-
-    /// Takes over what there is to say of what was made.
-    pub(super) fn describe(&mut self, maker: &Maker<'_>, made: &mut Made, output: &Path) {
-        self.describe_files(&mut made.written, output);
-        self.problem = maker.problem(&made.clips);
-        self.leave_out(std::mem::take(&mut made.left_out));
-        self.clips = std::mem::take(&mut made.clips);
-    }
-
     /// Says which motions were left out.
-    fn leave_out(&mut self, motions: Vec<(PathBuf, Diagnostic)>) {
+    pub(super) fn leave_out(&mut self, motions: Vec<(PathBuf, Diagnostic)>) {
         if let Some((first, why)) = motions.first() {
             let (count, file, message) = (motions.len(), first.display(), &why.message);
             self.problem = Some(format!(
@@ -126,7 +101,8 @@ impl JobReport {
         self.warnings.extend(motions.into_iter().map(|(_, why)| why));
     }
 
-    fn describe_files(&mut self, written: &mut Written, output: &Path) {
+    /// Takes over what there is to say of an output.
+    pub(super) fn describe(&mut self, written: &mut Written, output: &Path) {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
         let last = written.files.len().saturating_sub(1);
         let named = written.files.iter().enumerate();

@@ -105,8 +105,8 @@ target! {
         #[serde(skip_serializing_if = "is_default")]
         pub replace_animations: bool,
         /// Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is
-        /// the worst of all: between a limb of the motion and that of the character in any frame, and in the mean a roll
-        /// of a limb, a line of the trunk, a palm
+        /// the worst of all: between a limb of the motion and that of the character in any frame, and in the mean a
+        /// roll of a limb, a line of the trunk, a palm
         #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES"))]
         #[serde(skip_serializing_if = "is_default")]
         pub max_angle: Option<Angle>,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::file_graph::{Clips, files_of, in_graph, read_graph};
 use super::files::{Files, check_inputs, policy};
-use super::motion_job::check_one_file;
+use super::run::{check_one_file, describe, save};
 use super::said::Hear;
 use super::{
     Graphing, JobReport, JobTarget, Made, Maker, MotionJob, Reading, SourceSpace, Sources, Walking, Writing,
@@ -131,7 +131,7 @@ impl WalkJob {
         let maker = Maker::of(&self.motion()?, files, &mut |said| report.hear(said))?;
         let (mut made, walk) = self.make_by(&maker, &mut |said| report.hear(said))?;
         report.walk = Some(walk);
-        report.describe(&maker, &mut made, &self.write.output);
+        describe(&mut report, &maker, &mut made, &self.write.output);
         Ok((made.written, report))
     }
 
@@ -145,7 +145,7 @@ impl WalkJob {
         maker.check(&policy, output)?;
         let (made, walk) = self.make_by(&maker, &mut |said| report.hear(said))?;
         report.walk = Some(walk);
-        report.save(&maker, made, output, &policy)?;
+        save(&mut report, &maker, made, output, &policy)?;
         Ok(report)
     }
 
