@@ -397,9 +397,14 @@ impl Verifier {
                 let scene = with_meshes()?;
                 Some(change::named(scene, all_steps).unwrap_or_else(|| scene.clone()))
             };
-            let keeps_rest = !has_new_axes && !change.rests_elsewhere(&pairs, &ours, &theirs);
             let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
             let change = whole.as_ref().unwrap_or(&change);
+            let named = change::named(original, all_steps);
+            let unchanged_joints = Skeleton::of_scene(named.as_ref().unwrap_or(original), None);
+            let unchanged_pairs = Pairs::new(&unchanged_joints, &theirs);
+            let rests_there =
+                unchanged_pairs.is_ok_and(|pairs| !change.rests_elsewhere(&pairs, &unchanged_joints, &theirs));
+            let keeps_rest = !has_new_axes && rests_there;
             let found = mesh::find(&unchanged, skinned, change, keeps_rest);
             verification.findings.extend(found);
         }

@@ -569,6 +569,12 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("write.smaller.max-error", json!("1mm")),
             ],
         ),
+        // Vertices are those of the file before its steps, and so is the rest pose that they are compared in.
+        (
+            "arm.fbx",
+            "glb",
+            &[("source.frames.rest", json!("frame:3")), ("steps", json!(["fill"]))],
+        ),
         // A step depends on the rest pose, on the bones and on the up axis that somebody stated.
         (
             "zup.bvh",
