@@ -72,7 +72,7 @@ pub struct Maker<'a> {
 pub struct Made {
     /// The files.
     pub written: Written,
-    /// The motion on its own skeleton, as it is written; absent where it is on another body.
+    /// The motion as it is written; absent in the file of a character and in the numbers of a robot.
     pub scene: Option<Scene>,
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
     pub humanoid: Option<Humanoid>,

@@ -52,7 +52,8 @@ pub struct MotionJob {
 }
 
 impl MotionJob {
-    /// Compares an output with the input of the job, from which `scene` was made.
+    /// Compares an output with the input of the job, from which `scene` was made. A motion on a target is compared with
+    /// the target: its joints are elsewhere than in the input on purpose.
     ///
     /// # Errors
     /// As [`Verifier::files`].
@@ -60,11 +61,15 @@ impl MotionJob {
         let Some(input) = self.source.inputs.first() else {
             return Err(Diagnostic::new(Code::InvalidValue, "the job names no input").into());
         };
-        let verifier = Verifier::new()
-            .importer(self.read.importer())
-            .space(self.source.space.clone())
-            .allowing(self.write.smaller.tolerance())
-            .second_motions(self.source.with.clone());
+        let verifier = Verifier::new().allowing(self.write.smaller.tolerance());
+        let (input, verifier) = match &self.target {
+            Some(target) => (target.file(), verifier),
+            None => {
+                let verifier = verifier.importer(self.read.importer());
+                let verifier = verifier.space(self.source.space.clone());
+                (input.as_path(), verifier.second_motions(self.source.with.clone()))
+            }
+        };
         // A BVH file does not say how it was made.
         let verifier = match &scene {
             Some(scene) => verifier.provenance(Provenance::of(scene)),

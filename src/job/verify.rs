@@ -214,7 +214,9 @@ impl Verifier {
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
         let provenance = self.provenance_of(&output);
         let character = match provenance.as_ref().and_then(Provenance::onto) {
-            Some(_) => Some(importer.import(source)?).filter(|scene| output.is_of_character(scene)),
+            Some(_) => {
+                Some(importer.import(source)?).filter(|scene| output.is_of_character(scene, self.provenance.as_ref()))
+            }
             None => None,
         };
         let mut scene = match (character, &provenance) {
@@ -295,10 +297,11 @@ impl Verifier {
     }
 
     fn compare(&self, source: &Scene, file: Option<&Path>, output: &Output<'_>) -> Result<Verification> {
-        output.check_not_retargeted(source)?;
-        let is_of_character = output.is_of_character(source);
+        let given = self.provenance.as_ref();
+        output.check_not_retargeted(source, given)?;
+        let is_of_character = output.is_of_character(source, given);
         let provenance = output
-            .provenance_of_character(source)
+            .provenance_of_character(source, given)
             .or_else(|| self.provenance_of(output));
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
         let all_steps = steps;
@@ -322,12 +325,16 @@ impl Verifier {
         // The clips of one name may stand in another order in the file.
         let clips = clip::pairs(source, output).into_iter().enumerate();
         let shown = clips.filter_map(|(ours, theirs)| Some((ours, theirs?))).next();
-        let (our_clip, their_clip) = shown.unwrap_or((0, 0));
+        // Of a character the rest pose is compared: its clips are those of other files.
+        let shown = match is_of_character {
+            true => (None, None),
+            false => shown.map_or((Some(0), Some(0)), |(ours, theirs)| (Some(ours), Some(theirs))),
+        };
         let change = match &provenance {
             Some(_) => Change::recorded(steps).in_unit_of(output.written_unit()),
             None => Change::guessed(
-                &Skeleton::of_scene(source, Some(our_clip)),
-                &output.skeleton(Some(their_clip))?,
+                &Skeleton::of_scene(source, shown.0),
+                &output.skeleton(shown.1)?,
                 &pairs,
                 metres_of(source),
                 output.stated_unit(source),
@@ -337,6 +344,12 @@ impl Verifier {
             Some(_) => pairs.of_bones(source, &ours, &theirs)?,
             None => pairs,
         };
+        if is_of_character && !output.has_rest_of(source, &change) {
+            let message = "the file has no rest pose of the body, and its motion is that of another file";
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .help("write the motion as .glb too, and compare that with the body")
+                .into());
+        }
         // Joints of BVH rest without a rotation, so that another up axis turns their axes. A file alone does not say
         // that it has another rest pose on purpose.
         let is_bvh = output.format() == Some(Format::Bvh);
@@ -434,7 +447,6 @@ impl Verifier {
         let allowed = self.max_error.unwrap_or(timeline::SMALLEST_MOTION);
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;
-        // Of a character the rest pose is compared: its clips are those of other files.
         let clips = match is_of_character {
             true => vec![(None, None)],
             false => clip::matched(source, output, &change, &mut verification.findings)?,

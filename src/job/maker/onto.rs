@@ -77,10 +77,10 @@ impl Maker<'_> {
         if let Some(names) = names.filter(|names| !names.is_empty()) {
             target.name_clips(names)?;
         }
-        let written = self.write_onto(&target, output)?;
+        let (written, scene) = self.write_onto(&target, output)?;
         Ok(Made {
             written,
-            scene: None,
+            scene,
             humanoid: None,
             left_out: Vec::new(),
             clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
@@ -109,19 +109,19 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// The files of motions on another body, for the name `output`.
-    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<Written> {
+    /// The files of motions on another body, for the name `output`, and their scene where they are written from one.
+    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<(Written, Option<Scene>)> {
         let write = &self.job.write;
         let row = match self.form {
             Form::Robot(format) => {
                 let mut written = format.write(target)?;
                 written.notes.extend(target.lost_faces("a robot"));
-                return Ok(written);
+                return Ok((written, None));
             }
             Form::Character => {
                 let name = output.file_name().unwrap_or_default().to_string_lossy();
                 let written = target.character_files(&write.gltf(), &name)?;
-                return Ok(written.unwrap_or_default());
+                return Ok((written.unwrap_or_default(), None));
             }
             Form::Scene(row) => row,
         };
@@ -156,7 +156,7 @@ impl Maker<'_> {
         naming
             .iter()
             .for_each(|naming| names::tell(naming, &scene, &mut written));
-        Ok(written)
+        Ok((written, Some(scene)))
     }
 }
 

@@ -107,27 +107,36 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// What the file says of itself, seen from the character that its motion was put on, where `source` is that.
-    pub(super) fn provenance_of_character(&self, source: &Scene) -> Option<Provenance> {
-        let onto = self.provenance()?.onto()?.clone();
+    /// What the file says of itself, or else is `given`, seen from the character that its motion was put on, where
+    /// `source` is that.
+    pub(super) fn provenance_of_character(&self, source: &Scene, given: Option<&Provenance>) -> Option<Provenance> {
+        let provenance = self.provenance().or_else(|| given.cloned())?;
+        let onto = provenance.onto()?.clone();
+        let is_onto = |step: &AppliedStep| matches!(step, AppliedStep::Retarget { .. });
+        // What was done to the body, before its motion came and after.
+        let after = provenance.steps.iter().rev().take_while(|step| !is_onto(step)).count();
+        let after = &provenance.steps[provenance.steps.len() - after..];
         is_file_of(source, onto.source.as_ref()).then(|| Provenance {
             source: onto.source,
             root_offset: onto.root_offset,
-            steps: onto.steps,
+            steps: [&*onto.steps, after].concat(),
             ..Provenance::default()
         })
     }
 
-    /// Whether motion of other files was put on `source`, which is a character.
-    pub(super) fn is_of_character(&self, source: &Scene) -> bool {
+    /// Whether motion of other files was put on `source`, which is a character, or a robot: that has no motion.
+    pub(super) fn is_of_character(&self, source: &Scene, given: Option<&Provenance>) -> bool {
+        if is_robot(source) {
+            return true;
+        }
         let Self::Gltf(file, ..) = self else {
-            return self.provenance_of_character(source).is_some();
+            return self.provenance_of_character(source, given).is_some();
         };
         let is_onto = |provenance: Provenance| {
             let onto = provenance.onto();
             onto.is_some_and(|onto| is_file_of(source, onto.source.as_ref()))
         };
-        self.provenance_of_character(source).is_some()
+        self.provenance_of_character(source, given).is_some()
             || file.provenance_of_kept().is_none() && file.provenances_of_animations().any(is_onto)
     }
 
@@ -154,7 +163,7 @@ impl<'a> Output<'a> {
         let (Self::Gltf(_, _, Some(parts)), Some(original)) = (self, &source.original) else {
             return Ok(Vec::new());
         };
-        let changed = match (self.is_of_character(source), self.only_clip()) {
+        let changed = match (self.is_of_character(source, None), self.only_clip()) {
             (true, _) => Changed::Added,
             (false, Some(clip)) => Changed::One(clip),
             (false, None) => Changed::All,
@@ -163,14 +172,15 @@ impl<'a> Output<'a> {
     }
 
     /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
-    pub(super) fn check_not_retargeted(&self, source: &Scene) -> Result<()> {
+    pub(super) fn check_not_retargeted(&self, source: &Scene, given: Option<&Provenance>) -> Result<()> {
         // Other animations of a character may still be compared with what it was before.
         let is_source = |provenance: &Provenance| is_file_of(source, provenance.source.as_ref());
         let added: Vec<Provenance> = match self {
             Self::Gltf(file, ..) => file.provenances_of_animations().filter(is_source).collect(),
             Self::Scene(..) => Vec::new(),
         };
-        let all = self.provenance().into_iter().chain(added);
+        let own = self.provenance().or_else(|| given.cloned());
+        let all = own.into_iter().chain(added);
         let Some(onto) = all.filter_map(|provenance| provenance.onto().cloned()).next() else {
             return Ok(());
         };
@@ -324,6 +334,14 @@ impl<'a> Output<'a> {
         self.format() == Some(Format::Trc)
     }
 
+    /// Whether joints rest where those of `source` do: not in points, in the T-pose of a VRM animation, in BVH, where
+    /// they rest without a rotation, and for a robot in glTF, where a joint that stays has its rotation in its node.
+    pub(super) fn has_rest_of(&self, source: &Scene, change: &Change) -> bool {
+        let is_bvh = self.format() == Some(Format::Bvh) && source.metadata.format != Some(Format::Bvh);
+        let is_of_robot = self.format() == Some(Format::Gltf) && is_robot(source);
+        !self.is_of_points() && change.humanoid.is_none() && !is_bvh && !is_of_robot
+    }
+
     /// Metres in a unit of the file: what the file says, else the unit of the source.
     pub(super) fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
         let Self::Scene(scene, _) = self else { return 1.0 };
@@ -350,6 +368,11 @@ impl<'a> Output<'a> {
             }
         }
     }
+}
+
+/// Whether a scene is a robot, whose file has no motion.
+fn is_robot(scene: &Scene) -> bool {
+    matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf))
 }
 
 /// Whether a scene was read from this file.
