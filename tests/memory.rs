@@ -191,7 +191,8 @@ fn much_of_little() -> [(&'static str, Vec<u8>); 3] {
     let turn = PackedClip::encode(&scene, 0, 0.001).unwrap();
     let mut dance = fs::read("fixtures/made/dancer.vmd").unwrap();
     // Keys of bones follow the header and their number. Each has 111 bytes, with the frame behind the name.
-    for key in dance[54..].chunks_exact_mut(111).take(usize::from(dance[50])) {
+    let keys = usize::from(dance[50]);
+    for key in dance[54..].chunks_exact_mut(111).take(keys) {
         let frame = u32::from_le_bytes(key[15..19].try_into().unwrap());
         key[15..19].copy_from_slice(&(100 * frame).to_le_bytes());
     }
