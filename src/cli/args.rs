@@ -226,8 +226,7 @@ impl ConvertArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Verifying")]
 pub(crate) struct ToleranceArgs {
-    /// Largest allowed distance of a joint from its position in the source, in metres or with a unit, such as 1mm;
-    /// above it the exit code is 1
+    /// Largest allowed distance of a joint from its position in the source, such as 1mm; above it the exit code is 1
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     pub(crate) max_error: Length,
 }

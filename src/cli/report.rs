@@ -109,6 +109,11 @@ pub(crate) fn complain(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
 }
 
+/// Prints a warning that is not about the contents of a file.
+pub(crate) fn caution(message: &str) {
+    print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
+}
+
 /// Says which animation of several a command uses that needs one: the first that was imported.
 pub(crate) fn clip_taken(scene: &mocap::Scene) {
     if let [first, _, ..] = scene.animations.as_slice() {

@@ -336,7 +336,7 @@ impl Takes {
     pub(super) const fn example(self) -> &'static str {
         match self {
             Self::Seconds | Self::Weights => "0.5",
-            Self::Metres => "0.05",
+            Self::Metres => "5cm",
             Self::MetresPerSecond => "0.25",
             Self::Hertz => "8",
             Self::Degrees => "3",
@@ -364,7 +364,7 @@ impl fmt::Display for Takes {
         let example = self.example();
         match self {
             Self::Seconds => write!(f, "a time in seconds such as {example}"),
-            Self::Metres => write!(f, "a length in metres such as {example}, or with a unit such as 5cm"),
+            Self::Metres => write!(f, "a length such as {example}"),
             Self::MetresPerSecond => write!(f, "a speed in metres per second such as {example}"),
             Self::Hertz => write!(f, "a frequency in Hz such as {example}"),
             Self::Degrees => write!(f, "an angle in degrees such as {example}"),

@@ -86,6 +86,8 @@ pub(super) fn print(takes: Takes, value: &Value) -> Option<String> {
             }
         }),
         Takes::Target | Takes::Point => Some(joined_pair(value, "/")),
+        // A command line wants the unit.
+        Takes::Metres if value.is_number() => Some(format!("{}m", word(value))),
         _ => Some(word(value)),
     }
 }

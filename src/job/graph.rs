@@ -34,8 +34,8 @@ pub struct Graphing {
     /// The length of the window that is compared, and of a transition, in seconds
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
     pub window: f64,
-    /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, in metres
-    /// or with a unit, such as 6cm
+    /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, such as
+    /// 6cm
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = Graphing::default().threshold))]
     pub threshold: Length,
     /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any

@@ -34,6 +34,35 @@ impl Length {
     pub const fn to_metres(self) -> f64 {
         self.0
     }
+
+    /// The question to ask where a text on a command line is a length without a unit: `1` would be a metre.
+    #[doc(hidden)]
+    pub fn question(text: &str) -> Option<String> {
+        // What is smaller was meant in metres.
+        const SMALLEST_IN_MILLIMETRES: f64 = 0.1;
+        let number: f64 = text.trim().parse().ok().filter(|&number| number != 0.0)?;
+        let millimetres = match number.abs() < SMALLEST_IN_MILLIMETRES {
+            true => (number * 1e9).round() / 1e6,
+            false => number,
+        };
+        Some(format!(
+            "a length needs a unit: did you mean {millimetres}mm? For metres write {number}m"
+        ))
+    }
+}
+
+/// On a command line a length needs its unit.
+#[cfg(feature = "clap")]
+impl clap::builder::ValueParserFactory for Length {
+    type Parser = clap::builder::ValueParser;
+
+    fn value_parser() -> Self::Parser {
+        clap::builder::ValueParser::new(|text: &str| match (Self::question(text), text.parse::<Self>()) {
+            (Some(question), Ok(_)) => Err(question),
+            (_, Ok(length)) => Ok(length),
+            (_, Err(_)) => Err("not a length with a unit, such as 1mm or 0.5cm".to_owned()),
+        })
+    }
 }
 
 impl FromStr for Length {

@@ -165,7 +165,7 @@ class Fixture:
         self.notes = []
 
     def prepare(self):
-        options = ["--max-error", f"{self.bound}"] if self.bound else []
+        options = ["--max-error", f"{self.bound}m"] if self.bound else []
         made = run(MOCAP, "convert", "--quiet", self.path, self.output, *options)
         if made.returncode:
             return False
@@ -223,7 +223,7 @@ class Fixture:
         return any(frame != self.places[0] for frame in self.places[1:])
 
     def judge_ufbx(self):
-        made = run(MOCAP, "verify", self.path, self.output, "--max-error", f"{self.allowed + self.bound}", "--json")
+        made = run(MOCAP, "verify", self.path, self.output, "--max-error", f"{self.allowed + self.bound}m", "--json")
         try:
             found = json.loads(made.stdout)
         except json.JSONDecodeError:

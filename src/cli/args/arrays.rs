@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 use mocap::convert::TimeRange;
 
-use mocap::job::{OutSpace, Reading, SourceMap, SourceSpace};
+use mocap::job::{Length, OutSpace, Reading, SourceMap, SourceSpace};
 
 use super::{ForceArgs, Given};
 #[cfg(feature = "parquet")]
@@ -193,9 +193,9 @@ pub(crate) struct ArraysArgs {
     /// Names of the feet: a regular expression [default: the feet of the humanoid; else (?i)foot|toe|ankle]
     #[arg(long, value_name = "REGEX", requires = "contacts")]
     feet: Option<String>,
-    /// Largest height of a foot in contact, in metres above where it rests [default: 0.05]
-    #[arg(long, value_name = "METRES", requires = "contacts")]
-    contact_height: Option<f64>,
+    /// Largest height of a foot in contact above where it rests, such as 3cm [default: 5cm]
+    #[arg(long, value_name = "LENGTH", requires = "contacts")]
+    contact_height: Option<Length>,
     /// Largest speed of a foot in contact, in metres per second [default: 0.25]
     #[arg(long, value_name = "SPEED", requires = "contacts")]
     contact_speed: Option<f64>,
@@ -244,7 +244,7 @@ impl ArraysArgs {
             .contacts(self.contacts.then(|| {
                 Contacts::new()
                     .feet(self.feet.clone())
-                    .height(self.contact_height.unwrap_or(standard.height))
+                    .height(self.contact_height.map_or(standard.height, Length::to_metres))
                     .speed(self.contact_speed.unwrap_or(standard.speed))
             }))
     }

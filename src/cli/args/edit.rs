@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
-use mocap::edit::{EditStep, Loop};
-use mocap::job::MotionJob;
+use mocap::edit::{EditStep, Loop, Takes};
+use mocap::job::{Length, MotionJob};
 
 use super::{OwnArgs, ViewArgs};
 
@@ -116,6 +116,9 @@ fn parse_loop(text: &str) -> Result<EditStep, String> {
 }
 
 fn parse_step(text: &str) -> Result<EditStep, String> {
+    if let Some(question) = question_of_lengths(text) {
+        return Err(question);
+    }
     text.parse().map_err(|error: mocap::Error| {
         let diagnostic = error.diagnostic();
         match &diagnostic.help {
@@ -123,6 +126,19 @@ fn parse_step(text: &str) -> Result<EditStep, String> {
             None => diagnostic.message.clone(),
         }
     })
+}
+
+/// The question to ask where a step has a length without a unit.
+fn question_of_lengths(text: &str) -> Option<String> {
+    let (name, options) = text.split_once(':')?;
+    let step = EditStep::ALL.iter().find(|step| step.name == name)?;
+    let is_length = |name: &str| {
+        let mut lengths = step.keys.iter().filter(|key| key.takes == Takes::Metres);
+        lengths.any(|key| key.field == name.trim().replace('-', "_"))
+    };
+    let options = options.split(',').filter_map(|option| option.split_once('='));
+    let mut lengths = options.filter(|(name, _)| is_length(name));
+    lengths.find_map(|(name, value)| Some(format!("{name}={value}: {}", Length::question(value)?)))
 }
 
 /// The steps, with their help in a column of its own.
@@ -134,7 +150,7 @@ fn steps() -> String {
         .max()
         .unwrap_or_default();
     let indent = name + 4;
-    let mut text = "Steps (S: seconds, M: metres, N: a number):\n".to_owned();
+    let mut text = "Steps (S: seconds, M: a length such as 5cm, N: a number; a point M/M/M is in metres):\n".to_owned();
     for step in EditStep::ALL {
         let mut line = format!("  {:<name$}  ", step.name);
         for word in step.to_string().split(' ') {

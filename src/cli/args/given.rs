@@ -8,6 +8,8 @@ use clap::error::{ContextKind, ErrorKind};
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
+use mocap::job::Length;
+
 use super::{Args, BatchArgs, ForceArgs, help};
 use crate::batch::hash::sha256;
 use crate::{Failure, report};
@@ -19,7 +21,12 @@ pub(crate) struct Given {
     pub(crate) options: String,
     /// The long names of the options that the user wrote.
     names: Vec<String>,
+    /// The largest error that the user wrote.
+    max_error: Option<Length>,
 }
+
+/// A larger error in metres is seen in any motion of a body.
+const LARGE_ERROR: f64 = 0.05;
 
 impl Given {
     pub(crate) fn has(&self, name: &str) -> bool {
@@ -29,6 +36,16 @@ impl Given {
     /// Whether nothing is to be written.
     pub(crate) fn is_dry_run(&self) -> bool {
         self.has("dry-run")
+    }
+
+    /// Warns of a largest error that was meant smaller.
+    fn question_max_error(&self) {
+        if let Some(length) = self.max_error.filter(|length| length.to_metres() > LARGE_ERROR) {
+            report::caution(&format!(
+                "--max-error {length} accepts joints that are {} cm off; usual is 1mm",
+                100.0 * length.to_metres()
+            ));
+        }
     }
 
     /// Refuses the options of these names, which would do nothing, because of `why`.
@@ -66,6 +83,9 @@ impl Args {
             }
             _ => Err(error),
         });
+        if let Ok((_, given)) = &parsed {
+            given.question_max_error();
+        }
         parsed.unwrap_or_else(|error| {
             if asks_for_job(&error) {
                 report::complain(
@@ -102,6 +122,9 @@ impl Args {
                     && let Some(name) = arg.get_long()
                 {
                     given.names.push(name.to_owned());
+                    if name == "max-error" {
+                        given.max_error = matches.try_get_one(id).ok().flatten().copied();
+                    }
                 }
                 if !is_of_batch(arg)
                     && let Ok(Some(values)) = matches.try_get_raw(id)

@@ -172,10 +172,9 @@ impl FromStr for PartArg {
                 part: TimeRange::default(),
             });
         };
-        let ends: Vec<&str> = part.split("..").map(without_unit).collect();
         Ok(Self {
             file: file.into(),
-            part: ends.join("..").parse()?,
+            part: part.parse()?,
         })
     }
 }
@@ -186,15 +185,10 @@ impl FromStr for PoseArg {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "not FILE@T, as in walk.bvh@2.5s (seconds) or walk.bvh@150f (a frame)".to_owned();
         let (file, at) = text.rsplit_once('@').ok_or_else(wrong)?;
-        let part: TimeRange = format!("{}..", without_unit(at)).parse().map_err(|_| wrong())?;
+        let part: TimeRange = format!("{at}..").parse().map_err(|_| wrong())?;
         Ok(Self {
             file: file.into(),
             at: part.first.ok_or_else(wrong)?,
         })
     }
-}
-
-/// Seconds are meant where nothing is said.
-fn without_unit(time: &str) -> &str {
-    time.strip_suffix('s').unwrap_or(time)
 }

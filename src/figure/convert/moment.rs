@@ -50,6 +50,7 @@ impl Moment {
 /// let range: TimeRange = "1.5..480f".parse().unwrap();
 /// assert_eq!((range.first, range.last), (Some(Moment::Seconds(1.5)), Some(Moment::Frame(480))));
 /// assert_eq!(range.to_string(), "1.5..480f");
+/// assert_eq!("1.5s..480f".parse(), Ok(range));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeRange {
@@ -82,7 +83,7 @@ impl FromStr for TimeRange {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || "not A..B, as in 1.5..4 (seconds) or 120f..480f (frames)".to_owned();
+        let wrong = || "not A..B, as in 1.5s..4s (seconds) or 120f..480f (frames)".to_owned();
         let moment = |text: &str| -> Result<Option<Moment>, String> {
             if text.is_empty() {
                 return Ok(None);
@@ -90,6 +91,8 @@ impl FromStr for TimeRange {
             let moment = match text.strip_suffix('f') {
                 Some(frame) => frame.parse().ok().map(Moment::Frame),
                 None => text
+                    .strip_suffix('s')
+                    .unwrap_or(text)
                     .parse()
                     .ok()
                     .filter(|time: &f64| time.is_finite() && *time >= 0.0)

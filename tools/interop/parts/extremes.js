@@ -54,7 +54,7 @@ async function checkedFile(results, outputs, name, text, maxError = MAX_ERROR) {
   const output = convert(input, join(outputs, `${name}.glb`), "--unit", "m");
   const messages = await messagesAbout(output, "default");
   results.check(messages.length === 0, `${name}: ${messages.slice(0, 3).join("\n    ")}`);
-  const { max_error, missing } = JSON.parse(mocap("verify", input, output, "--json", "--max-error", "1000"));
+  const { max_error, missing } = JSON.parse(mocap("verify", input, output, "--json", "--max-error", "1000m"));
   results.check(max_error < maxError, `${name}: ${millimetres(max_error)} off`);
   results.check(missing.length === 0, `${name}: missing ${missing.join(", ")}`);
   results.note(`${name}: ${statSync(output).size} bytes, at most ${millimetres(max_error)} off`);

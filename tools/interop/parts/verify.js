@@ -15,7 +15,7 @@ export async function run(results, folder) {
   for (const input of fixtures("real")) {
     await results.guard(basename(input), () => {
       const output = convert(input, join(outputs, outputName(input, ".glb")));
-      const verification = JSON.parse(mocap("verify", input, output, "--json", "--max-error", "1000"));
+      const verification = JSON.parse(mocap("verify", input, output, "--json", "--max-error", "1000m"));
       const { max_error, missing, joints } = verification;
       results.check(max_error < MAX_ERROR, `${basename(input)}: ${millimetres(max_error)} off`);
       results.check(missing.length === 0, `${basename(input)}: ${missing.length} of ${joints} joints are missing`);

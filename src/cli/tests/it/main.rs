@@ -29,6 +29,7 @@ mod inputs;
 mod interrupted;
 mod jobs;
 mod kept_characters;
+mod lengths;
 mod limits;
 #[cfg(unix)]
 mod live;

@@ -8,11 +8,11 @@ use serde_json::json;
 const TEXTS: &[(&str, &str)] = &[
     (
         "foot-lock",
-        "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
+        "foot-lock:blend=0.2,gap=0.05,height=0.05m,release=1.6,shortest=0.08,speed=0.25",
     ),
     (
         "foot-lock:speed=0.3,largest-change=0.02",
-        "foot-lock:blend=0.2,gap=0.05,height=0.05,largest-change=0.02,release=1.6,shortest=0.08,speed=0.3",
+        "foot-lock:blend=0.2,gap=0.05,height=0.05m,largest-change=0.02m,release=1.6,shortest=0.08,speed=0.3",
     ),
     ("mirror", "mirror"),
     (
@@ -83,7 +83,7 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     (
         "pin:to=left-hand,range=1..2",
-        "pin:blend=0.2,distance=0.3,limb=right-hand,range=1..2,speed=0.25,to=left-hand",
+        "pin:blend=0.2,distance=0.3m,limb=right-hand,range=1..2,speed=0.25,to=left-hand",
     ),
     (
         "look-at:at=0/1.5/9,limit=60",
@@ -225,10 +225,7 @@ fn a_bad_value_says_what_its_option_takes() {
             "fill:longest=soon",
             "longest takes a time in seconds such as 0.5, got \"soon\"",
         ),
-        (
-            "foot-lock:floor=nan",
-            "floor takes a length in metres such as 0.05, or with a unit such as 5cm, got \"nan\"",
-        ),
+        ("foot-lock:floor=nan", "floor takes a length such as 5cm, got \"nan\""),
         (
             "smooth:filter=mean",
             "filter takes butterworth or gaussian, got \"mean\"",
