@@ -7,6 +7,7 @@ mod clean;
 mod edit;
 mod given;
 mod graph;
+pub(crate) mod guides;
 pub(crate) mod help;
 mod job;
 pub(crate) mod live;
@@ -59,7 +60,7 @@ Exit codes:
 
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true, after_help = EXIT_CODES)]
+#[command(version, arg_required_else_help = true)]
 pub struct Args {
     /// Say nothing but warnings and errors: neither notes nor progress nor a summary
     #[arg(short, long, global = true)]
@@ -139,7 +140,7 @@ pub(crate) enum Command {
     /// Draw curves of a joint's position and angles
     Plot(PlotArgs),
     /// List the formats that can be read and written
-    Formats,
+    Formats(FormatsArgs),
     /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
@@ -154,6 +155,11 @@ pub(crate) struct ConvertArgs {
     /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
+    /// Compare the written file with its source, as `mocap verify` does
+    #[arg(long)]
+    pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) write: Writing,
     #[command(flatten)]
@@ -161,11 +167,6 @@ pub(crate) struct ConvertArgs {
     /// Steps between reading and writing.
     #[arg(skip)]
     pub(crate) steps: Vec<EditStep>,
-    /// Compare the written file with its source, as `mocap verify` does
-    #[arg(long)]
-    pub(crate) verify: bool,
-    #[command(flatten)]
-    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -276,6 +277,13 @@ pub(crate) struct SkeletonArgs {
     pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: Reading,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct FormatsArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -118,7 +118,7 @@ pub fn run() -> ExitCode {
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Run(args) => commands::run::run(args, &given),
-        Command::Formats => commands::formats::run(),
+        Command::Formats(args) => commands::formats::run(args),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::Mcp(args) => commands::mcp::run(args),
         Command::Record(args) => commands::live::record(args),

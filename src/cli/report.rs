@@ -240,7 +240,11 @@ pub(crate) fn set_bar(bar: Option<ProgressBar>) {
 
 fn print(text: &str) {
     // Nothing can be reported if standard error is closed.
-    let write = || drop(writeln!(io::stderr().lock(), "{text}"));
+    beside_bar(|| drop(writeln!(io::stderr().lock(), "{text}")));
+}
+
+/// Writes to the terminal while the bar is not there.
+pub(crate) fn beside_bar<T>(write: impl FnOnce() -> T) -> T {
     match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
         Some(bar) => bar.suspend(write),
         None => write(),

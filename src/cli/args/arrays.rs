@@ -182,8 +182,6 @@ pub(crate) struct ArraysArgs {
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TimeRange>,
-    #[command(flatten)]
-    out: OutSpace,
     /// Add velocities: central differences, one-sided at both ends, in units per second
     #[arg(long)]
     velocities: bool,
@@ -199,6 +197,8 @@ pub(crate) struct ArraysArgs {
     /// Largest speed of a foot in contact, in metres per second [default: 0.25]
     #[arg(long, value_name = "SPEED", requires = "contacts")]
     contact_speed: Option<f64>,
+    #[command(flatten)]
+    out: OutSpace,
 }
 
 impl ArraysArgs {

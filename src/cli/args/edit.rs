@@ -9,7 +9,6 @@ use mocap::job::{Length, MotionJob};
 use super::{OwnArgs, ViewArgs};
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = steps())]
 pub(crate) struct EditArgs {
     /// The motion to change, and after it those that steps join, blend or layer with it; with a folder as output the
     /// motions to change, folders and wildcards
@@ -141,9 +140,26 @@ fn question_of_lengths(text: &str) -> Option<String> {
     lengths.find_map(|(name, value)| Some(format!("{name}={value}: {}", Length::question(value)?)))
 }
 
+/// The names of the steps.
+pub(super) fn names_of_steps() -> String {
+    let mut text = "Steps (what they take: mocap edit --help):".to_owned();
+    let mut length = WIDTH;
+    for step in EditStep::ALL {
+        if length + 1 + step.name.len() > WIDTH {
+            text += "\n ";
+            length = 1;
+        }
+        text += &format!(" {}", step.name);
+        length += 1 + step.name.len();
+    }
+    text
+}
+
+/// The columns of a help.
+const WIDTH: usize = 100;
+
 /// The steps, with their help in a column of its own.
-fn steps() -> String {
-    const WIDTH: usize = 100;
+pub(super) fn steps() -> String {
     let name = EditStep::ALL
         .iter()
         .map(|step| step.name.len())

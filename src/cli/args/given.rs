@@ -76,10 +76,10 @@ impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
         let parse = |command| Self::parse_from(&command, std::env::args_os());
-        // To group the commands takes longer than to convert a small file, so only those who ask for help wait for it.
+        // To arrange the helps takes longer than to convert a small file, so only those who ask for help wait for it.
         let parsed = parse(Self::command()).or_else(|error| match error.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                parse(help::grouped(Self::command()))
+                parse(help::arranged(Self::command()))
             }
             _ => Err(error),
         });

@@ -82,8 +82,6 @@ pub(crate) struct WalkArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) instead: InsteadArgs,
-    #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) write: Writing,
@@ -91,6 +89,8 @@ pub(crate) struct WalkArgs {
     pub(crate) source: SourceSpace,
     #[command(flatten)]
     pub(crate) read: Reading,
+    #[command(flatten)]
+    pub(crate) instead: InsteadArgs,
 }
 
 impl WalkArgs {

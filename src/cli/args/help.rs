@@ -1,7 +1,10 @@
-//! `mocap --help`: the commands in groups, by what a person wants to do.
+//! Helps: the commands in groups, by what a person wants to do; of each command first the options that are used most.
 
-use clap::Command;
-use clap::builder::StyledStr;
+use clap::builder::{Resettable, StyledStr};
+use clap::{Arg, Command};
+
+use super::edit;
+use super::guides::{FIRST, GUIDES, Guide};
 
 /// The groups in their order, each with its commands in theirs.
 pub const GROUPS: &[(&str, &[&str])] = &[
@@ -22,9 +25,69 @@ pub const GROUPS: &[(&str, &[&str])] = &[
 /// The heading of the commands that no group names.
 const OTHER: &str = "Other";
 
+/// The command as its helps show it.
+pub fn arranged(command: Command) -> Command {
+    let command = guided(grouped(command), "");
+    let (examples, exit_codes) = (examples(&FIRST), super::EXIT_CODES);
+    command
+        .after_long_help(format!("{examples}\n\n{exit_codes}"))
+        .after_help(examples)
+        .mut_arg("quiet", |quiet| quiet.display_order(LAST))
+}
+
+/// The place of an option that comes after those of any guide.
+const LATER: usize = 100;
+const LAST: usize = 1000;
+
+/// A command whose subcommands, and theirs, show what their guides say. `words` are those before its subcommands.
+fn guided(command: Command, words: &str) -> Command {
+    command.mut_subcommands(|command| {
+        let words = format!("{words}{}", command.get_name());
+        let command = match GUIDES.iter().find(|guide| guide.command == words) {
+            Some(guide) => with_guide(command, guide),
+            None => command,
+        };
+        guided(command, &format!("{words} "))
+    })
+}
+
+fn with_guide(command: Command, guide: &Guide) -> Command {
+    let mut place = LATER;
+    let arranged = |arg: Arg| {
+        let name = arg.get_long();
+        place += 1;
+        match guide.options.iter().position(|option| Some(*option) == name) {
+            _ if arg.is_positional() => arg,
+            Some(first) => arg.display_order(first).help_heading(Resettable::Reset),
+            None => arg.display_order(place).hide_short_help(true),
+        }
+    };
+    let examples = examples(&guide.examples);
+    let command = command.mut_args(arranged);
+    let (short, long) = match guide.command {
+        "edit" => (
+            format!("{}\n\n", edit::names_of_steps()),
+            format!("\n\n{}", edit::steps()),
+        ),
+        _ => (String::new(), String::new()),
+    };
+    command
+        .after_help(format!("{short}{examples}"))
+        .after_long_help(format!("{examples}{long}"))
+}
+
+/// Command lines, with what they do in a column of its own.
+fn examples(lines: &[(&str, &str)]) -> String {
+    let width = lines.iter().map(|(line, _)| line.len()).max().unwrap_or_default();
+    let lines = lines
+        .iter()
+        .map(|(line, about)| format!("\n  mocap {line:<width$}  # {about}"));
+    format!("Examples:{}", lines.collect::<String>())
+}
+
 /// The command with its subcommands listed in groups. clap has headings for options alone, so the list that it makes is
 /// taken apart, with its styles and line breaks.
-pub fn grouped(command: Command) -> Command {
+fn grouped(command: Command) -> Command {
     let listing = command
         .clone()
         .disable_help_subcommand(true)

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         progress.add(&inputs[index], outcome);
         in_order.push(index, checked);
         while let Some(checked) = in_order.pop() {
-            print(&checked, args.json)?;
+            report::beside_bar(|| print(&checked, args.json))?;
         }
         Ok(())
     };
@@ -78,6 +78,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 fn print(checked: &Checked, json: bool) -> io::Result<()> {
     if json {
         return writeln!(report::json(), "{}", serde_json::to_string(checked)?);
+    }
+    if checked.status == Status::Ok && report::is_quiet() {
+        return Ok(());
     }
     let mut out = io::stdout().lock();
     for finding in &checked.diagnostics {

@@ -3,10 +3,33 @@
 use std::io::{self, Write};
 
 use mocap::FormatInfo;
+use serde::Serialize;
 
+use super::print_json;
 use crate::Failure;
+use crate::args::FormatsArgs;
 
-pub(crate) fn run() -> Result<(), Failure> {
+/// What `--json` prints of a format.
+#[derive(Serialize)]
+struct Row {
+    format: &'static str,
+    extensions: &'static [&'static str],
+    read: bool,
+    written: bool,
+    description: &'static str,
+}
+
+pub(crate) fn run(args: &FormatsArgs) -> Result<(), Failure> {
+    if args.json {
+        let rows = FormatInfo::ALL.iter().map(|row| Row {
+            format: row.format.as_str(),
+            extensions: row.extensions,
+            read: row.reads,
+            written: row.writes(),
+            description: row.description,
+        });
+        return Ok(print_json(&rows.collect::<Vec<_>>())?);
+    }
     let mut out = io::stdout().lock();
     for row in FormatInfo::ALL {
         let extensions: Vec<String> = row.extensions.iter().map(|extension| format!(".{extension}")).collect();

@@ -74,7 +74,7 @@ pub enum FbxTextures {
     /// In the file itself.
     #[default]
     Embedded,
-    /// In files of their own beside it: `FbxReport::beside` has them.
+    /// In files of their own beside it.
     Beside,
 }
 
