@@ -120,6 +120,8 @@ pub use mocap_retarget::live;
 #[cfg(feature = "retarget")]
 #[doc(inline)]
 pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
+#[doc(hidden)]
+pub use mocap_scene::error::nearest;
 #[cfg(feature = "edit")]
 #[doc(inline)]
 pub use mocap_scene::ik;

@@ -19,6 +19,7 @@ mod retarget;
 mod robot;
 mod run;
 mod search;
+mod suggest;
 mod survey;
 mod write;
 

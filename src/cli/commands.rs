@@ -53,7 +53,7 @@ use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::PictureArgs;
-use crate::{Failure, report, streams};
+use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &Reading, file: &Path) -> mocap::Result<Scene> {
@@ -119,7 +119,11 @@ fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<()
 /// The figure of `scene`, with the bones of `--map`.
 fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
     let mapped = Figure::mapped(scene, &map.bones_here());
-    mapped.map_err(|error| Failure::Usage(format!("--map: {}", error.diagnostic().message)))
+    mapped.map_err(|error| {
+        let diagnostic = error.diagnostic();
+        let help = diagnostic.help.as_ref().map(|help| format!("; {help}"));
+        Failure::Usage(format!("--map: {}{}", diagnostic.message, help.unwrap_or_default()))
+    })
 }
 
 /// A report as a value.
@@ -189,7 +193,11 @@ fn extension(path: &Path) -> String {
 fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
     crate::Failure::Usage(match streams::is_unnamed(path) {
         true => format!("--to: the format must be {known}"),
-        false => format!("{}: the name of the output must end in {known}", path.display()),
+        false => format!(
+            "{}: the name of the output must end in {known}{}",
+            path.display(),
+            kinds::other_output(path, known)
+        ),
     })
 }
 

@@ -13,6 +13,7 @@ mod build_note;
 mod commands;
 #[doc(hidden)]
 pub mod internals;
+mod kinds;
 #[doc(hidden)]
 mod report;
 mod streams;

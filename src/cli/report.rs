@@ -13,6 +13,8 @@ use mocap::{Diagnostic, Error};
 pub(crate) use mocap::{visible, visible_json};
 use serde::Serialize;
 
+use crate::kinds;
+
 /// Whether a diagnostic stopped the import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -24,12 +26,16 @@ pub enum Severity {
 /// Prints the warnings before an error, and the error.
 pub(crate) fn error(error: &Error) {
     warnings(error.path(), error.warnings());
-    print(&render(Severity::Error, error.path(), error.diagnostic()));
+    fault_of(error.path(), error.diagnostic());
 }
 
 /// Prints what is wrong with a file, one of many, that is left out.
 pub(crate) fn fault(path: &Path, diagnostic: &Diagnostic) {
-    print(&render(Severity::Error, Some(path), diagnostic));
+    fault_of(Some(path), diagnostic);
+}
+
+fn fault_of(path: Option<&Path>, diagnostic: &Diagnostic) {
+    print(&render(Severity::Error, path, &kinds::helped(path, diagnostic)));
 }
 
 /// Prints warnings about a file.

@@ -18,7 +18,7 @@ mod topology;
 
 use std::collections::BTreeMap;
 
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 use serde::Serialize;
 
@@ -154,7 +154,13 @@ impl Humanoid {
             let Some(joint) = scene.nodes.iter().position(|node| node.name == name) else {
                 let bone = bone.as_str();
                 let message = format!("no joint is called {name:?}, which the map names as {bone}");
-                return Err(Diagnostic::new(Code::InvalidValue, message).into());
+                let diagnostic = Diagnostic::new(Code::InvalidValue, message);
+                return Err(
+                    match nearest(&name, scene.nodes.iter().map(|node| node.name.as_str())) {
+                        Some(near) => diagnostic.help(format!("did you mean {near:?}?")).into(),
+                        None => diagnostic.into(),
+                    },
+                );
             };
             let joint = HumanoidJoint {
                 joint: NodeId::new(joint),

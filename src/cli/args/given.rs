@@ -10,6 +10,7 @@ use clap::{Args as _, CommandFactory, FromArgMatches};
 
 use mocap::job::Length;
 
+use super::suggest::suggest;
 use super::{Args, BatchArgs, ForceArgs, help};
 use crate::batch::hash::sha256;
 use crate::{Failure, report};
@@ -86,13 +87,14 @@ impl Args {
         if let Ok((_, given)) = &parsed {
             given.question_max_error();
         }
-        parsed.unwrap_or_else(|error| {
+        parsed.unwrap_or_else(|mut error| {
             if asks_for_job(&error) {
                 report::complain(
                     "--print-job: only convert, edit, clean, retarget, robot, survey and graph are jobs; leave it out",
                 );
                 std::process::exit(2);
             }
+            suggest(&mut error, &Self::command());
             tell(&error)
         })
     }

@@ -13,7 +13,7 @@ use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 use crate::report::{self, Severity};
-use crate::{Failure, streams};
+use crate::{Failure, kinds, streams};
 
 /// The report of one file: one line of JSON.
 #[derive(Serialize)]
@@ -150,7 +150,7 @@ fn checked(
         let other = error.path().filter(|path| *path != file);
         Finding {
             file: other.map(|path| path.display().to_string()),
-            ..finding(Severity::Error, error.diagnostic().clone())
+            ..finding(Severity::Error, kinds::helped(error.path(), error.diagnostic()))
         }
     };
     let warnings = warnings

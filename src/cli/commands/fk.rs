@@ -100,13 +100,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
         "parquet" => Ok(Arrays::to_parquet),
         #[cfg(not(feature = "parquet"))]
         "parquet" => Err(super::without_parquet()),
-        _ => {
-            let message = format!(
-                "{}: the name of the output must end in .npz, .csv or .parquet",
-                output.display()
-            );
-            Err(Failure::Usage(message))
-        }
+        _ => Err(super::unknown_extension(output, ".npz, .csv or .parquet")),
     }
 }
 

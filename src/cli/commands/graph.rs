@@ -7,7 +7,7 @@ use mocap::job::{GraphJob, JobReport, WalkJob};
 use super::{check_json, made, output_format, print_job, print_json, refuse_one_file, unknown_extension};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
 use crate::batch::inputs;
-use crate::{Failure, report, streams};
+use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
     match &args.command {
@@ -62,6 +62,7 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     {
         return Err(unknown_extension(matrix, ".png or .npy"));
     }
+    kinds::refuse_robot(graphing.on.as_deref())?;
     let found = inputs::find(&job.source.inputs, inputs)?;
     job.source.inputs = found.into_iter().map(|input| input.path).collect();
     let policy = job.policy();
@@ -105,6 +106,7 @@ fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) {
 
 /// The job of a walk.
 fn job_of_walk(args: &WalkArgs) -> Result<WalkJob, Failure> {
+    kinds::refuse_robot(args.on.as_deref())?;
     let to = args.to.map(|format| format.extension);
     Ok(args.job(&output_format(&args.output, to, "glb")?))
 }

@@ -12,7 +12,7 @@ use mocap::{Code, Error, Written};
 use super::verify::millimetres;
 use crate::args::{Given, refuse_options};
 use crate::report::Voice;
-use crate::{Failure, streams};
+use crate::{Failure, kinds, streams};
 
 /// Who hears what is said of a job.
 pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
@@ -26,7 +26,11 @@ pub(super) fn maker(job: &MotionJob, given: &Given, hear: Hear<'_>) -> Result<Ma
         given.refuse(&BESIDE, "--dry-run writes nothing")?;
     }
     let motions = job.source.inputs.iter().chain(&job.source.with);
-    let maker = Maker::new(job, streams::given(&job.read, motions)?, hear).map_err(refused)?;
+    let given_files = streams::given(&job.read, motions)?;
+    let maker = Maker::new(job, given_files, hear).map_err(|error| match error.code() {
+        Code::UnknownFormat if error.path().is_none() => unknown_output(&error, &job.write.output),
+        _ => refused(error),
+    })?;
     refuse_options(given, |option| maker.refusal(option))?;
     Ok(maker)
 }
@@ -91,6 +95,12 @@ pub(super) fn refused(error: Error) -> Failure {
         (Code::InvalidValue | Code::UnknownFormat, None) => Failure::Usage(error.diagnostic().message.clone()),
         _ => error.into(),
     }
+}
+
+/// An output whose name names no format that the job can have.
+fn unknown_output(error: &Error, output: &Path) -> Failure {
+    let message = &error.diagnostic().message;
+    Failure::Usage(format!("{message}{}", kinds::other_output(output, message)))
 }
 
 /// What there is to say of an output.

@@ -10,7 +10,7 @@ use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonM
 
 use super::{check_json, index, output_format, print_json};
 use crate::args::{Given, MatchArgs};
-use crate::{Failure, report, streams};
+use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
@@ -49,6 +49,7 @@ fn made(args: &MatchArgs, given: &Given) -> Result<Option<Done>, Failure> {
     if !streams::is_standard(&args.output) {
         policy.check(&args.output)?;
     }
+    kinds::refuse_robot([args.on.as_path()])?;
     let mut hero = streams::import(&Importer::new().gltf_meshes(true), &args.on)?;
     hero.animations.clear();
     Conversion::new()

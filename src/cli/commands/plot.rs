@@ -6,6 +6,7 @@ use mocap::scene::{NodeId, Scene};
 use super::{check_picture, import_motion, short_name, write_drawing};
 use crate::Failure;
 use crate::args::PlotArgs;
+use crate::kinds::nearest;
 
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     let format = check_picture(&[&args.file], &args.picture)?;
@@ -43,7 +44,13 @@ pub(super) fn joints_named(scene: &Scene, names: &[String]) -> Result<Vec<NodeId
                 more => format!(" and {more} more; mocap dump prints all"),
             };
             let known = names.join(", ");
-            Failure::Usage(format!("no joint is called \"{name}\"; the joints are {known}{more}"))
+            let near = match nearest(name, scene.nodes.iter().map(|node| node.name.as_str())) {
+                Some(near) => format!("did you mean \"{near}\"? "),
+                None => String::new(),
+            };
+            Failure::Usage(format!(
+                "no joint is called \"{name}\"; {near}the joints are {known}{more}"
+            ))
         })
     };
     names.iter().map(find).collect()

@@ -9,7 +9,7 @@ use mocap::retargeting::Report;
 
 use super::{MANY, check_json, extension, made, many, output_format, print_job, print_json};
 use crate::args::{Given, RetargetArgs};
-use crate::{Failure, report, streams};
+use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let job = job(args, given)?;
@@ -56,6 +56,7 @@ pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<MotionJob, Failu
         let message = "the character cannot come from standard input: name a file, not -";
         return Err(Failure::Usage(message.to_owned()));
     }
+    kinds::refuse_robot([file.as_path()])?;
     let to = args.to.as_deref();
     if args.is_many() {
         if args.onto.json {

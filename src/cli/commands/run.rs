@@ -9,14 +9,14 @@ use mocap::job::{Job, JobReport, MotionJob};
 
 use super::{MANY, TO_OF_FILE, many, print_json};
 use crate::args::{Given, RunArgs};
-use crate::{Failure, report, streams};
+use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     if args.schema {
         return Ok(report::json().write_all(Job::SCHEMA.as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
-    let mut job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;
+    let mut job = Job::from_json(&text(file)?).map_err(|error| kinds::no_job(error, file).with_path(file))?;
     state_output(&mut job, args, given)?;
     match job {
         Job::Survey(job) => {

@@ -18,7 +18,7 @@ use super::{output_format, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::folder::make_folder;
 use crate::batch::inputs::{self, Input};
-use crate::{Failure, batch, report, streams};
+use crate::{Failure, batch, kinds, report, streams};
 
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let options_are_sound = args.conversion().check();
@@ -301,6 +301,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
     let options = RetargetingOptions::new().source_bones(args.map.bones_here());
     let (name, file, target) = match (&args.character, &args.robot) {
         (Some(file), _) => {
+            kinds::refuse_robot([file.as_path()])?;
             let importer = Importer::new()
                 .skeleton_mesh(SkeletonMesh::Skinned)
                 .gltf_meshes(true)

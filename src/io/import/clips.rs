@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::scene::{AppliedStep, Scene};
 
 /// Which animations of a file to keep.
@@ -98,9 +98,16 @@ pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
         } else {
             known.join(", ")
         };
-        return Err(Diagnostic::new(Code::InvalidValue, "the file does not have this clip")
-            .expected_found(known, found)
-            .into());
+        let diagnostic =
+            Diagnostic::new(Code::InvalidValue, "the file does not have this clip").expected_found(known, found);
+        let near = match clips {
+            Clips::Name(name) => nearest(name, scene.animations.iter().map(|clip| clip.name.as_str())),
+            _ => None,
+        };
+        return Err(match near {
+            Some(near) => diagnostic.help(format!("did you mean \"{near}\"?")).into(),
+            None => diagnostic.into(),
+        });
     };
     scene.animations = vec![scene.animations.swap_remove(index)];
     for animations in scene.weight_keys().filter(|animations| index < animations.len()) {

@@ -135,6 +135,9 @@ fn remove_output(folder: &Folder, row: &Row) {
 fn reason(said: &str) -> String {
     let line = said.lines().rfind(|line| line.contains("error")).unwrap_or(said);
     let (_, message) = line.split_once(": ").unwrap_or(("", line));
+    // What to do instead is no reason.
+    let message = message.split("; did you mean ").next().unwrap();
+    let message = message.split("; mocap ").next().unwrap();
     message.replace('|', "\\|")
 }
 

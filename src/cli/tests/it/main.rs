@@ -61,6 +61,7 @@ mod streams;
 mod terminal;
 mod usd;
 mod verify_arrays;
+mod wrong_words;
 
 /// The root of the repository. Cargo runs the tests in the folder of their package; the program runs in this one.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

@@ -12,5 +12,10 @@ fn a_misspelled_name_finds_its_neighbour() {
     assert_eq!(nearest("yrot"), None);
     assert_eq!(nearest("Lfemor"), Some("lfemur"));
     assert_eq!(nearest("leg"), None);
+    assert_eq!(nearest("amr"), Some("arm"));
     assert_eq!(edit_distance("kitten", "sitting"), 3);
+    assert_eq!(edit_distance("wakl", "walk"), 1);
+    // Optimal string alignment: no letter is exchanged and changed too.
+    assert_eq!(edit_distance("ca", "abc"), 3);
+    assert_eq!(edit_distance("", "arm"), 3);
 }
