@@ -3,6 +3,7 @@
 pub(crate) mod angles;
 pub(crate) mod check;
 pub(crate) mod clean;
+pub(crate) mod completions;
 pub(crate) mod convert;
 pub(crate) mod dump;
 pub(crate) mod edit;

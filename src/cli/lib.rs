@@ -121,6 +121,8 @@ pub fn run() -> ExitCode {
         Command::Run(args) => commands::run::run(args, &given),
         Command::Formats(args) => commands::formats::run(args),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
+        Command::Completions(args) => commands::completions::completions(args),
+        Command::Man(args) => commands::completions::man(args),
         Command::Mcp(args) => commands::mcp::run(args),
         Command::Record(args) => commands::live::record(args),
         Command::Play(args) => commands::play_robot::play(args),

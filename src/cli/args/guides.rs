@@ -385,6 +385,22 @@ pub const GUIDES: &[Guide] = &[
         ],
     ),
     guide(
+        "completions",
+        &[],
+        [
+            ("completions bash > mocap.bash", "source it in ~/.bashrc"),
+            ("completions zsh > _mocap", "put it into a folder of $fpath"),
+        ],
+    ),
+    guide(
+        "man",
+        &["output"],
+        [
+            ("man convert > convert.1", "to read with: man ./convert.1"),
+            ("man -o pages", "the pages of all commands, for a package"),
+        ],
+    ),
+    guide(
         "mcp",
         &["root", "time-limit"],
         [

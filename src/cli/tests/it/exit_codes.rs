@@ -85,8 +85,10 @@ const CASES: &[Case] = &[
 const OTHERS: &[&str] = &[
     "analog",
     "bridge",
+    "completions",
     "forces",
     "formats",
+    "man",
     "mcp",
     "merge-manifest",
     "record",

@@ -192,6 +192,62 @@ fn every_example_works() {
     assert_eq!(examples(&first).len(), 2, "{first}");
 }
 
+/// Every shell completes commands and options; bash is asked, where it is there.
+#[test]
+fn shells_complete_commands_and_options() {
+    let folder = Folder::with(&[]);
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = folder.run(&format!("completions {shell}")).stdout;
+        let script = String::from_utf8(script).unwrap();
+        for word in ["convert", "max-error", "retarget"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+        folder.write(&format!("completions.{shell}"), script.as_bytes());
+    }
+    let ask = r#"source completions.bash
+        COMP_WORDS=(mocap convert --max-e); COMP_CWORD=2; COMPREPLY=()
+        _mocap mocap --max-e convert; echo "${COMPREPLY[*]}"
+        COMP_WORDS=(mocap retar); COMP_CWORD=1; COMPREPLY=()
+        _mocap mocap retar mocap; echo "${COMPREPLY[*]}""#;
+    let asked = std::process::Command::new("bash")
+        .args(["-c", ask])
+        .current_dir(folder.path("."))
+        .output();
+    if let Ok(asked) = asked {
+        assert_eq!(String::from_utf8(asked.stdout).unwrap(), "--max-error\nretarget\n");
+    }
+    folder.refuses(
+        "completions tcsh",
+        2,
+        "possible values: bash, elvish, fish, powershell, zsh",
+    );
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = Folder::with(&[]);
+    folder.succeeds("man -o pages");
+    for (name, command) in commands() {
+        let page = format!("mocap-{}", name.replace(' ', "-"));
+        let text = String::from_utf8(folder.read(&format!("pages/{page}.1"))).unwrap();
+        assert!(text.contains(&format!(".TH {page} 1")), "{name}");
+        let shown = String::from_utf8(folder.run(&format!("man {name}")).stdout).unwrap();
+        assert_eq!(shown, text, "{name}");
+        for option in command.get_arguments().filter_map(clap::Arg::get_long) {
+            let is_hidden = command
+                .get_arguments()
+                .any(|arg| arg.get_long() == Some(option) && arg.is_hide_set());
+            assert!(
+                is_hidden || text.contains(&option.replace('-', "\\-")),
+                "{name} --{option}"
+            );
+        }
+        assert!(text.contains("Examples:"), "{name}");
+    }
+    assert!(folder.read("pages/mocap.1").starts_with(b".ie"));
+    folder.refuses("man conver", 2, "there is no command conver");
+}
+
 /// A quiet check names the files alone of which there is something to say.
 #[test]
 fn a_quiet_check_says_nothing_of_good_files() {

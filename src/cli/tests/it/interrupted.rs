@@ -18,7 +18,21 @@ use crate::sample::Sample;
 /// Commands that write no file unless the shell is told to, `mcp`, which does the jobs of others, and `record`, which
 /// needs a sender: `live.rs` ends it.
 const WRITE_NOTHING: &[&str] = &[
-    "verify", "info", "gait", "skeleton", "check", "dump", "pose", "formats", "find", "mcp", "play", "record", "bridge",
+    "verify",
+    "info",
+    "gait",
+    "skeleton",
+    "check",
+    "dump",
+    "pose",
+    "formats",
+    "find",
+    "mcp",
+    "completions",
+    "man",
+    "play",
+    "record",
+    "bridge",
 ];
 
 struct Case {

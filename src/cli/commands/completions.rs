@@ -1,0 +1,51 @@
+//! `mocap completions` and `mocap man`: what a shell and a manual know of the commands.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+
+use crate::args::help::arranged;
+use crate::args::{Args, CompletionsArgs, ManArgs};
+use crate::{Failure, report, streams};
+
+const PROGRAM: &str = "mocap";
+
+/// Prints the completions of a shell.
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
+    // What is closed by its reader would be a panic of the generator.
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Args::command(), PROGRAM, &mut script);
+    Ok(report::data().write_all(&script)?)
+}
+
+/// Prints the manual page of a command, or writes all pages into a folder.
+pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
+    let mut command = arranged(Args::command());
+    command.build();
+    if let Some(folder) = &args.output {
+        fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.clone(), error))?;
+        return write_pages(&command, folder);
+    }
+    let mut found = &command;
+    for name in &args.command {
+        found = found
+            .find_subcommand(name)
+            .ok_or_else(|| Failure::Usage(format!("there is no command {}", args.command.join(" "))))?;
+    }
+    let mut page = Vec::new();
+    Man::new(found.clone()).render(&mut page)?;
+    Ok(report::data().write_all(&page)?)
+}
+
+/// `mocap.1`, `mocap-convert.1` and so on.
+fn write_pages(command: &Command, folder: &Path) -> Result<(), Failure> {
+    let man = Man::new(command.clone());
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    streams::write(&folder.join(man.get_filename()), &page)?;
+    let mut commands = command.get_subcommands().filter(|command| command.get_name() != "help");
+    commands.try_for_each(|command| write_pages(command, folder))
+}
