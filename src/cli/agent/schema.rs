@@ -39,7 +39,10 @@ impl Commands {
 
     fn option(&self, tool: &'static Tool, option: &str) -> Option<&Arg> {
         let mut all = self.command(tool)?.get_arguments();
-        all.find(|arg| arg.get_long() == Some(option))
+        all.find(|arg| {
+            let others = arg.get_all_aliases().unwrap_or_default();
+            arg.get_long() == Some(option) || others.contains(&option)
+        })
     }
 
     /// The arguments of a command line that mean what the arguments of a call mean.
@@ -197,7 +200,7 @@ fn add_files(file: &FileArgument, texts: Vec<String>, words: &mut Vec<String>, p
         let is_folder = || text.ends_with('/') || std::path::Path::new(&text).is_dir();
         match file.slot {
             Slot::Option => words.push(format!("--{}={text}", file.name)),
-            Slot::OutputOrFolder if is_folder() => words.push(format!("--out-dir={text}")),
+            Slot::OutputOrFolder if is_folder() => words.push(format!("--output={text}")),
             Slot::OutputOrFolder | Slot::Position => positions.push(text),
         }
     }

@@ -35,7 +35,7 @@ pub(super) enum Slot {
     Position,
     /// With the option of the argument's name.
     Option,
-    /// The output of `convert`: without an option, or with `--out-dir` where it is a folder.
+    /// The output of `convert`: without an option, or with `--output` where it is a folder.
     OutputOrFolder,
 }
 

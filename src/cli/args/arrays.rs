@@ -100,7 +100,7 @@ pub(crate) struct PackArgs {
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// Folder for the Parquet files and a manifest of their inputs
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long = "output", alias = "out-dir", value_name = "FOLDER")]
     pub(crate) out_dir: PathBuf,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "parquet")]

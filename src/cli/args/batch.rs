@@ -18,7 +18,7 @@ use crate::{Failure, report, streams};
 pub(crate) struct BatchArgs {
     /// The output of one file; or a folder for the outputs, which keep their paths below the input folders, and for a
     /// manifest
-    #[arg(short, long, value_name = "FILE|FOLDER")]
+    #[arg(short, long = "output", alias = "out-dir", value_name = "FILE|FOLDER")]
     pub(crate) out_dir: Option<PathBuf>,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "glb")]

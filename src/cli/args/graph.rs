@@ -13,7 +13,7 @@ use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat};
 pub(crate) struct GraphArgs {
     #[command(subcommand)]
     pub(crate) command: Option<GraphCommand>,
-    /// The motion files, folders and wildcards, all of one skeleton, or of humanoids with --on
+    /// The motion files, folders and wildcards, all of one skeleton, or of humanoids with --character
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// The graph to write: .json, or - for standard output
@@ -76,7 +76,7 @@ pub(crate) struct WalkArgs {
     #[command(flatten)]
     pub(crate) walking: Walking,
     /// Put the walk on this character: a glTF, VRM, FBX or BVH file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long = "character", alias = "on", value_name = "FILE")]
     pub(crate) on: Option<PathBuf>,
     /// Print what was made as JSON
     #[arg(long)]

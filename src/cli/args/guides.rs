@@ -26,7 +26,7 @@ const fn guide(
 pub const GUIDES: &[Guide] = &[
     guide(
         "convert",
-        &["out-dir", "to", "trim", "fps", "max-error", "verify"],
+        &["output", "to", "trim", "fps", "max-error", "verify"],
         [
             (
                 "convert walk.bvh walk.glb --max-error 1mm",
@@ -90,7 +90,7 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "graph",
-        &["output", "threshold", "window", "rate", "on", "matrix"],
+        &["output", "threshold", "window", "rate", "character", "matrix"],
         [
             ("graph walk.bvh -o moves.json", "the transitions within a motion"),
             (
@@ -101,7 +101,7 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "graph walk",
-        &["output", "seconds", "path", "through", "on", "to"],
+        &["output", "seconds", "path", "through", "character", "to"],
         [
             (
                 "graph walk moves.json --seconds 10 -o wander.glb",
@@ -112,7 +112,7 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "solve",
-        &["out-dir", "joints", "smooth", "to", "fps", "verify"],
+        &["output", "joints", "smooth", "to", "fps", "verify"],
         [
             ("solve trial.c3d trial.glb", "a skeleton from labelled markers"),
             (
@@ -159,14 +159,14 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "match",
-        &["output", "on", "path", "gamepad", "speed", "json"],
+        &["output", "character", "path", "gamepad", "speed", "json"],
         [
             (
-                "match moves.mdb --path 0/0+0/2 --on hero.glb -o led.glb",
+                "match moves.mdb --path 0/0+0/2 --character hero.glb -o led.glb",
                 "two metres ahead",
             ),
             (
-                "match moves.mdb --path 0/0+0/1+1/1 --on hero.glb -o turn.bvh",
+                "match moves.mdb --path 0/0+0/1+1/1 --character hero.glb -o turn.bvh",
                 "round a corner",
             ),
         ],
@@ -192,14 +192,14 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "bridge",
-        &["onto", "vmc", "udp-json", "clean", "delay"],
+        &["character", "vmc", "udp-json", "clean", "delay"],
         [
             (
-                "bridge vmc:39539 --onto hero.glb --vmc 39540",
+                "bridge vmc:39539 --character hero.glb --vmc 39540",
                 "what comes moves the character",
             ),
             (
-                "bridge vmc:39539 --onto h1.urdf --udp-json 5005",
+                "bridge vmc:39539 --robot h1.urdf --udp-json 5005",
                 "what comes moves the robot",
             ),
         ],
@@ -310,7 +310,7 @@ pub const GUIDES: &[Guide] = &[
     #[cfg(feature = "parquet")]
     guide(
         "pack",
-        &["out-dir", "table", "rot", "fps", "resume", "threads"],
+        &["output", "table", "rot", "fps", "resume", "threads"],
         [
             ("pack takes -o packed --rot 6d --fps 30", "arrays for training"),
             ("pack takes -o listed --table inventory", "one row per file"),

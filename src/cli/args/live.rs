@@ -60,7 +60,7 @@ pub(crate) struct BridgeArgs {
     /// it, as vmc:0.0.0.0:39539 for senders on the network
     pub(crate) source: Listen,
     /// The body that moves: a character of glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
-    #[arg(long, value_name = "FILE")]
+    #[arg(long = "character", visible_alias = "robot", alias = "onto", value_name = "FILE")]
     pub(crate) onto: PathBuf,
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
     #[arg(

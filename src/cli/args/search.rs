@@ -93,7 +93,7 @@ pub(crate) struct MatchArgs {
     #[arg(long, value_name = "M/S", default_value = "1.2")]
     pub(crate) speed: f32,
     /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
-    #[arg(long, value_name = "FILE")]
+    #[arg(long = "character", alias = "on", value_name = "FILE")]
     pub(crate) on: PathBuf,
     /// The file to write: the character with the motion; or database.bin, with features.bin beside it, for the
     /// controller of Holden's demonstration of motion matching; - is standard output

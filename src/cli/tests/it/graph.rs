@@ -11,7 +11,7 @@ use crate::program::Folder;
 fn clips_of_several_skeletons_are_put_on_one_body() {
     let folder = Folder::of_real(&["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "cmu_short.bvh"]);
     let clips = "cmu_12_01_walk.bvh motionbuilder_vicon_walk.bvh";
-    folder.refuses(&format!("graph {clips} -o graph.json"), 2, "--on BODY");
+    folder.refuses(&format!("graph {clips} -o graph.json"), 2, "--character BODY");
     folder.succeeds(&format!(
         "graph {clips} --on cmu_short.bvh --threshold 12cm -o graph.json"
     ));

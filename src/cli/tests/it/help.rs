@@ -88,10 +88,7 @@ fn a_short_help_has_40_lines_and_the_options_that_are_used_most() {
     }
     // The output comes first where a command has one; only what a command cannot do without may come before it.
     for guide in GUIDES {
-        let place = guide
-            .options
-            .iter()
-            .position(|name| ["output", "out-dir"].contains(name));
+        let place = guide.options.iter().position(|name| *name == "output");
         assert!(
             place.is_none_or(|place| place == 0 || guide.command == "plot"),
             "{}",
