@@ -62,7 +62,7 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     {
         return Err(unknown_extension(matrix, ".png or .npy"));
     }
-    kinds::refuse_robot(graphing.on.as_deref())?;
+    kinds::refuse_robot(job.graph.on.as_deref())?;
     let found = inputs::find(&job.source.inputs, inputs)?;
     job.source.inputs = found.into_iter().map(|input| input.path).collect();
     let policy = job.policy();

@@ -54,6 +54,15 @@ pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
 /// Holds what a file says of its source and of its `frames`, where it has any, against what there is.
 pub(super) fn claims(original: &Scene, provenance: &Provenance, frames: Option<u64>, findings: &mut Vec<Finding>) {
     let mut find = |message: String| findings.push(Finding::new(FindingKind::Provenance, message));
+    if let (Some(claimed), Some(found)) = (&provenance.source, &original.metadata.origin)
+        && ![claimed, found].iter().any(|origin| origin.sha256.is_empty())
+        && !is_same_file(claimed, found)
+    {
+        let (name, hash) = (&claimed.name, &claimed.sha256);
+        find(format!(
+            "the file says that it was made from another file, \"{name}\" of the SHA-256 {hash}"
+        ));
+    }
     let mut claim = |what: &str, claimed: u64, found: u64| {
         if claimed != found {
             find(format!(
@@ -67,14 +76,5 @@ pub(super) fn claims(original: &Scene, provenance: &Provenance, frames: Option<u
     }
     if let Some(found) = frames {
         claim("it has", provenance.frames, found);
-    }
-    if let (Some(claimed), Some(found)) = (&provenance.source, &original.metadata.origin)
-        && ![claimed, found].iter().any(|origin| origin.sha256.is_empty())
-        && !is_same_file(claimed, found)
-    {
-        let (name, hash) = (&claimed.name, &claimed.sha256);
-        find(format!(
-            "the file says that it was made from another file, \"{name}\" of the SHA-256 {hash}"
-        ));
     }
 }

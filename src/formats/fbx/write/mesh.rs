@@ -21,7 +21,7 @@ use super::skeleton::{Placed, model};
 use super::space::Space;
 use super::{FbxReport, FbxTextures, unrepresentable};
 
-/// Of each node its matrix to the world in the bind pose, that of the first mesh which is bound to it or to a node above.
+/// Node to world in the bind pose, by the first mesh that is bound to the node or to a node above it.
 /// `None` for nodes that are where they rest.
 pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> Vec<Option<DMat4>> {
     let mut binds = vec![None; placed.len()];
