@@ -14,6 +14,7 @@ pub(crate) mod live;
 mod onto;
 mod output;
 mod own;
+mod parse;
 mod pictures;
 mod retarget;
 mod robot;

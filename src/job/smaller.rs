@@ -21,8 +21,8 @@ use super::text::Length;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Smaller {
-    /// Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed
-    /// within it; fails where it cannot be kept [default with --compress: 1mm]
+    /// Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are
+    /// removed within it; fails where it cannot be kept [default with --compress: 1mm]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub max_error: Option<Length>,

@@ -40,6 +40,7 @@ mod output;
 mod pairs;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod rates;
 mod report;
 mod skin;
 mod timeline;
@@ -61,8 +62,9 @@ use self::chain::Skeleton;
 use self::change::Change;
 use self::claims::{claims, import_source, is_same_file};
 use self::clip::Errors;
-use self::output::{Output, Rates, metres_of};
+use self::output::{Output, metres_of};
 use self::pairs::Pairs;
+use self::rates::Rates;
 pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
 use self::timeline::Timeline;
 use self::units::Space;

@@ -8,7 +8,7 @@ use crate::source::{Crossing, Source, crossings, sources};
 /// The packages from the bottom up. A package imports only packages of earlier lines, and in tests of its own line.
 const LINES: &str = "scene, compress figure, formats solve, io edit, retarget render, corpus, job, cli";
 /// Imports that close a circle inside a package today. Break the circle instead of adding one.
-const CIRCLES: &str = "cli/args>cli/batch cli/args>cli/streams cli/commands>cli/agent cli/args/given>cli/args/batch";
+const CIRCLES: &str = "cli/args>cli/batch cli/args>cli/streams cli/commands>cli/agent";
 /// Files with more than 450 lines of code. A new one is a table, or it is two files.
 const LONG: &str = "src/figure/names/words.rs src/formats/bvh/read/rows.rs src/formats/bvh/read/scene.rs";
 /// Names that say nothing.

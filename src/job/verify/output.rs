@@ -11,7 +11,7 @@ use mocap_formats::{FormatInfo, Sidecar};
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
-use mocap_scene::process::{self, SkeletonMesh};
+use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{AppliedStep, Format, Origin, Scene, UpAxis};
 
 use super::chain::Skeleton;
@@ -395,98 +395,6 @@ pub(super) fn provenance_of(
     match inside {
         Some(provenance) => Ok(Some(provenance)),
         None => Ok(sidecar(bytes, name, open)?.map(|provenance| *provenance)),
-    }
-}
-
-/// The frame rates of the clips that a FBX file is to have.
-pub(super) struct Rates {
-    /// Of every clip of the source after the steps.
-    pub(super) of_clips: Vec<f64>,
-    /// Of frames that the file may have keys at beside those: the sides of a cut keep their ticks.
-    others: Vec<f64>,
-    /// Whether the file has whole rates where those of the source are next to one.
-    is_whole: bool,
-}
-
-impl Rates {
-    /// A file of this crate has whole rates where it states one instead of that of its fastest clip.
-    pub(super) fn new(source: &Scene, steps: &[AppliedStep], output: &Output<'_>) -> Self {
-        let mut of_clips: Vec<f64> = source.animations.iter().map(|clip| clip.ticks_per_second).collect();
-        let mut others = Vec::new();
-        for step in steps {
-            if let AppliedStep::Resample { frames_per_second } = step {
-                let before = of_clips
-                    .iter()
-                    .map(|rate| process::rate_before(*rate, *frames_per_second));
-                others.extend(before);
-                of_clips.fill(*frames_per_second);
-            }
-        }
-        let fastest = of_clips.iter().copied().max_by(f64::total_cmp);
-        let whole = fastest
-            .and_then(fbx::whole_rate)
-            .filter(|whole| Some(*whole) != fastest);
-        let stated = output.frame_rate().filter(|_| output.is_ours());
-        Self {
-            is_whole: whole.is_some() && stated == whole,
-            of_clips,
-            others,
-        }
-    }
-
-    /// The rate of a clip of the source in the file.
-    pub(super) fn written(&self, clip: usize) -> f64 {
-        self.in_file(self.of_clips[clip])
-    }
-
-    fn in_file(&self, rate: f64) -> f64 {
-        fbx::whole_rate(rate).filter(|_| self.is_whole).unwrap_or(rate)
-    }
-
-    /// All of them, each once.
-    fn all(&self) -> Vec<f64> {
-        let rates = self.of_clips.iter().chain(&self.others);
-        let mut rates: Vec<f64> = rates.map(|rate| self.in_file(*rate)).collect();
-        rates.sort_by(f64::total_cmp);
-        rates.dedup();
-        rates
-    }
-
-    /// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
-    pub(super) fn common(&self) -> Option<f64> {
-        /// Frames per second at most.
-        const MOST: u64 = 6000;
-        let greatest_divisor = |mut a: u64, mut b: u64| {
-            while b != 0 {
-                (a, b) = (b, a % b);
-            }
-            a
-        };
-        let rates = self.all();
-        let mut common = 1;
-        for &rate in &rates {
-            let whole = rate.round();
-            if (rate - whole).abs() > 1e-6 * rate || !(1.0..=MOST as f64).contains(&whole) {
-                return None;
-            }
-            let whole = whole as u64;
-            common = common / greatest_divisor(common, whole) * whole;
-            if common > MOST {
-                return None;
-            }
-        }
-        (rates.len() > 1).then_some(common as f64)
-    }
-
-    /// Those of the clips, each once, where they have several and none in common.
-    pub(super) fn several(&self) -> Vec<f64> {
-        /// A file is read again for each.
-        const MOST: usize = 16;
-        let mut rates: Vec<f64> = (0..self.of_clips.len()).map(|clip| self.written(clip)).collect();
-        rates.sort_by(f64::total_cmp);
-        rates.dedup();
-        let has_several = (2..=MOST).contains(&rates.len()) && self.common().is_none();
-        if has_several { rates } else { Vec::new() }
     }
 }
 

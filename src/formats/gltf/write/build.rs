@@ -1,7 +1,6 @@
 //! A scene as the tree of objects that glTF writes as JSON.
 
-use glam::{Affine3A, Mat4, Vec3};
-use gltf_json::accessor::Accessor;
+use glam::Vec3;
 use gltf_json::image::MimeType;
 use gltf_json::material::{
     self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
@@ -12,8 +11,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
-use mocap_scene::pose::{Pose, complete_bind_pose};
-use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeId, NodeKind, Scene, Wrap};
+use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -25,6 +23,8 @@ use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
+
+mod skins;
 
 /// The state of the writer.
 struct Builder<'a> {
@@ -313,113 +313,6 @@ impl Builder<'_> {
             self.root.nodes[index].mesh = self.mesh(primitives, None);
         }
         Ok(skinned)
-    }
-
-    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes has no
-    /// skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as those of
-    /// a single joint, a marker replaces them.
-    fn skins(&mut self, skinned: &[usize]) -> Result<()> {
-        let scene = self.scene;
-        let mut joints = Vec::new();
-        let mut slots = vec![None; scene.nodes.len()];
-        for (index, node) in scene.nodes.iter().enumerate() {
-            if node.kind != NodeKind::Group {
-                let slot = u16::try_from(joints.len()).map_err(|_| {
-                    Diagnostic::new(Code::LimitExceeded, "a skin has at most 65,536 joints")
-                        .help("write a segmented mesh, which has no skin")
-                });
-                slots[index] = Some(slot?);
-                joints.push(index);
-            }
-        }
-        if joints.is_empty() || (skinned.is_empty() && !self.root.meshes.is_empty()) {
-            return Ok(());
-        }
-        for &index in skinned {
-            let mesh = &scene.meshes[index];
-            if let Some(written) = mesh::write(mesh, Some(&slots), joints.len(), &mut self.buffer)? {
-                let skin = self.skin(&joints, &mesh.bones);
-                self.skinned_mesh(&mesh.name, written, skin);
-            }
-        }
-        if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
-            // Nothing is bound to the joints, so that 64 bytes for each would say nothing.
-            self.skin_with(&joints, None);
-        } else if self.root.skins.is_empty() {
-            let skin = self.skin(&joints, &[]);
-            if let Some(mesh) = scene.meshes.first() {
-                let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
-                let marker = mesh::marker(first_joint, mesh.material_index);
-                if let Some(written) = mesh::write(&marker, Some(&slots), joints.len(), &mut self.buffer)? {
-                    self.skinned_mesh("", written, skin);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds a node at the scene's root with a primitive and a skin.
-    fn skinned_mesh(&mut self, name: &str, (primitive, vertices): (Primitive, usize), skin: Index<Skin>) {
-        self.report.vertices += vertices;
-        let name = self.names.unique(if name.is_empty() { "SkeletonMesh" } else { name });
-        let mesh = self.mesh(vec![primitive], Some(&name));
-        let node = Node {
-            mesh,
-            skin: Some(skin),
-            name: Some(name),
-            ..Node::default()
-        };
-        let node = self.root.push(node);
-        self.root.scenes[0].nodes.push(node);
-    }
-
-    /// A skin of all joints, which is that of the mesh before where the two are equal. A joint with a bone has the
-    /// bone's bind pose. The others follow the bone above them, or have the rest pose.
-    fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
-        let node_to_world = Pose::rest(self.scene).node_to_world;
-        // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
-        // Where a scale of 0 makes all positions one, any matrix will do.
-        let inverse = |matrix: &Mat4| match Mat4::from(Affine3A::from_mat4(*matrix).inverse()) {
-            inverse if inverse.is_finite() => inverse,
-            _ => Mat4::from_translation(-matrix.w_axis.truncate()),
-        };
-        let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
-        let rest: Vec<_> = node_to_world.iter().map(Mat4::as_dmat4).collect();
-        let mut bind = vec![None; rest.len()];
-        for bone in bones {
-            bind[bone.node.index()] = Some(bone.offset_matrix.as_dmat4().inverse());
-        }
-        complete_bind_pose(&self.scene.nodes, &rest, &mut bind);
-        for (inverse_bind, bind) in std::iter::zip(&mut inverse_bind, bind) {
-            *inverse_bind = bind.map_or(*inverse_bind, |bind| inverse(&bind.as_mat4()));
-        }
-        for bone in bones {
-            inverse_bind[bone.node.index()] = bone.offset_matrix;
-        }
-        // Adding zero makes -0 a plain 0.
-        let matrices: Vec<_> = joints
-            .iter()
-            .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
-            .collect();
-        if let Some((_, skin)) = self.last_skin.as_ref().filter(|(last, _)| *last == matrices) {
-            return *skin;
-        }
-        let accessor = self.buffer.push_matrices(self.options.compression, &matrices);
-        let skin = self.skin_with(joints, Some(accessor));
-        self.last_skin = Some((matrices, skin));
-        skin
-    }
-
-    fn skin_with(&mut self, joints: &[usize], inverse_bind_matrices: Option<Index<Accessor>>) -> Index<Skin> {
-        self.report.joints = joints.len();
-        self.root.push(Skin {
-            inverse_bind_matrices,
-            joints: joints.iter().map(|&joint| Index::new(joint as u32)).collect(),
-            skeleton: Some(Index::new(0)),
-            name: None,
-            extensions: None,
-            extras: None,
-        })
     }
 
     fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>) -> Option<Index<Mesh>> {
