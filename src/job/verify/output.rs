@@ -126,18 +126,25 @@ impl<'a> Output<'a> {
 
     /// Whether motion of other files was put on `source`, which is a character, or a robot: that has no motion.
     pub(super) fn is_of_character(&self, source: &Scene, given: Option<&Provenance>) -> bool {
-        if is_robot(source) {
-            return true;
-        }
         let Self::Gltf(file, ..) = self else {
-            return self.provenance_of_character(source, given).is_some();
+            return self.is_of_robot(source) || self.provenance_of_character(source, given).is_some();
         };
         let is_onto = |provenance: Provenance| {
             let onto = provenance.onto();
             onto.is_some_and(|onto| is_file_of(source, onto.source.as_ref()))
         };
-        self.provenance_of_character(source, given).is_some()
+        self.is_of_robot(source)
+            || self.provenance_of_character(source, given).is_some()
             || file.provenance_of_kept().is_none() && file.provenances_of_animations().any(is_onto)
+    }
+
+    /// Whether the file has a motion of a robot. That of the robot alone, which some formats have as one frame, is none.
+    fn is_of_robot(&self, source: &Scene) -> bool {
+        let moves = match self {
+            Self::Gltf(file, ..) => file.animations().next().is_some(),
+            Self::Scene(scene, _) => scene.animations.iter().any(|clip| clip.frame_count() > 1),
+        };
+        moves && is_robot(source)
     }
 
     /// Whether the file has other clips of its source too, beside the one that was changed.
@@ -338,7 +345,7 @@ impl<'a> Output<'a> {
     /// they rest without a rotation, and for a robot in glTF, where a joint that stays has its rotation in its node.
     pub(super) fn has_rest_of(&self, source: &Scene, change: &Change) -> bool {
         let is_bvh = self.format() == Some(Format::Bvh) && source.metadata.format != Some(Format::Bvh);
-        let is_of_robot = self.format() == Some(Format::Gltf) && is_robot(source);
+        let is_of_robot = self.format() == Some(Format::Gltf) && self.is_of_robot(source);
         !self.is_of_points() && change.humanoid.is_none() && !is_bvh && !is_of_robot
     }
 

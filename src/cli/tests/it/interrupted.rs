@@ -329,12 +329,20 @@ impl<'a> Tried<'a> {
                 path.display()
             );
         }
-        // Where the file is that refers to the others, they are those of its run.
-        let main = self.case.main.and_then(|main| age.get(Path::new(main)));
+        // Where the file is that refers to the others, all are of one run. A file that is alike in both tells of none.
+        let has_main = self.case.main.is_some_and(|main| age.contains_key(Path::new(main)));
         let has_changed =
             |path: &&PathBuf| !self.inputs.contains_key(*path) && before.get(*path) != self.new.get(*path);
-        for path in self.new.keys().filter(has_changed).filter(|_| main.is_some()) {
-            assert_eq!(age.get(path), main, "{how}: {} is of another run", path.display());
+        let changed: Vec<_> = self.new.keys().filter(has_changed).filter(|_| has_main).collect();
+        for path in &changed {
+            let (first, own) = (age.get(changed[0]), age.get(*path));
+            assert_eq!(
+                own,
+                first,
+                "{how}: {} is of another run than {}",
+                path.display(),
+                changed[0].display()
+            );
         }
     }
 

@@ -57,6 +57,19 @@ fn every_fixture_is_refused_with_a_reason_or_written_and_accepted() {
     assert!(tried > 0, "no file was written");
 }
 
+/// Without a motion a robot is compared as every other file, in each format that takes it.
+#[test]
+fn a_robot_that_stands_is_written_and_accepted() {
+    for file in ["h1.urdf", "g1_29dof_rev_1_0_nomesh.xml"] {
+        let path = Path::new("../../fixtures/robots").join(file);
+        let source = Importer::new().import(&path).unwrap();
+        assert!(is_accepted(&source, Format::Gltf, &path), "{file}");
+        for format in [Format::Fbx, Format::Bvh, Format::Usd] {
+            is_accepted(&source, format, &path);
+        }
+    }
+}
+
 /// Whether a scene is written; what is written is accepted.
 fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
     let mut scene = source.clone();
