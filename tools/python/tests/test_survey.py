@@ -115,5 +115,5 @@ def test_a_job_gives_the_rows(takes: Path) -> None:
     report = mocap.run(job)
     assert report["survey"] == mocap.survey(inputs).rows
     assert [file["name"] for file in report["files"]] == ["card.html", "rows.csv"]
-    with pytest.raises(mocap.MocapError, match="changes no motion"):
+    with pytest.raises(mocap.MocapError, match="a survey job has no steps"):
         mocap.run({**job, "steps": ["mirror"]})
