@@ -138,7 +138,7 @@ impl<'a> Output<'a> {
             || file.provenance_of_kept().is_none() && file.provenances_of_animations().any(is_onto)
     }
 
-    /// Whether the file has a motion of a robot. That of the robot alone, which some formats have as one frame, is none.
+    /// Whether the file has a motion of a robot. One frame is no motion: some formats have it of a robot that stands.
     fn is_of_robot(&self, source: &Scene) -> bool {
         let moves = match self {
             Self::Gltf(file, ..) => file.animations().next().is_some(),
