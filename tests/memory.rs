@@ -32,8 +32,8 @@ const OF_NODE: usize = 1024;
 /// What every import may take, however small the file: tables, messages, the growth of the first lists.
 const BASE: usize = 64 * 1024;
 
-/// The most memory in use at one time while `bytes` are imported, beyond what was in use before; and what the motion may
-/// take beside its bytes.
+/// Imports `bytes`. Returns the peak of memory beyond what was in use before, and what the motion may take beside its
+/// bytes.
 fn peak(importer: &Importer, bytes: &[u8], name: &str) -> (usize, usize) {
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();

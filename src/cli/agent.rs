@@ -39,7 +39,7 @@ use self::schema::Commands;
 use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
-/// What a client may tell its model of the server. A test makes every call of it, in this order.
+/// The instructions of the server for the model of a client. A test makes each call in them, in their order.
 const INSTRUCTIONS: &str = r#"Motion capture files in one folder: survey takes, clean and edit motions, retarget them to
 characters and robots, write GLB, VRM, FBX, BVH and more, verify and look at the result. Paths are relative to the root
 folder. With takes/walk.bvh and hero.vrm in it, this is a usual order of calls:

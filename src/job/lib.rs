@@ -279,7 +279,7 @@ impl Job {
     }
 }
 
-/// A job, or a part of it, of the text of a job of a kind.
+/// Deserializes the text of a job. Errors name the `kind` of job, and the path of the wrong value.
 fn parsed<T: DeserializeOwned>(text: &str, kind: &str) -> Result<T> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let read = serde_path_to_error::deserialize(&mut deserializer);

@@ -183,7 +183,7 @@ pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
         content.push(json!({"type": "image", "data": STANDARD.encode(picture), "mimeType": "image/png"}));
     }
     let mut result = json!({"content": content, "isError": answer.is_error});
-    // A client holds structured content against the schema of the tool, and an error has nothing of it.
+    // Clients validate structured content by the output schema of the tool, which no error matches.
     if !answer.is_failed {
         result["structuredContent"] = shown;
     }

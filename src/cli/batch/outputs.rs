@@ -18,7 +18,7 @@ pub(crate) struct Output<'a> {
     pub(crate) path: PathBuf,
     pub(crate) policy: &'a ReplacePolicy,
     pub(super) folder: &'a Path,
-    /// What a former run says of it.
+    /// The record of this output in the manifest of a former run.
     pub(super) former: Option<&'a Record>,
     pub(super) claims: &'a Claims,
 }

@@ -247,8 +247,8 @@ impl Parts<'_> {
     }
 }
 
-/// The files of former runs that are still valid: every byte is as it was written, and every input exists, is unchanged
-/// and was packed with the same options. A file with one invalid row is written again.
+/// The part files of former runs that are still valid. A part is valid if it has every byte that was written, and if
+/// each of its inputs exists, is unchanged and was packed with the same options.
 fn kept_parts(
     former: &BTreeMap<String, Record>,
     inputs: &[Input],

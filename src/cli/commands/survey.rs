@@ -176,7 +176,7 @@ fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
     Ok(files)
 }
 
-/// The clips of a file that an earlier run had, if its bytes are the same and none of its clips is left out.
+/// The clips that an earlier run found in a file, if the file is unchanged and the record has all of its clips.
 fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<Vec<Examined>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;

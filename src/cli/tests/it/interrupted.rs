@@ -41,7 +41,7 @@ struct Case {
     before: &'static [&'static str],
     /// Whether the outputs are a folder.
     many: bool,
-    /// Of an output of several files, the one that refers to the others.
+    /// The file that refers to the other files of the output, if there are several.
     main: Option<&'static str>,
 }
 

@@ -259,8 +259,8 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
     }
 }
 
-/// The verdict on each motion of a folder is that of the command's manifest, and the worst limb the one with the
-/// largest angle there.
+/// The manifest of the command states the same verdict for each motion. The worst limb has the largest angle in the
+/// manifest.
 #[test]
 fn a_folder_has_a_verdict_and_the_worst_limb_of_each_motion() {
     let folder = with_takes();

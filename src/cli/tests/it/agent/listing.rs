@@ -51,7 +51,7 @@ fn a_folder_is_listed_with_formats_and_sizes() {
         let path = folder.path(file["file"].as_str().unwrap());
         assert_eq!(file["bytes"], fs::metadata(path).unwrap().len(), "{file}");
     }
-    // Every path is relative to the root folder: other calls take it as it is.
+    // Paths are relative to the root folder, so that a client can pass them to other tools unchanged.
     assert_eq!(files(1), expected[4..]);
     assert_eq!(files(2), expected[5..]);
     assert_eq!(files(3), expected);

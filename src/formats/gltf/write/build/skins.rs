@@ -70,8 +70,8 @@ impl Builder<'_> {
         self.root.scenes[0].nodes.push(node);
     }
 
-    /// A skin of all joints, which is that of the mesh before where the two are equal. A joint with a bone has the
-    /// bone's bind pose. The others follow the bone above them, or have the rest pose.
+    /// Adds a skin of all joints. A mesh with the bind matrices of the mesh before shares its skin. A joint with a bone
+    /// has the bind pose of the bone. Another joint follows the nearest bone above it, or keeps its rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
