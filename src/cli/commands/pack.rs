@@ -23,7 +23,13 @@ use crate::{Failure, report};
 /// The rows of one file.
 struct Packed {
     record: Record,
-    rows: Option<RecordBatch>,
+    rows: Option<Rows>,
+}
+
+enum Rows {
+    Clip(RecordBatch),
+    /// One for each frame and joint, which are made when they are written: as a table they are several times as large.
+    Long(String, Box<Arrays>),
 }
 
 /// How to make rows of files.
@@ -43,7 +49,7 @@ struct Parts<'a> {
     next: u64,
     most_bytes: usize,
     bytes: usize,
-    rows: Vec<RecordBatch>,
+    rows: Vec<Rows>,
     records: Vec<Record>,
     manifest: Manifest,
     /// How many files this run has written.
@@ -174,7 +180,7 @@ impl Packer<'_> {
     }
 
     /// The rows of a file. In tables with one row per file, a file that cannot be read has a row with the error.
-    fn rows(&self, input: &Input, record: &mut Record) -> Option<RecordBatch> {
+    fn rows(&self, input: &Input, record: &mut Record) -> Option<Rows> {
         let clip = input.relative.as_str();
         record.sha256 = sha256(&input.path).ok();
         let scene = input.path().and_then(|path| self.importer.import(path));
@@ -183,18 +189,45 @@ impl Packer<'_> {
         }
         if let TableArg::Inventory = self.table {
             record.error = scene.as_ref().err().map(ToString::to_string);
-            return Some(table::inventory(&[(clip, &scene)]));
+            return Some(Rows::Clip(table::inventory(&[(clip, &scene)])));
         }
-        let motion = scene.and_then(|scene: Scene| Arrays::of(&scene, &self.options));
+        let motion = scene.and_then(|scene: Scene| self.arrays(&scene));
         let motion = motion.map_err(|error| error.to_string());
         record.error = motion.as_ref().err().cloned();
-        match (self.table, &motion) {
-            (TableArg::Long, Ok(motion)) => Some(motion.to_table(clip)),
-            (TableArg::Long, Err(_)) => None,
-            _ => Some(table::clips(
-                &[(clip, motion.as_ref().map_err(String::as_str))],
-                &self.options,
-            )),
+        if let TableArg::Long = self.table {
+            return motion.ok().map(|motion| Rows::Long(clip.to_owned(), Box::new(motion)));
+        }
+        let row = (clip, motion.as_ref().map_err(String::as_str));
+        Some(Rows::Clip(table::clips(&[row], &self.options)))
+    }
+
+    fn arrays(&self, scene: &Scene) -> Result<Arrays, Error> {
+        let motion = Arrays::of(scene, &self.options)?;
+        if !matches!(self.table, TableArg::Long) {
+            table::check_row(&motion)?;
+        }
+        Ok(motion)
+    }
+}
+
+impl Rows {
+    fn tables(&self) -> Box<dyn Iterator<Item = RecordBatch> + '_> {
+        match self {
+            Self::Clip(row) => Box::new(std::iter::once(row.clone())),
+            Self::Long(clip, motion) => Box::new(motion.tables(clip)),
+        }
+    }
+
+    /// About how many bytes the rows take as a table.
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Clip(row) => row.get_array_memory_size(),
+            Self::Long(clip, motion) => {
+                let velocities = motion.velocities.as_ref().map_or(0, Vec::len);
+                let floats = motion.positions.len() + motion.rotations.len() + velocities;
+                // Beside them two texts with their ends, the frame and the time; a joint's name has about 8 bytes.
+                4 * floats + motion.rows() * (clip.len() + 8 + 4 + 4 + 4 + 8)
+            }
         }
     }
 }
@@ -212,7 +245,7 @@ impl Parts<'_> {
 
     fn push(&mut self, packed: Packed) -> io::Result<()> {
         if let Some(rows) = packed.rows {
-            self.bytes += rows.get_array_memory_size();
+            self.bytes += rows.bytes();
             self.rows.push(rows);
         }
         self.records.push(packed.record);
@@ -229,7 +262,7 @@ impl Parts<'_> {
         let (mut output, mut files) = (None, Vec::new());
         if !rows.is_empty() {
             let name = part_name(&self.prefix, self.next);
-            let bytes = table::to_parquet(&rows).map_err(io::Error::other)?;
+            let bytes = table::to_parquet(rows.iter().flat_map(Rows::tables)).map_err(io::Error::other)?;
             let path = self.folder.join(&name);
             write_file(&path, &bytes).map_err(io::Error::other)?;
             self.next += 1;

@@ -61,7 +61,7 @@ impl Table<'_> {
             report: report.as_ref().ok_or(record.error.as_deref().unwrap_or(unknown)),
         });
         let rows = table::robot_reports(&clips.collect::<Vec<_>>());
-        let bytes = table::to_parquet(&[rows])?;
+        let bytes = table::to_parquet([rows])?;
         crate::streams::write(path, &bytes)
     }
 

@@ -26,10 +26,10 @@ impl Corpus {
             "jsonl" => self.to_record().into_bytes(),
             "txt" => self.to_list().into_bytes(),
             #[cfg(feature = "parquet")]
-            "parquet" => mocap_io::export::parquet::to_parquet(&[self.to_table()])?,
+            "parquet" => mocap_io::export::parquet::to_parquet([self.to_table()])?,
             #[cfg(not(feature = "parquet"))]
             "parquet" => {
-                let message = "this build cannot write Parquet; build it with `--features parquet`";
+                let message = "this build cannot write Parquet; build it with the feature `parquet`";
                 return Err(Diagnostic::new(Code::InvalidValue, message).into());
             }
             _ => {

@@ -29,13 +29,15 @@ pub fn field(name: &str, unit: &str) -> Field {
     Field::new(name, DataType::Float64, false).with_metadata(unit)
 }
 
-/// A Parquet file with the rows of `tables`, which have the schema of the first.
+/// A Parquet file with the rows of `tables`, which have the schema of the first. Each is written before the next is
+/// asked for.
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet cannot hold them.
-pub fn to_parquet(tables: &[RecordBatch]) -> Result<Vec<u8>> {
+pub fn to_parquet(tables: impl IntoIterator<Item = RecordBatch>) -> Result<Vec<u8>> {
     let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
-    let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;
+    let mut tables = tables.into_iter();
+    let first = tables.next().ok_or_else(|| refused("no table was given".to_owned()))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(format!("{PARQUET_CREATOR}{}", env!("CARGO_PKG_VERSION")))
@@ -43,8 +45,8 @@ pub fn to_parquet(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let write = || -> Result<(), ParquetError> {
         let mut writer = ArrowWriter::try_new(&mut bytes, first.schema(), Some(properties))?;
-        for table in tables {
-            writer.write(table)?;
+        for table in std::iter::once(first).chain(tables) {
+            writer.write(&table)?;
         }
         writer.close()?;
         Ok(())

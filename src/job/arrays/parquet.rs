@@ -16,7 +16,7 @@ impl Arrays {
     /// # Errors
     /// [`Code::Unrepresentable`] where Parquet cannot hold the table.
     pub fn to_parquet(&self, clip: &str) -> Result<Vec<u8>> {
-        to_parquet(&[self.to_table_with_header(clip)])
+        to_parquet(self.tables(clip).map(|table| self.with_header(&table)))
     }
 }
 
@@ -36,5 +36,5 @@ pub fn time_series_parquet(series: &TimeSeries) -> Result<Vec<u8>> {
     }
     let table = RecordBatch::try_new(Arc::new(Schema::new(fields)), columns);
     let table = table.map_err(|error| Diagnostic::new(Code::Unrepresentable, error.to_string()))?;
-    to_parquet(&[table])
+    to_parquet([table])
 }

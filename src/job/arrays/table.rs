@@ -45,6 +45,7 @@
 mod robot_reports;
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use arrow_array::builder::{BooleanBuilder, FixedSizeListBuilder, Float32Builder, ListBuilder};
@@ -54,7 +55,7 @@ use arrow_array::{
 };
 use arrow_schema::{Field, Schema};
 use mocap_figure::{Figure, Survey};
-use mocap_scene::error::Result;
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Animation, Scene};
 use sha2::{Digest, Sha256};
 
@@ -79,8 +80,23 @@ impl Arrays {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn to_table(&self, clip: &str) -> RecordBatch {
+        self.table_of(clip, 0..self.rows())
+    }
+
+    /// [`to_table`](Self::to_table) in parts of a million rows at most, each made when it is asked for: a table is
+    /// several times as large as the arrays. There is always one.
+    #[doc(hidden)]
+    pub fn tables(&self, clip: &str) -> impl Iterator<Item = RecordBatch> {
+        /// The rows of a row group of Parquet, so that the file is the same as that of the whole table.
+        const ROWS: usize = 1 << 20;
+        let starts = (0..self.rows().max(1)).step_by(ROWS);
+        starts.map(move |start| self.table_of(clip, start..(start + ROWS).min(self.rows())))
+    }
+
+    fn table_of(&self, clip: &str, rows: Range<usize>) -> RecordBatch {
         let joints = self.joints();
-        let rows = || 0..self.rows();
+        let (from, to) = (rows.start, rows.end);
+        let rows = || from..to;
         let frame_of = |row: usize| row / joints.len();
         let mut columns: Vec<(String, ArrayRef)> = Vec::new();
         let mut add = |name: &str, column: ArrayRef| columns.push((name.to_owned(), column));
@@ -95,7 +111,9 @@ impl Arrays {
         add("joint", Arc::new(StringArray::from_iter_values(rows().map(name))));
         let mut add_floats = |names: &[&str], values: &[f32]| {
             for (joint_index, name) in names.iter().enumerate() {
-                let column = values.iter().skip(joint_index).step_by(names.len()).copied();
+                let width = names.len();
+                let column = values[from * width..to * width].iter().skip(joint_index).step_by(width);
+                let column = column.copied();
                 add(name, Arc::new(Float32Array::from_iter_values(column)));
             }
         };
@@ -105,19 +123,43 @@ impl Arrays {
             add_floats(&["vx", "vy", "vz"], velocities);
         }
         if let Some(contacts) = &self.contacts {
-            add("contact", Arc::new(BooleanArray::from(contacts.clone())));
+            add("contact", Arc::new(BooleanArray::from(contacts[from..to].to_vec())));
         }
         batch(columns, false)
     }
 
     /// [`to_table`](Self::to_table) with the header as JSON in the schema's metadata, with the key `mocap`.
     pub fn to_table_with_header(&self, clip: &str) -> RecordBatch {
-        let rows = self.to_table(clip);
+        self.with_header(&self.to_table(clip))
+    }
+
+    /// A part of the table with the header as JSON in the schema's metadata.
+    pub(crate) fn with_header(&self, rows: &RecordBatch) -> RecordBatch {
         let metadata = HashMap::from([("mocap".to_owned(), self.header.to_json())]);
         let schema = rows.schema().as_ref().clone().with_metadata(metadata);
-        rows.with_schema(Arc::new(schema))
+        rows.clone()
+            .with_schema(Arc::new(schema))
             .expect("a schema that says more fits what fitted the old one")
     }
+}
+
+/// Refuses a clip that is too long for the one row that [`clips`] gives it: readers hold a row in memory, and Parquet
+/// does so several times.
+///
+/// # Errors
+/// [`Code::LimitExceeded`].
+#[doc(hidden)]
+pub fn check_row(motion: &Arrays) -> Result<()> {
+    /// Half a gigabyte.
+    const MOST: usize = 1 << 27;
+    let numbers = motion.positions.len() + motion.rotations.len();
+    if numbers <= MOST {
+        return Ok(());
+    }
+    let diagnostic = Diagnostic::new(Code::LimitExceeded, "the clip is too long for one row of a table")
+        .expected_found(format!("at most {MOST} numbers"), format!("{numbers} numbers"))
+        .help("take {table} long, which has a row for each frame and joint, or a part of the clip with {trim}");
+    Err(diagnostic.into())
 }
 
 /// The table with one row for each clip, which has a name, and arrays or an error message. `options` must be those that

@@ -290,7 +290,7 @@ fn tables_come_back_as_the_archive_does() {
                 let clips = table::clips(&[("broken", Err("empty file")), ("Motion", Ok(&arrays))], &options);
                 for bytes in [
                     arrays.to_parquet("Motion").unwrap(),
-                    table::to_parquet(&[clips]).unwrap(),
+                    table::to_parquet([clips]).unwrap(),
                 ] {
                     let other = read(&bytes, "own.parquet");
                     assert_eq!(archive.nodes, other.nodes, "{name} {rotation:?}");
@@ -609,4 +609,44 @@ fn cut_files_are_refused() {
             );
         }
     }
+}
+
+/// A table is several times as large as the arrays: Parquet gets it in parts, which a reader does not see.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_long_table_is_made_in_parts() {
+    let scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+    let options = ArrayOptions::new()
+        .velocities(true)
+        .contacts(Some(mocap::arrays::Contacts::default()));
+    let mut motion = Arrays::of(&scene, &options).unwrap();
+    assert_eq!(motion.tables("short").count(), 1);
+    let times = (3 << 20) / motion.rows() / 2;
+    motion.frames *= times;
+    motion.positions = motion.positions.repeat(times);
+    motion.rotations = motion.rotations.repeat(times);
+    motion.velocities = motion.velocities.map(|velocities| velocities.repeat(times));
+    motion.contacts = motion.contacts.map(|contacts| contacts.repeat(times));
+    let parts: Vec<_> = motion.tables("long").collect();
+    assert_eq!(parts.len(), 2);
+    assert!(parts.iter().all(|part| part.num_rows() <= 1 << 20));
+    let whole = motion.to_table("long");
+    let (first, second) = (parts[0].num_rows(), parts[1].num_rows());
+    assert_eq!(first + second, whole.num_rows());
+    assert!(parts[0] == whole.slice(0, first) && parts[1] == whole.slice(first, second));
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn a_clip_that_is_too_long_for_a_row_is_refused() {
+    let scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+    let mut motion = Arrays::of(&scene, &ArrayOptions::default()).unwrap();
+    assert!(mocap::arrays::table::check_row(&motion).is_ok());
+    // Zeros that nobody reads take no memory.
+    motion.positions = vec![0.0; (1 << 27) - motion.rotations.len()];
+    assert!(mocap::arrays::table::check_row(&motion).is_ok());
+    motion.positions = vec![0.0; motion.positions.len() + 1];
+    let error = mocap::arrays::table::check_row(&motion).unwrap_err();
+    assert_eq!(error.code(), Code::LimitExceeded);
+    assert_eq!(error.diagnostic().found.as_deref(), Some("134217729 numbers"));
 }

@@ -34,7 +34,7 @@ fn with(files: &mut Files, change: impl FnOnce(RecordBatch) -> Option<RecordBatc
     let batch = RecordBatch::try_new(schema, batch.columns().to_vec()).unwrap();
     match change(batch) {
         Some(changed) => {
-            *bytes = to_parquet(&[changed]).unwrap();
+            *bytes = to_parquet([changed]).unwrap();
             true
         }
         None => false,
