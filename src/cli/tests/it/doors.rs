@@ -384,7 +384,7 @@ fn every_door_writes_every_format_or_says_why_not() {
     let rows = rows().into_iter().filter(|row| !is_left_out(row)).collect::<Vec<_>>();
     let rows = match writes {
         true => rows,
-        false => Sample::new().some(rows, 6),
+        false => Sample::new().some(rows, 12),
     };
     let tried = rows.into_iter().map(|row| {
         let commands = COMMANDS.iter().map(|(_, command)| cell(&folder, &row, command));

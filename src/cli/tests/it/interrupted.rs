@@ -427,7 +427,7 @@ impl<'a> Tried<'a> {
 
 #[test]
 fn no_command_leaves_a_part_of_an_output() {
-    let cases = Sample::new().some(CASES, 3);
+    let cases = Sample::new().some(CASES, 6);
     std::thread::scope(|scope| {
         for cases in cases.chunks(cases.len().div_ceil(2)) {
             scope.spawn(move || {

@@ -5,7 +5,7 @@ use mocap::job::Job;
 #[test]
 fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
     let file = "../../fixtures/real/cmu_12_01_walk.bvh";
-    let walk = |walk: &str| format!(r#""graph": {{}}, "walk": {walk}, "write": {{"output": "a.bvh"}}"#);
+    let walk = |walk: &str| format!(r#""graph": {{"rate": 15}}, "walk": {walk}, "write": {{"output": "a.bvh"}}"#);
     let source = format!(r#""source": {{"inputs": ["{file}"]}}"#);
     for (rest, what) in [
         (
@@ -24,7 +24,7 @@ fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
         (walk(r#"{"through": ["cmu_12_01_walk", "turn"]}"#), "no clip turn"),
         (walk(r#"{"seconds": 5}"#).replace("a.bvh", "out/"), "a folder"),
         (
-            walk(r#"{"seconds": 5}"#).replace(r#""graph": {},"#, ""),
+            walk(r#"{"seconds": 5}"#).replace(r#""graph": {"rate": 15},"#, ""),
             "no motion graph",
         ),
     ] {
