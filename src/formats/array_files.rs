@@ -39,20 +39,11 @@ const ROW: FormatInfo = FormatInfo {
     reading: "good: layouts that are known by their shapes",
     writing: "no",
     sniff: |bytes| bytes.starts_with(NPY_HEAD),
-    reads_blocks: false,
     feature: Some("arrays"),
     reads: cfg!(feature = "arrays"),
     read: reader!("arrays", read::read_npy),
-    write: None,
-    options: &[],
-    has_one_clip: false,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
-    keeps_shear: true,
     contents: Contents::Arrays,
-    has_sidecar: false,
+    ..FormatInfo::BASE
 };
 
 pub(super) const NPY: FormatInfo = ROW;

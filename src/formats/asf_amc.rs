@@ -29,8 +29,8 @@ mod read;
 
 use mocap_scene::scene::Format;
 
+use crate::FormatInfo;
 use crate::text::{Cursor, Word, decode, is_line_end, is_space};
-use crate::{Contents, FormatInfo};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::AsfAmc,
@@ -40,20 +40,11 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "good",
     writing: "no",
     sniff,
-    reads_blocks: false,
     feature: Some("acclaim"),
     reads: cfg!(feature = "acclaim"),
     read: reader!("acclaim", read::read),
-    write: None,
-    options: &[],
-    has_one_clip: false,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
-    keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    names_clips: false,
+    ..FormatInfo::BASE
 };
 
 /// The keywords before the frames of a motion.

@@ -3,7 +3,7 @@
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Format, Scene};
 
-use crate::{Contents, FormatInfo, ReadOptions, Source};
+use crate::{FormatInfo, ReadOptions, Source};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
@@ -14,20 +14,10 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     writing: "no",
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,
-    reads_blocks: false,
-    feature: None,
     reads: false,
     read,
-    write: None,
-    options: &[],
-    has_one_clip: false,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
-    keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    names_clips: false,
+    ..FormatInfo::BASE
 };
 
 fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {

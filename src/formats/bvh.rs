@@ -21,7 +21,7 @@ pub(crate) mod write;
 use mocap_scene::scene::Format;
 
 use crate::text::{Cursor, decode, is_line_end};
-use crate::{Contents, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption};
 
 pub use self::options::{BvhOptions, Channels};
 
@@ -51,13 +51,10 @@ pub const FORMAT: FormatInfo = FormatInfo {
         WriteOption::RootMotion,
     ],
     has_one_clip: true,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
     has_rest_rotations: false,
-    keeps_shear: false,
-    contents: Contents::Motion,
     has_sidecar: true,
+    names_clips: false,
+    ..FormatInfo::BASE
 };
 
 /// A BVH file begins with `HIERARCHY`; only comment lines may precede it.

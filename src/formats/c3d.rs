@@ -32,20 +32,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "no",
     sniff,
-    reads_blocks: false,
     feature: Some("c3d"),
     reads: cfg!(feature = "c3d"),
     read: reader!("c3d", read::read),
-    write: None,
-    options: &[],
-    has_one_clip: false,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
-    keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    contents: Contents::Points,
+    names_clips: false,
+    ..FormatInfo::BASE
 };
 
 /// The block size: offsets in the file are block numbers.

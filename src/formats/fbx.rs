@@ -9,11 +9,12 @@ mod read;
 #[cfg(feature = "fbx")]
 pub(crate) mod write;
 
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
-use mocap_scene::scene::Format;
+use mocap_scene::scene::{Format, Scene};
 
 use crate::provenance::Provenance;
-use crate::{Contents, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 #[cfg(feature = "fbx")]
@@ -27,7 +28,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "good: skeleton, animation, skinned meshes with colours and textures",
     writing: "good: binary 7.5",
     sniff,
-    reads_blocks: false,
     feature: Some("fbx"),
     reads: cfg!(feature = "fbx"),
     read: reader!("fbx", read::read),
@@ -46,14 +46,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    has_one_clip: false,
     has_file_meshes: true,
-    states_bones: false,
     states_origin: true,
-    has_rest_rotations: true,
-    keeps_shear: false,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    has_one_rate: true,
+    provenance,
+    inspect,
+    ..FormatInfo::BASE
 };
 
 /// The user's property of a node with its name in the scene, where the file has another.
@@ -72,10 +70,15 @@ fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(FBX_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
 }
 
-/// Whether a file of this crate is there to its last byte. Its footer says so, which readers leave out.
-#[doc(hidden)]
-pub fn is_whole(bytes: &[u8]) -> bool {
-    bytes.ends_with(&FOOTER_END)
+/// Refuses a file of this crate that is not there to its last byte. Its footer says so, which readers leave out.
+fn inspect(bytes: &[u8], _: &Scene) -> Result<Option<Diagnostic>> {
+    if fbx_provenance(bytes).is_none() || bytes.ends_with(&FOOTER_END) {
+        return Ok(None);
+    }
+    let message = "the file does not end with the footer that every FBX file has";
+    Err(Diagnostic::new(Code::UnexpectedEnd, message)
+        .help("it was cut off, or changed, after it was written; write it again")
+        .into())
 }
 
 /// The whole frame rate that stands for one in files of programs that take no other, where there is one next to it.
@@ -88,7 +91,6 @@ pub fn whole_rate(frames_per_second: f64) -> Option<f64> {
 }
 
 /// What a file of this crate says of itself; `None` in files of other programs.
-#[doc(hidden)]
-pub fn provenance(bytes: &[u8]) -> Option<Provenance> {
+fn provenance(bytes: &[u8]) -> Option<Provenance> {
     serde_json::from_str(fbx_provenance(bytes)?).ok()
 }

@@ -49,7 +49,7 @@ pub(crate) mod write;
 
 use mocap_scene::scene::Format;
 
-use crate::{Contents, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 pub use self::character::Character;
@@ -76,7 +76,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "excellent: skeleton and animation",
     writing: "excellent",
     sniff,
-    reads_blocks: false,
     feature: Some("gltf"),
     reads: cfg!(feature = "gltf"),
     read: reader!("gltf", read::read),
@@ -94,14 +93,10 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    has_one_clip: false,
-    has_file_meshes: false,
-    states_bones: false,
     states_origin: true,
-    has_rest_rotations: true,
-    keeps_shear: false,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    keeps_characters: true,
+    has_key_times: true,
+    ..FormatInfo::BASE
 };
 
 pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
@@ -112,7 +107,6 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     reading: "good: the motion of the humanoid",
     writing: "excellent",
     sniff: sniff_vrm_animation,
-    reads_blocks: false,
     feature: Some("gltf"),
     reads: cfg!(feature = "gltf"),
     read: reader!("gltf", read::read_vrm_animation),
@@ -123,14 +117,11 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
         WriteOption::ShellDistance,
         WriteOption::Names,
     ],
-    has_one_clip: false,
-    has_file_meshes: false,
     states_bones: true,
     states_origin: true,
-    has_rest_rotations: true,
     keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    has_key_times: true,
+    ..FormatInfo::BASE
 };
 
 /// Where a `.gltf` file has its buffer.

@@ -52,7 +52,7 @@ impl FormatInfo {
         let (name, feature) = (self.name, self.feature.unwrap_or_default());
         let message = format!("this build does not {verb} {name}: it was built without the feature `{feature}`");
         Diagnostic::new(Code::MissingFeature, message)
-            .help(format!("build it with `--features {feature}`"))
+            .help(format!("build it with the feature `{feature}`"))
             .into()
     }
 }

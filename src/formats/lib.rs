@@ -167,14 +167,39 @@ pub struct FormatInfo {
     /// Whether a file beside it can hold what the format cannot: [`Sidecar`].
     #[doc(hidden)]
     pub has_sidecar: bool,
+    /// Whether the file of a character in it is passed through, with the motion added.
+    #[doc(hidden)]
+    pub keeps_characters: bool,
+    /// Whether clips have names.
+    #[doc(hidden)]
+    pub names_clips: bool,
+    /// Whether keys have any times, which its reader keeps. Others have a pose for each frame.
+    #[doc(hidden)]
+    pub has_key_times: bool,
+    /// Whether all clips have one frame rate, which is whole where it is next to a whole one.
+    #[doc(hidden)]
+    pub has_one_rate: bool,
+    /// Whether its files are packed clips: only this program writes them, their joints have the axes of the source, and
+    /// the bound on their error holds for positions.
+    #[doc(hidden)]
+    pub is_packed: bool,
+    /// What a file of this program says of itself, where its bytes alone say it.
+    pub(crate) provenance: fn(&[u8]) -> Option<gltf::Provenance>,
+    /// What is wrong with a file that its reader takes all the same: an error, or a warning.
+    #[doc(hidden)]
+    pub inspect: fn(&[u8], &Scene) -> Result<Option<Diagnostic>>,
 }
 
 /// What the files of a format hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Contents {
-    /// A skeleton or points, which may move.
+    /// A skeleton, which may move.
     Motion,
+    /// Points, which have no parents.
+    Points,
+    /// The motion of a skeleton that is in another file.
+    Keys,
     /// Arrays of numbers, whose points may have no names.
     Arrays,
     /// A robot, which does not move.
@@ -188,6 +213,39 @@ impl fmt::Debug for FormatInfo {
 }
 
 impl FormatInfo {
+    /// What the rows of most formats have; each row says what is otherwise.
+    #[doc(hidden)]
+    pub const BASE: Self = Self {
+        format: Format::Bvh,
+        name: "",
+        description: "",
+        extensions: &[],
+        reading: "no",
+        writing: "no",
+        sniff: |_| false,
+        reads_blocks: false,
+        feature: None,
+        reads: true,
+        read: left_out::read,
+        write: None,
+        options: &[],
+        has_one_clip: false,
+        has_file_meshes: false,
+        states_bones: false,
+        states_origin: false,
+        has_rest_rotations: true,
+        keeps_shear: false,
+        contents: Contents::Motion,
+        has_sidecar: false,
+        keeps_characters: false,
+        names_clips: true,
+        has_key_times: false,
+        has_one_rate: false,
+        is_packed: false,
+        provenance: |_| None,
+        inspect: |_, _| Ok(None),
+    };
+
     /// The row of a format.
     pub fn of(format: Format) -> &'static Self {
         // A test sees to it that every format has its row.
@@ -238,6 +296,12 @@ impl FormatInfo {
     /// Whether this build lacks the feature of the format.
     fn is_left_out(&self) -> bool {
         self.feature.is_some() && !self.reads
+    }
+
+    /// What a file of this program says of itself, where its bytes alone say it.
+    #[doc(hidden)]
+    pub fn provenance(bytes: &[u8]) -> Option<gltf::Provenance> {
+        FormatInfo::ALL.iter().find_map(|row| (row.provenance)(bytes))
     }
 
     /// Reads a whole file. What it states of its length is within the limits, whatever its reader allows.
@@ -456,7 +520,7 @@ impl WriteOptions {
 }
 
 /// What helps where a file states no valid frame rate.
-pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: --retime 30, or Importer::retime";
+pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: {retime} 30";
 
 impl ReadOptions {
     /// Frames per second: the caller's, or else the file's, if it is a possible rate.
@@ -487,7 +551,7 @@ fn read_robot_scene(
     let scene = read(source, &options.limits, &mut warnings).map(|robot| robot_scene(&robot));
     warnings.push(Code::NoMotion, || {
         let message = "a robot has no motion: the scene has a skeleton and no animation";
-        Diagnostic::new(Code::NoMotion, message).help("mocap robot MOTION --robot FILE -o OUT puts a motion on it")
+        Diagnostic::new(Code::NoMotion, message).help("mocap robot puts a motion on it")
     });
     warnings.attach_to(scene)
 }

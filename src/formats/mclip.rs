@@ -9,9 +9,7 @@ use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
 use super::written::{millimetres, unit_warning};
-use super::{
-    Achieved, Contents, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile,
-};
+use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
@@ -21,9 +19,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "excellent: its poses at a tick, too",
     writing: "excellent",
     sniff: PackedClip::sniff,
-    reads_blocks: false,
-    feature: None,
-    reads: true,
     read,
     write: Some(write),
     options: &[
@@ -34,13 +29,10 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::RootMotion,
     ],
     has_one_clip: true,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
-    keeps_shear: false,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    names_clips: false,
+    has_key_times: true,
+    is_packed: true,
+    ..FormatInfo::BASE
 };
 
 /// The files of the row, with the first animation.

@@ -52,20 +52,15 @@ pub(super) const VMD: FormatInfo = FormatInfo {
     reading: "fair: with the .pmx of its model, or onto generic proportions",
     writing: "good: for the model that the scene is on, or for the usual bones",
     sniff: |bytes| bytes.starts_with(MOTION_HEAD),
-    reads_blocks: false,
     feature: Some("mmd"),
     reads: cfg!(feature = "mmd"),
     read: reader!("mmd", read::motion),
     write: Some(writer!("mmd", write::files)),
-    options: &[],
     has_one_clip: true,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
     has_rest_rotations: false,
     keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    contents: Contents::Keys,
+    ..FormatInfo::BASE
 };
 
 pub(super) const PMX: FormatInfo = FormatInfo {
@@ -76,9 +71,10 @@ pub(super) const PMX: FormatInfo = FormatInfo {
     reading: "fair: the skeleton and the names of morphs, for motions onto it",
     writing: "no",
     sniff: |bytes| bytes.starts_with(MODEL_HEAD) || is_old_model(bytes),
+    feature: Some("mmd"),
+    reads: cfg!(feature = "mmd"),
     read: reader!("mmd", read::model),
-    write: None,
-    ..VMD
+    ..FormatInfo::BASE
 };
 
 /// How a motion begins.

@@ -16,7 +16,7 @@ use super::FormatInfo;
 /// let refusal = gltf.refusal(WriteOption::Digits, "glb").unwrap();
 /// assert_eq!(
 ///     refusal.message,
-///     "--digits has no effect on glTF: it applies to BVH; write .bvh, or leave it out"
+///     "`digits` has no effect on glTF: it applies to BVH; write .bvh, or leave it out"
 /// );
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -160,7 +160,7 @@ impl FormatInfo {
         };
         let write = words(extensions.iter().map(|extension| format!(".{extension}")), "or");
         let message =
-            format!("--{option} has no effect on {on}: it applies to {applies_to}; write {write}, or leave it out");
+            format!("{{{option}}} has no effect on {on}: it applies to {applies_to}; write {write}, or leave it out");
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 }

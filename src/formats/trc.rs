@@ -18,6 +18,7 @@
 
 #[cfg(feature = "trc")]
 mod read;
+mod times;
 #[cfg(feature = "trc")]
 mod write;
 
@@ -34,20 +35,17 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "good: positions of markers or joints",
     sniff,
-    reads_blocks: false,
     feature: Some("trc"),
     reads: cfg!(feature = "trc"),
     read: reader!("trc", read::read),
     write: Some(writer!("trc", write::files)),
     options: &[WriteOption::Names, WriteOption::Rest, WriteOption::RootMotion],
     has_one_clip: true,
-    has_file_meshes: false,
-    states_bones: false,
-    states_origin: false,
-    has_rest_rotations: true,
     keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    contents: Contents::Points,
+    names_clips: false,
+    inspect: times::inspect,
+    ..FormatInfo::BASE
 };
 
 /// The first word of every file.

@@ -18,9 +18,7 @@ pub(crate) mod write;
 use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
 use mocap_scene::scene::Format;
 
-#[cfg(feature = "usd")]
-use crate::provenance::Provenance;
-use crate::{Contents, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,
@@ -30,7 +28,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reading: "fair: skeletons and animations of UsdSkel; .usdc is refused with the command that makes .usda of it",
     writing: "good: UsdSkel, with skins, materials and textures",
     sniff,
-    reads_blocks: false,
     feature: Some("usd"),
     reads: cfg!(feature = "usd"),
     read: reader!("usd", read::read),
@@ -43,14 +40,13 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    has_one_clip: false,
     has_file_meshes: true,
-    states_bones: false,
     states_origin: true,
-    has_rest_rotations: true,
     keeps_shear: true,
-    contents: Contents::Motion,
-    has_sidecar: false,
+    has_key_times: true,
+    #[cfg(feature = "usd")]
+    provenance: read::provenance,
+    ..FormatInfo::BASE
 };
 
 /// The first bytes of the binary form.
@@ -85,10 +81,4 @@ fn is_stage(name: &[u8]) -> bool {
 
 fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(USD_HEAD) || bytes.starts_with(BINARY) || is_archive(bytes)
-}
-
-/// What a file of this crate says of itself; `None` in files of other programs.
-#[cfg(feature = "usd")]
-pub fn provenance(bytes: &[u8]) -> Option<Provenance> {
-    read::provenance(bytes)
 }

@@ -30,6 +30,7 @@ mod chain;
 mod change;
 mod claims;
 mod clip;
+mod comparison;
 mod csv;
 mod face;
 mod kept;
@@ -44,30 +45,23 @@ mod rates;
 mod report;
 mod skin;
 mod timeline;
-mod trc;
 mod units;
 
-use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use mocap_formats::gltf::Provenance;
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
+use mocap_scene::scene::{Origin, Scene, SecondMotion};
 
 use crate::SourceSpace;
 
-use self::chain::Skeleton;
-use self::change::Change;
-use self::claims::{claims, import_source, is_same_file};
-use self::clip::Errors;
-use self::output::{Output, metres_of};
-use self::pairs::Pairs;
+use self::claims::{import_source, is_same_file};
+use self::comparison::Comparison;
+use self::output::Output;
 use self::rates::Rates;
 pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
-use self::timeline::Timeline;
-use self::units::Space;
 #[cfg(feature = "npz")]
 use mocap_formats::usd;
 
@@ -202,9 +196,13 @@ impl Verifier {
         let read = |rate| Output::read(&bytes, path, &open, rate).map_err(|error| error.with_path(path));
         let source = source.as_ref();
         let mut output = read(None)?;
-        let is_copy = self.provenance.is_none() && is_of_same_steps(&output, source);
+        let stated = provenance_of_file(source);
+        let is_copy = self.provenance.is_none() && stated.is_some() && stated == output.provenance();
         if is_copy {
             output.forget_provenance();
+        }
+        if let (Some(stated), Some(other)) = (stated.filter(|_| !is_copy), output.provenance()) {
+            check_not_siblings(&stated, &other)?;
         }
         let read = |rate| {
             let mut output = read(rate)?;
@@ -233,7 +231,7 @@ impl Verifier {
     }
 
     /// The output, read again where its format has one frame rate for all clips and those of its source have several.
-    /// FBX has keys between its frames then.
+    /// It has keys between its frames then.
     fn sampled<'a>(
         &self,
         output: Output<'a>,
@@ -242,7 +240,7 @@ impl Verifier {
     ) -> Result<Output<'a>> {
         let provenance = self.provenance_of(&output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        if output.format() != Some(Format::Fbx) {
+        if !output.row().has_one_rate {
             return Ok(output);
         }
         let rates = Rates::new(source, steps, &output);
@@ -290,7 +288,7 @@ impl Verifier {
             wanted.name
         );
         Err(Diagnostic::new(Code::InvalidValue, message)
-            .help("name it: mocap verify SOURCE OUTPUT --with FILE")
+            .help("name it: {with} FILE")
             .into())
     }
 
@@ -299,227 +297,45 @@ impl Verifier {
     }
 
     fn compare(&self, source: &Scene, file: Option<&Path>, output: &Output<'_>) -> Result<Verification> {
-        let given = self.provenance.as_ref();
-        output.check_not_retargeted(source, given)?;
-        let is_of_character = output.is_of_character(source, given);
-        let provenance = output
-            .provenance_of_character(source, given)
-            .or_else(|| self.provenance_of(output));
-        let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        let all_steps = steps;
-        let original = source;
+        output.check_not_retargeted(source, self.provenance.as_ref())?;
         let second = |motion: &SecondMotion| self.second(motion, file);
         let replay = change::Replay {
             second: &second,
-            keeps_units: output.keeps_units(),
+            keeps_units: output.row().keeps_units(),
         };
-        let edited = replay.edits(original, steps)?;
-        let (source, steps) = match &edited {
-            Some((scene, done)) => (scene, &steps[*done..]),
-            None => (source, steps),
+        let given = self.provenance.as_ref();
+        let comparison = Comparison {
+            original: source,
+            file,
+            output,
+            provenance: output
+                .provenance_of_character(source, given)
+                .or_else(|| self.provenance_of(output)),
+            is_of_character: output.is_of_character(source, given),
+            allowed: self.max_error.unwrap_or(timeline::SMALLEST_MOTION),
+            replay,
         };
-        let takes_new_axes = steps.iter().any(AppliedStep::takes_new_axes);
-        let named = change::named(source, steps);
-        let source = named.as_ref().unwrap_or(source);
-        let ours = Skeleton::of_scene(source, None);
-        let theirs = output.skeleton(None)?;
-        let pairs = Pairs::new(&ours, &theirs)?;
-        // The clips of one name may stand in another order in the file.
-        let clips = clip::pairs(source, output).into_iter().enumerate();
-        let shown = clips.filter_map(|(ours, theirs)| Some((ours, theirs?))).next();
-        // Of a character the rest pose is compared: its clips are those of other files.
-        let shown = match is_of_character {
-            true => (None, None),
-            false => shown.map_or((Some(0), Some(0)), |(ours, theirs)| (Some(ours), Some(theirs))),
-        };
-        let change = match &provenance {
-            Some(_) => Change::recorded(steps).in_unit_of(output.written_unit()),
-            None => Change::guessed(
-                &Skeleton::of_scene(source, shown.0),
-                &output.skeleton(shown.1)?,
-                &pairs,
-                metres_of(source),
-                output.stated_unit(source),
-            ),
-        };
-        let pairs = match change.humanoid {
-            Some(_) => pairs.of_bones(source, &ours, &theirs)?,
-            None => pairs,
-        };
-        if is_of_character && !output.has_rest_of(source, &change) {
-            let message = "the file has no rest pose of the body, and its motion is that of another file";
-            return Err(Diagnostic::new(Code::Unrepresentable, message)
-                .help("write the motion as .glb too, and compare that with the body")
-                .into());
-        }
-        // Joints of BVH rest without a rotation, so that another up axis turns their axes. A file alone does not say
-        // that it has another rest pose on purpose.
-        let is_bvh = output.format() == Some(Format::Bvh);
-        let has_new_axes = takes_new_axes
-            || is_bvh && change.has_another_up()
-            || provenance.is_none() && change.rests_elsewhere(&pairs, &ours, &theirs);
-        let mut verification = Verification {
-            joints: pairs.list.len(),
-            missing: pairs.missing(&ours, NodeKind::Joint),
-            missing_end_sites: pairs.missing(&ours, NodeKind::EndSite),
-            metres_per_unit: change.metres_per_unit,
-            has_provenance: output.is_ours(),
-            ..Verification::default()
-        };
-        let is_ours = output.is_ours();
-        verification.findings.extend(change.finding());
-        let expected = match &provenance {
-            Some(_) => Space::recorded(source, steps),
-            None => Space::guessed(source, &change),
-        };
-        expected.find(
-            output.stated(provenance.is_some()),
-            provenance.is_some(),
-            &mut verification.findings,
-        );
-        match change.humanoid {
-            // Joints that are no bones are left out, and the others hang together as VRM demands.
-            Some(_) => verification.findings.extend(output.missing_bones()),
-            None => pairs.find(&ours, &theirs, is_ours, change.added_roots, &mut verification.findings),
-        }
-        if output.is_of_points() {
-            verification
-                .findings
-                .retain(|found| found.kind != FindingKind::MovedJoint);
-        }
-        let replayed = |scene: &Scene| {
-            let scene = replay.steps(scene, all_steps).ok()?;
-            let named = change::named(&scene, all_steps);
-            Some(named.unwrap_or(scene))
-        };
-        if let Some(skinned) = output.skinned() {
-            let own_meshes = Importer::new()
-                .gltf_meshes(true)
-                .skeleton_mesh(SkeletonMesh::Own)
-                .hash(false);
-            let read = OnceCell::new();
-            let with_meshes = || match file {
-                Some(path) => read.get_or_init(|| own_meshes.import(path).ok()).as_ref(),
-                None => Some(original),
-            };
-            let keeps_axes = output.keeps_axes(source) && !has_new_axes;
-            // The steps change bind poses too.
-            let bound = || replayed(with_meshes()?);
-            let found = skin::find(source, skinned, (&change, keeps_axes), &bound);
-            verification.findings.extend(found);
-            // Vertices are compared with those of the file, before its steps.
-            let unchanged = || {
-                let scene = with_meshes()?;
-                Some(change::named(scene, all_steps).unwrap_or_else(|| scene.clone()))
-            };
-            let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
-            let change = whole.as_ref().unwrap_or(&change);
-            let named = change::named(original, all_steps);
-            let unchanged_joints = Skeleton::of_scene(named.as_ref().unwrap_or(original), None);
-            let unchanged_pairs = Pairs::new(&unchanged_joints, &theirs);
-            let rests_there =
-                unchanged_pairs.is_ok_and(|pairs| !change.rests_elsewhere(&pairs, &unchanged_joints, &theirs));
-            let keeps_rest = !has_new_axes && rests_there;
-            let found = mesh::find(&unchanged, skinned, change, keeps_rest);
-            verification.findings.extend(found);
-        }
-        verification.findings.extend(output.miscounted());
-        verification.findings.extend(output.find_in_character(original)?);
-        if let Some(provenance) = output.provenance().filter(|_| !is_of_character) {
-            let timeline = (!source.animations.is_empty()).then(|| Timeline::new(source, Some(0), &change));
-            let frames = timeline.transpose()?.map(|timeline| timeline.frame_count());
-            claims(original, &provenance, frames, &mut verification.findings);
-        }
-        let metres = output.metres_per_unit(source, &change);
-        let compared = clip::Compared {
-            pairs: &pairs,
-            change: &change,
-            metres,
-            skin: clip::skin_of(&ours, metres * change.metres_per_unit),
-            is_gltf: output.format() == Some(Format::Gltf),
-            is_packed: output.format() == Some(Format::Mclip),
-            rotations: output.keeps_axes(source) && !has_new_axes,
-            new_axes: None,
-        };
-        // Where steps give joints other axes, the steps themselves say which.
-        let replayed = match takes_new_axes && output.keeps_axes(source) {
-            true => replayed(original),
-            false => None,
-        };
-        let allowed = self.max_error.unwrap_or(timeline::SMALLEST_MOTION);
-        let (mut errors, mut lost) = (Errors::default(), Errors::default());
-        let mut has_lost = false;
-        let clips = match is_of_character {
-            true => vec![(None, None)],
-            false => clip::matched(source, output, &change, &mut verification.findings)?,
-        };
-        for (ours_clip, theirs_clip) in clips {
-            let timeline = Timeline::new(source, ours_clip, &change)?;
-            let timeline = match output.has_key_times() {
-                true => timeline,
-                false => timeline.of_whole_frames(),
-            };
-            let ours = Skeleton::of_scene(source, ours_clip);
-            let theirs = output.skeleton(theirs_clip)?;
-            let new_axes = replayed
-                .as_ref()
-                .and_then(|replayed| compared.axes_of(replayed, (ours_clip, &ours), &timeline));
-            let compared = clip::Compared { new_axes, ..compared };
-            let mut of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
-            if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
-                let name = clip::name_of(source, clip);
-                timeline.find(
-                    &name,
-                    &ours,
-                    &theirs,
-                    (of_clip.farthest(), allowed),
-                    &mut verification.findings,
-                );
-                if change.humanoid.is_some() {
-                    let missing = face::compare((clip, &name), &ours, &theirs, &timeline, &mut of_clip);
-                    verification.findings.extend(missing);
-                }
-            }
-            if timeline.is_resampled {
-                let mut frames = timeline.source_frames();
-                // What is left after the last whole frame of the file is less than one, and gone.
-                let end = timeline.moments.last().copied().unwrap_or(0.0);
-                frames.retain(|frame| *frame <= end);
-                lost.add_all(&compared.frames(ours_clip, &ours, &theirs, &timeline, &frames));
-                has_lost = true;
-            }
-            verification.clips.extend(ours_clip.map(|clip| VerifiedClip {
-                name: source.animations[clip].name.clone(),
-                frames: of_clip.frames,
-                max_error: of_clip.max,
-            }));
-            errors.add_all(&of_clip);
-        }
-        verification.frames = errors.frames;
-        verification.max_error = errors.max;
-        verification.rms_error = errors.rms();
-        // Points have no rotations.
-        verification.rotation_error = errors.rotation.filter(|_| !output.is_of_points());
-        verification.resampling = has_lost.then(|| Resampling {
-            frames: lost.frames,
-            max_error: lost.max,
-            rms_error: lost.rms(),
-            worst: lost.worst,
-        });
-        verification.worst = errors.worst;
-        Ok(verification)
+        comparison.run()
     }
 }
 
-/// Whether the source says of itself what the output says, as a copy does: no step lies between the two.
-fn is_of_same_steps(output: &Output<'_>, source: &Path) -> bool {
-    let Some(provenance) = output.provenance() else {
-        return false;
-    };
+/// What the source says of itself, if this crate wrote it.
+fn provenance_of_file(source: &Path) -> Option<Provenance> {
     let opener = Importer::new();
     let open = |sibling: &Path| opener.open(&source.with_file_name(sibling));
-    let stated = opener
-        .open(source)
-        .and_then(|bytes| output::provenance_of(&bytes, source, &open));
-    stated.is_ok_and(|stated| stated.is_some_and(|stated| stated == provenance))
+    let bytes = opener.open(source).ok()?;
+    output::provenance_of(&bytes, source, &open).ok()?
+}
+
+/// Refuses two files that were made of one source by other steps: neither says what lies between the two.
+fn check_not_siblings(stated: &Provenance, other: &Provenance) -> Result<()> {
+    match (&stated.source, &other.source) {
+        (Some(source), Some(of_other)) if is_same_file(source, of_other) && other.onto().is_none() => {
+            let message = format!("both files were made of \"{}\", by other steps", source.name);
+            Err(Diagnostic::new(Code::InvalidValue, message)
+                .help("compare each of them with the file that it was made of")
+                .into())
+        }
+        _ => Ok(()),
+    }
 }

@@ -11,14 +11,14 @@ use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::files::percent_decoded;
 use mocap_scene::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
 use mocap_scene::math::quaternion::unit;
-use mocap_scene::scene::{Face, NodeId};
+use mocap_scene::scene::{Face, Format, NodeId};
 
 use super::accessors::{self, Budget, Bytes};
 use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::{Provenance, humanoid, required, streams};
-use crate::Failure;
 use crate::named_file::below;
+use crate::{Failure, FormatInfo};
 
 /// A glTF file with those of its buffers that animations need.
 #[doc(hidden)]
@@ -68,6 +68,12 @@ impl<'a> File<'a> {
     #[doc(hidden)]
     pub fn sniff(bytes: &[u8]) -> bool {
         super::sniff(bytes)
+    }
+
+    /// The row of the format.
+    #[doc(hidden)]
+    pub fn row(&self) -> &'static FormatInfo {
+        FormatInfo::of(Format::Gltf)
     }
 
     /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.

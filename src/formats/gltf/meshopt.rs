@@ -36,7 +36,7 @@ pub(super) fn missing() -> Diagnostic {
         Code::MissingFeature,
         "this build cannot read or write meshopt compression",
     )
-    .help("build it with `--features meshopt`, which needs a C++ compiler")
+    .help("build it with the feature `meshopt`, which needs a C++ compiler")
 }
 
 #[cfg(feature = "meshopt")]

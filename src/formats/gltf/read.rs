@@ -108,7 +108,7 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
         let pointer = format!("/extensions/{VRM_ANIMATION}/humanoid/humanBones");
         return Err(
             invalid(pointer, "no node is the bone hips, which a VRM animation must have")
-                .help("read it as glTF: --from gltf, or Importer::format")
+                .help("read it as glTF: {from} gltf")
                 .into(),
         );
     }

@@ -1,12 +1,18 @@
 //! The columns of TRC that its reader does not need: the number and the time of each frame. Other readers go by them.
 
-use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
 /// How far a time may be from that of its frame, in frames.
 const SAME_FRAME: f64 = 0.5;
 
 /// Says where a row has another time than its frame. Frames count from 1, or from 0; a part of a take may begin later.
-pub(super) fn wrong_time(bytes: &[u8], frame_rate: f64) -> Option<Diagnostic> {
+pub(super) fn inspect(bytes: &[u8], scene: &Scene) -> Result<Option<Diagnostic>> {
+    let clip = scene.animations.first();
+    Ok(clip.and_then(|clip| wrong_time(bytes, clip.ticks_per_second)))
+}
+
+fn wrong_time(bytes: &[u8], frame_rate: f64) -> Option<Diagnostic> {
     let text = String::from_utf8_lossy(bytes);
     // The lines before hold the name of the file, the header, and the names.
     let rows = text.lines().enumerate().skip(3).filter_map(|(line, row)| {

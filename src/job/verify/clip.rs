@@ -8,7 +8,7 @@ use mocap_scene::scene::{NodeKind, Scene, UNNAMED_MOTION};
 
 use super::chain::Skeleton;
 use super::change::Change;
-use super::pairs::{Pairs, kept_of};
+use super::pairs::{Pairs, Rigid, kept_of};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
 
@@ -38,7 +38,7 @@ pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
     let mut left = unpaired(&theirs, &pair_of);
     let count = pair_of.iter().filter(|pair| pair.is_none()).count();
     // One clip of a file that has one is that of a source that has one, whatever their names.
-    if count == left.len() || ours.len() == 1 || !output.names_clips() {
+    if count == left.len() || ours.len() == 1 || !output.row().names_clips {
         let unpaired = pair_of.iter_mut().filter(|pair| pair.is_none());
         for (pair, clip) in unpaired.zip(left.drain(..count.min(left.len()))) {
             *pair = Some(clip);
@@ -59,7 +59,7 @@ pub(super) fn matched(
     let theirs = output.clip_names();
     let pair_of = self::pairs(source, output);
     let mut left = unpaired(&theirs, &pair_of);
-    let is_first_of_several = output.has_one_clip() && pair_of.first().is_some_and(Option::is_some);
+    let is_first_of_several = output.row().has_one_clip && pair_of.first().is_some_and(Option::is_some);
     let mut pairs = Vec::new();
     for (clip, &pair) in pair_of.iter().enumerate() {
         if pair.is_none() && is_first_of_several {
@@ -76,7 +76,7 @@ pub(super) fn matched(
         // A clip in which nothing moves is a pose, and a file without a clip has one.
         pairs.push((Some(clip), pair));
         let renamed =
-            pair.filter(|pair| output.is_ours() && output.names_clips() && !is_kept(&ours[clip], &theirs[*pair]));
+            pair.filter(|pair| output.is_ours() && output.row().names_clips && !is_kept(&ours[clip], &theirs[*pair]));
         if let Some(pair) = renamed {
             let message = format!("{} is called \"{}\" in the file", name_of(source, clip), theirs[pair]);
             findings.push(Finding::new(FindingKind::RenamedClip, message));
@@ -155,6 +155,7 @@ pub(super) fn name_of(source: &Scene, clip: usize) -> String {
 }
 
 /// What is the same for all clips.
+#[derive(Clone)]
 pub(super) struct Compared<'a> {
     pub(super) pairs: &'a Pairs,
     pub(super) change: &'a Change,
@@ -163,7 +164,7 @@ pub(super) struct Compared<'a> {
     /// How far from a joint the points are that show its rotation, in metres.
     pub(super) skin: f64,
     /// Whether the times of the file are 32-bit seconds.
-    pub(super) is_gltf: bool,
+    pub(super) has_short_times: bool,
     /// Whether the file is a packed clip, whose bound holds for positions: of rotations it holds for those that move no
     /// joint.
     pub(super) is_packed: bool,
@@ -172,6 +173,19 @@ pub(super) struct Compared<'a> {
     /// Where it has others on purpose, the rotation of its axes, of each joint of the source; none where that is not
     /// known.
     pub(super) new_axes: Option<Vec<Option<DQuat>>>,
+}
+
+/// What is the same at all moments of a clip.
+struct JointsOfClip<'a> {
+    ours: &'a Skeleton<'a>,
+    /// The root above each joint.
+    root_of: Vec<usize>,
+    /// What a VRM animation has of each pair.
+    rigid: Option<Rigid>,
+    /// Which joints move no other.
+    ends: Vec<bool>,
+    /// Where the motion is put in place, the moment that says where.
+    place: Option<Moment>,
 }
 
 impl Compared<'_> {
@@ -212,14 +226,14 @@ impl Compared<'_> {
         timeline: &Timeline,
         ticks: &[f64],
     ) -> Errors {
-        let root_of = roots(ours);
-        let rigid = self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs));
-        let ends = ours.turning_ends();
+        let joints = JointsOfClip {
+            ours,
+            root_of: roots(ours),
+            rigid: self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs)),
+            ends: ours.turning_ends(),
+            place: (self.change.in_place).map(|_| self.moment(timeline.place, ours, theirs, timeline)),
+        };
         let mut first: Option<Moment> = None;
-        let place = self
-            .change
-            .in_place
-            .map(|_| self.moment(timeline.place, ours, theirs, timeline));
         let mut errors = Errors {
             rotation: Some(0.0),
             ..Errors::default()
@@ -234,56 +248,70 @@ impl Compared<'_> {
                 .filter_map(|fraction| Some(frame + fraction * (next? - frame)));
             let until_next = std::iter::from_fn(|| keys.next_if(|key| next.is_some_and(|next| *key < next)));
             for tick in std::iter::once(frame).chain(after).chain(until_next) {
-                let moment = self.moment(tick, ours, theirs, timeline);
-                let first = first.get_or_insert_with(|| moment.clone());
-                for (pair, &(a, b)) in self.pairs.list.iter().enumerate() {
-                    let (now, then) = ((&moment.here[a], &moment.there[b]), (&first.here[a], &first.there[b]));
-                    let has_position = rigid.as_ref().is_none_or(|rigid| rigid.has_position[pair]);
-                    let mut off = DVec3::ZERO;
-                    if has_position {
-                        let mut expected = moment.positions[a];
-                        if let Some(place) = &place {
-                            let offset = moment.positions[root_of[a]] - place.positions[root_of[a]];
-                            expected -= self.change.over_ground(offset);
-                        }
-                        off = (moment.there[b].w_axis.truncate() - expected) * self.metres;
+                let now = self.moment(tick, ours, theirs, timeline);
+                let first = first.get_or_insert_with(|| now.clone());
+                for pair in 0..self.pairs.list.len() {
+                    let off = self.position_error(&joints, pair, &now);
+                    if let Some(off) = off {
                         errors.add(off.length(), || Worst {
                             clip: clip.unwrap_or(0),
-                            joint: ours.joints[a].name.clone(),
+                            joint: ours.joints[self.pairs.list[pair].0].name.clone(),
                             frame: tick as usize,
-                            seconds: moment.seconds,
+                            seconds: now.seconds,
                         });
                     }
-                    let is_bound = !self.is_packed || ends[a];
-                    match &rigid {
-                        Some(rigid) if rigid.has_rotation[pair] => {
-                            errors.add_rotation(self.skin_error_since(then, now));
-                        }
-                        None if self.rotations && is_bound => {
-                            let off = if ends[a] { off } else { DVec3::ZERO };
-                            errors.add_rotation(self.skin_error(now.0, now.1, off));
-                        }
-                        None if !self.rotations
-                            && is_bound
-                            && ours.joints[a].kind != NodeKind::EndSite
-                            && [now.0, now.1, then.0, then.1].into_iter().all(is_rotation) =>
-                        {
-                            let since = self.skin_error_since(then, now);
-                            let axes = self.new_axes.as_ref().and_then(|axes| axes[a]);
-                            let error = axes.map_or(since, |axes| {
-                                let off = if ends[a] { off } else { DVec3::ZERO };
-                                let here = *now.0 * DMat4::from_quat(axes);
-                                since.min(self.skin_error(&here, now.1, off))
-                            });
-                            errors.add_rotation(error);
-                        }
-                        _ => {}
-                    }
+                    let rotation = self.rotation_error(&joints, pair, (first, &now), off.unwrap_or(DVec3::ZERO));
+                    rotation.into_iter().for_each(|error| errors.add_rotation(error));
                 }
             }
             errors.frames += 1;
         }
         errors
+    }
+
+    /// How far the joint of a pair is off, in metres, along the axes of the file; `None` where the file does not have
+    /// its position.
+    fn position_error(&self, joints: &JointsOfClip<'_>, pair: usize, now: &Moment) -> Option<DVec3> {
+        let (a, b) = self.pairs.list[pair];
+        if joints.rigid.as_ref().is_some_and(|rigid| !rigid.has_position[pair]) {
+            return None;
+        }
+        let mut expected = now.positions[a];
+        if let Some(place) = &joints.place {
+            let root = joints.root_of[a];
+            expected -= self.change.over_ground(now.positions[root] - place.positions[root]);
+        }
+        Some((now.there[b].w_axis.truncate() - expected) * self.metres)
+    }
+
+    /// How far the skin of a joint is off by its rotation, in metres, where the file has that.
+    fn rotation_error(
+        &self,
+        joints: &JointsOfClip<'_>,
+        pair: usize,
+        (first, now): (&Moment, &Moment),
+        off: DVec3,
+    ) -> Option<f64> {
+        let (a, b) = self.pairs.list[pair];
+        let ((here, there), then) = ((&now.here[a], &now.there[b]), (&first.here[a], &first.there[b]));
+        let since = || self.skin_error_since(then, (here, there));
+        if let Some(rigid) = &joints.rigid {
+            return rigid.has_rotation[pair].then(since);
+        }
+        if self.is_packed && !joints.ends[a] {
+            return None;
+        }
+        let off = if joints.ends[a] { off } else { DVec3::ZERO };
+        if self.rotations {
+            return Some(self.skin_error(here, there, off));
+        }
+        let is_joint = joints.ours.joints[a].kind != NodeKind::EndSite;
+        if !is_joint || ![here, there, then.0, then.1].into_iter().all(is_rotation) {
+            return None;
+        }
+        let axes = self.new_axes.as_ref().and_then(|axes| axes[a]);
+        let turned = axes.map(|axes| self.skin_error(&(*here * DMat4::from_quat(axes)), there, off));
+        Some(turned.map_or_else(since, |turned| since().min(turned)))
     }
 
     /// Both skeletons at a tick of the source.
@@ -292,7 +320,7 @@ impl Compared<'_> {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(timeline.shown(tick) / timeline.rate, &mut here);
         // The moment that glTF has for this frame. Just before it a cut is another pose.
-        let rounded = if self.is_gltf {
+        let rounded = if self.has_short_times {
             f64::from(seconds as f32)
         } else {
             seconds

@@ -4,22 +4,20 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use mocap_figure::Figure;
-use mocap_formats::fbx;
 use mocap_formats::gltf::{File, Provenance};
-use mocap_formats::usd;
-use mocap_formats::{FormatInfo, Sidecar};
+use mocap_formats::{Contents, FormatInfo, Sidecar};
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, Format, Origin, Scene, UpAxis};
+use mocap_scene::scene::{AppliedStep, Origin, Scene, UpAxis};
 
 use super::chain::Skeleton;
 use super::change::Change;
 use super::claims::is_same_file;
 use super::kept::{self, Changed, Parts};
 use super::units::Space;
-use super::{Finding, FindingKind, skin, trc};
+use super::{Finding, FindingKind, skin};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
@@ -43,7 +41,7 @@ impl<'a> Output<'a> {
             // A skin that was kept is that of the source.
             let is_new = file.provenance().is_some() && file.provenance_of_kept().is_none();
             let skinned = match is_new && file.has_skin() {
-                true => Some(Box::new(skin::read(bytes, name, open)?)),
+                true => Some(Box::new(skin::read(file.row(), (bytes, name), open)?)),
                 false => None,
             };
             let parts = match file.provenances_of_animations().next() {
@@ -56,7 +54,7 @@ impl<'a> Output<'a> {
         if let Some(rate) = rate {
             importer = importer.sampling_rate(rate);
         }
-        let provenance = fbx::provenance(bytes).or_else(|| usd::provenance(bytes)).map(Box::new);
+        let provenance = FormatInfo::provenance(bytes).map(Box::new);
         // The skin is looked at in files of this crate alone.
         let has_meshes = provenance.is_some();
         importer = importer.for_comparison(has_meshes).skeleton_mesh(if has_meshes {
@@ -64,27 +62,19 @@ impl<'a> Output<'a> {
         } else {
             SkeletonMesh::None
         });
-        if fbx::provenance(bytes).is_some() && !fbx::is_whole(bytes) {
-            let message = "the file does not end with the footer that every FBX file has";
-            return Err(Diagnostic::new(Code::UnexpectedEnd, message)
-                .help("it was cut off, or changed, after it was written; write it again")
-                .into());
-        }
         let folder = name.parent().unwrap_or("".as_ref());
         let mut scene = importer.read_beside(bytes, name, &|path| open(path.strip_prefix(folder).unwrap_or(path)))?;
-        if let (Some(Format::Trc), Some(clip)) = (scene.metadata.format, scene.animations.first()) {
-            let wrong = trc::wrong_time(bytes, clip.ticks_per_second);
-            scene.warnings.extend(wrong);
-        }
-        if scene.metadata.format == Some(Format::Vmd) {
-            let message = "a VMD has no skeleton, so where its joints are is not known";
+        let row = row_of(&scene);
+        scene.warnings.extend((row.inspect)(bytes, &scene)?);
+        if row.contents == Contents::Keys {
+            let message = format!("{} has no skeleton, so where its joints are is not known", row.name);
             return Err(Diagnostic::new(Code::Unrepresentable, message)
                 .help("write the motion as .glb too, and verify that")
                 .into());
         }
-        let sidecar = match scene.metadata.format {
-            Some(Format::Bvh) => sidecar(bytes, name, open)?,
-            _ => None,
+        let sidecar = match row.has_sidecar {
+            true => sidecar(bytes, name, open)?,
+            false => None,
         };
         Ok(Self::Scene(Box::new(scene), provenance.or(sidecar)))
     }
@@ -199,7 +189,7 @@ impl<'a> Output<'a> {
             .map_or_else(String::new, |origin| format!(" of \"{}\"", origin.name));
         let message = format!("the motion is on the skeleton{name}, so its joints are elsewhere than in the source");
         Err(Diagnostic::new(Code::Unrepresentable, message)
-            .help("mocap retarget measures how far the limbs of both are apart: see --json and --max-angle")
+            .help("mocap retarget measures how far the limbs of both are apart: {max-angle} refuses what is farther")
             .into())
     }
 
@@ -244,29 +234,17 @@ impl<'a> Output<'a> {
         }
     }
 
-    pub(super) fn format(&self) -> Option<Format> {
-        let Self::Scene(scene, _) = self else {
-            return Some(Format::Gltf);
-        };
-        scene.metadata.format
+    /// The row of its format.
+    pub(super) fn row(&self) -> &'static FormatInfo {
+        match self {
+            Self::Gltf(file, ..) => file.row(),
+            Self::Scene(scene, _) => row_of(scene),
+        }
     }
 
-    /// Whether the format has names of clips.
-    pub(super) fn names_clips(&self) -> bool {
-        !matches!(
-            self.format(),
-            Some(Format::Bvh | Format::AsfAmc | Format::C3d | Format::Trc | Format::Bip | Format::Mclip)
-        )
-    }
-
-    /// Whether the format has the unit and the axes of the source, which may be unknown.
-    pub(super) fn keeps_units(&self) -> bool {
-        self.format().is_some_and(|format| FormatInfo::of(format).keeps_units())
-    }
-
-    /// Whether the format has one clip, which is the first of several.
-    pub(super) fn has_one_clip(&self) -> bool {
-        self.format().is_some_and(|format| FormatInfo::of(format).has_one_clip)
+    /// Whether its times are 32-bit seconds.
+    pub(super) fn has_short_times(&self) -> bool {
+        matches!(self, Self::Gltf(..))
     }
 
     /// Takes the clips of these indices as `other` has them.
@@ -331,22 +309,17 @@ impl<'a> Output<'a> {
         scene.metadata.metres_per_unit.filter(|_| self.is_of_points())
     }
 
-    /// Whether the format has keys at any time, and its reader keeps their times. Others have a pose for each frame.
-    pub(super) fn has_key_times(&self) -> bool {
-        matches!(self.format(), Some(Format::Gltf | Format::Usd | Format::Mclip))
-    }
-
     /// Whether the format has points, which have no parents.
     pub(super) fn is_of_points(&self) -> bool {
-        self.format() == Some(Format::Trc)
+        self.row().contents == Contents::Points
     }
 
     /// Whether joints rest where those of `source` do: not in points, in the T-pose of a VRM animation, in BVH, where
     /// they rest without a rotation, and for a robot in glTF, where a joint that stays has its rotation in its node.
     pub(super) fn has_rest_of(&self, source: &Scene, change: &Change) -> bool {
-        let is_bvh = self.format() == Some(Format::Bvh) && source.metadata.format != Some(Format::Bvh);
-        let is_of_robot = self.format() == Some(Format::Gltf) && self.is_of_robot(source);
-        !self.is_of_points() && change.humanoid.is_none() && !is_bvh && !is_of_robot
+        let is_new_rest = !self.row().has_rest_rotations && source.metadata.format != Some(self.row().format);
+        let is_of_robot = matches!(self, Self::Gltf(..)) && self.is_of_robot(source);
+        !self.is_of_points() && change.humanoid.is_none() && !is_new_rest && !is_of_robot
     }
 
     /// Metres in a unit of the file: what the file says, else the unit of the source.
@@ -361,25 +334,26 @@ impl<'a> Output<'a> {
     }
 
     /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are
-    /// those of the scene, and in BVH that was made of BVH.
+    /// those of the scene, in a packed clip, and in BVH that was made of BVH.
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
+        let row = self.row();
         match self {
             Self::Gltf(..) => self.is_ours(),
-            Self::Scene(scene, Some(provenance)) if scene.metadata.format != Some(Format::Bvh) => {
-                provenance.up.is_none()
-            }
-            // A packed clip has the joints of its source, and only this crate writes one.
-            Self::Scene(scene, None) if scene.metadata.format == Some(Format::Mclip) => true,
-            Self::Scene(scene, _) => {
-                scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
-            }
+            Self::Scene(..) if !row.has_rest_rotations => source.metadata.format == Some(row.format),
+            Self::Scene(_, Some(provenance)) => provenance.up.is_none(),
+            Self::Scene(_, None) => row.is_packed,
         }
     }
 }
 
+/// The row of the format of a scene; that of a scene without one has no fact that others lack.
+fn row_of(scene: &Scene) -> &'static FormatInfo {
+    scene.metadata.format.map_or(&FormatInfo::BASE, FormatInfo::of)
+}
+
 /// Whether a scene is a robot, whose file has no motion.
 fn is_robot(scene: &Scene) -> bool {
-    matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf))
+    row_of(scene).contents == Contents::Robot
 }
 
 /// Whether a scene was read from this file.
@@ -398,8 +372,7 @@ pub(super) fn provenance_of(
         let file = File::read(bytes, open, &Limits::default())?;
         return Ok(file.provenance_of_kept().or_else(|| file.provenance()));
     }
-    let inside = fbx::provenance(bytes).or_else(|| usd::provenance(bytes));
-    match inside {
+    match FormatInfo::provenance(bytes) {
         Some(provenance) => Ok(Some(provenance)),
         None => Ok(sidecar(bytes, name, open)?.map(|provenance| *provenance)),
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 use glam::DMat4;
 use mocap_formats::{FormatInfo, ReadOptions, Source};
 use mocap_scene::error::{Code, Result};
-use mocap_scene::scene::{Bone, Format, Mesh, Scene};
+use mocap_scene::scene::{Bone, Mesh, Scene};
 
 use super::chain::Skeleton;
 use super::change::Change;
@@ -19,8 +19,12 @@ use super::{Finding, FindingKind};
 /// its axes as a fraction of their length: what products of 32-bit matrices round.
 const SAME_PLACE: f64 = 1e-3;
 
-/// The scene of a glTF file with its meshes.
-pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Scene> {
+/// The scene of a glTF file, whose format has this row, with its meshes.
+pub(super) fn read(
+    row: &FormatInfo,
+    (bytes, name): (&[u8], &Path),
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Scene> {
     let folder = name.parent().unwrap_or("".as_ref());
     let source = Source {
         bytes,
@@ -36,7 +40,7 @@ pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec
         gltf_rest_of_nodes: true,
         ..ReadOptions::default()
     };
-    FormatInfo::of(Format::Gltf).read(&source, &options)
+    row.read(&source, &options)
 }
 
 /// Finds joints of `output`, which this crate wrote, that stand otherwise in its skin than in the rest pose of the

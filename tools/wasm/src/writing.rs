@@ -6,7 +6,7 @@ use mocap::gltf::{self, BufferPlace};
 use mocap::job::RobotFormat;
 use mocap::render::{Clip, Drawing, SheetOptions};
 use mocap::scene::{Assumption, UpAxis};
-use mocap::{Conversion, Error, Format, FormatInfo, Scene, Written};
+use mocap::{Conversion, Error, FormatInfo, Scene, WriteOption, Written};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -89,13 +89,13 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     if let Some(refusal) = options.refusal(row, extension) {
         return Err(Error::from(refusal).into());
     }
-    if matches!(row.format, Format::Gltf | Format::Vrma) && options.is_shell_without_bound() {
+    if row.takes(WriteOption::Compress) && options.is_shell_without_bound() {
         return Err(Failure::argument(
             "shellDistance would do nothing: give maxError too, or compress, or leave it out",
         ));
     }
     let character = entry.character.as_ref().filter(|_| !options.skeleton_only);
-    if let (Format::Gltf, Some(character)) = (row.format, character) {
+    if let Some(character) = character.filter(|_| row.keeps_characters) {
         let written = character.with_clips(&entry.scene, &entry.provenance, false, &options.gltf())?;
         return file(written, Vec::new());
     }
