@@ -121,7 +121,7 @@ pub use mocap_retarget::live;
 #[doc(inline)]
 pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
 #[doc(hidden)]
-pub use mocap_scene::error::nearest;
+pub use mocap_scene::error::{nearest, spell_options, spelled};
 #[cfg(feature = "edit")]
 #[doc(inline)]
 pub use mocap_scene::ik;

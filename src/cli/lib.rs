@@ -89,6 +89,15 @@ pub fn run() -> ExitCode {
         Command::Solve(solve) => solve.settle(),
         _ => {}
     }
+    mocap::spell_options(match args.command {
+        // An agent has no dashes.
+        Command::Mcp(_) => |key| format!("\"{key}\""),
+        // Of other commands `--joints` are names.
+        _ => |key| match key {
+            "joints" => "--joint-set".to_owned(),
+            key => format!("--{key}"),
+        },
+    });
     report::set_quiet(args.quiet);
     build_note::start(&args.command);
     let result = match &args.command {

@@ -53,7 +53,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
     if !humanoid.found {
         let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
         return Err(Diagnostic::new(Code::NotHumanoid, message)
-            .help("name its bones in a map (--map), or leave the names out")
+            .help("name its bones in a {map}, or leave the names out")
             .into());
     }
     check(names)?;
@@ -82,7 +82,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
         let bone = bone.map_or("", |(bone, _)| bone.as_str());
         let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
         return Err(Diagnostic::new(Code::InvalidValue, message)
-            .help("give the bone another name in a file of names, or say in a map (--map) which joint is the bone")
+            .help("give the bone another name in a file of names, or say in a {map} which joint is the bone")
             .into());
     }
     let joints = named(scene, &wanted);

@@ -87,7 +87,7 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
         Err(reason) => {
             let message = format!("the robot is not a humanoid: {reason}");
             return Err(Diagnostic::new(Code::NotHumanoid, message)
-                .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
+                .help("name the links that are its bones in a map of the robot: {robot-map}")
                 .into());
         }
     };
@@ -111,7 +111,7 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
         if !links.contains_key(bone) {
             let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
             return Err(Diagnostic::new(Code::NotHumanoid, message)
-                .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
+                .help("name the links that are its bones in a map of the robot: {robot-map}")
                 .into());
         }
     }

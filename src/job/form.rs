@@ -63,7 +63,7 @@ impl Form {
             && character.replace_animations
             && !matches!(form, Self::Character)
         {
-            let message = "--replace-animations would do nothing: only a glTF or VRM output keeps the animations of \
+            let message = "{replace-animations} would do nothing: only a glTF or VRM output keeps the animations of \
                            its character";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
@@ -82,14 +82,14 @@ impl Form {
             // Onto a node that the file has.
             Self::Character if option == WriteOption::RootMotion => return None,
             Self::Character if option == WriteOption::BoneAxis => {
-                let message = "--bone-axis would turn the frames in which a glTF or VRM character has its meshes and \
+                let message = "{bone-axis} would turn the frames in which a glTF or VRM character has its meshes and \
                                extensions, which stay as they are; write .fbx, or leave it out";
                 return Some(Diagnostic::new(Code::InvalidValue, message));
             }
             Self::Character => "a character, whose file is passed through",
             Self::Robot(_) => "the numbers of a robot's joints",
         };
-        let message = format!("--{option} has no effect on {what}; leave it out");
+        let message = format!("{{{option}}} has no effect on {what}; leave it out");
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 
@@ -124,14 +124,14 @@ fn row(writing: &Writing, known: &str) -> Result<&'static FormatInfo> {
 fn unknown(writing: &Writing, known: &str) -> Diagnostic {
     let message = match (&writing.to, writing.is_stream()) {
         (None, _) if writing.is_folder() => format!(
-            "{}: a folder does not name the format of its outputs: --to, write.to in a job, must be {known}",
+            "{}: a folder does not name the format of its outputs: {{to}} must be {known}",
             writing.output.display()
         ),
         (None, false) => format!(
             "{}: the name of the output must end in {known}",
             writing.output.display()
         ),
-        _ => format!("--to: the format must be {known}"),
+        _ => format!("{{to}}: the format must be {known}"),
     };
     Diagnostic::new(Code::UnknownFormat, message)
 }
@@ -154,7 +154,7 @@ fn of_character(writing: &Writing, file: &Path, character: &Character, has_disk:
             words(extensions.map(|extension| format!(".{extension}")), "or")
         };
         format!(
-            "{}, as that of the character, or in {}; --to-skeleton takes the skeleton alone",
+            "{}, as that of the character, or in {}; {{to-skeleton}} takes the skeleton alone",
             listed(&mut own.iter().copied()),
             listed(&mut from_scene.into_iter())
         )
@@ -198,16 +198,16 @@ fn problem_of_bound(writing: &Writing, row: &FormatInfo) -> Option<String> {
     let is_exact = chooses && smaller.compress == Some(Compression::None);
     if smaller.max_error.is_some_and(|length| length.to_metres() == 0.0) && !is_exact {
         let exact = match chooses {
-            true => "name a length above 0, or --compress none",
+            true => "name a length above 0, or {{compress}} none",
             false => "name a length above 0, or leave it out",
         };
         let name = row.name;
         return Some(format!(
-            "--max-error 0: {name} cannot be exact with fewer keys or bits; {exact}"
+            "{{max-error}} 0: {name} cannot be exact with fewer keys or bits; {exact}"
         ));
     }
     (chooses && smaller.shell_distance.is_some() && !smaller.has_bound()).then(|| {
-        "--shell-distance would do nothing: it needs a largest error; add --max-error 1mm, or leave it out".to_owned()
+        "{shell-distance} would do nothing: it needs a largest error; add {max-error} 1mm, or leave it out".to_owned()
     })
 }
 
@@ -221,5 +221,5 @@ fn problem_of_stream(writing: &Writing) -> Option<String> {
         (_, true) => "textures of many files could have one name; make one file at a time, or leave it out",
         (false, false) => return None,
     };
-    Some(format!("--textures beside: {why}"))
+    Some(format!("{{textures}} beside: {why}"))
 }

@@ -61,7 +61,7 @@ use std::path::{Path, PathBuf};
 
 use mocap_formats::Written;
 use mocap_io::import::MemoryFile;
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::files::ReplacePolicy;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -108,11 +108,6 @@ pub enum Job {
     Walk(WalkJob),
 }
 
-/// The keys of all kinds of jobs.
-const KEYS: [&str; 10] = [
-    "read", "source", "steps", "target", "survey", "graph", "matrix", "walk", "write", "verify",
-];
-
 impl Job {
     /// The JSON Schema of a job, as text.
     pub const SCHEMA: &str = include_str!("job.schema.json");
@@ -123,7 +118,7 @@ impl Job {
     /// use mocap::job::Job;
     ///
     /// let error = Job::from_json(r#"{"write": {"outptu": "a.glb"}}"#).unwrap_err();
-    /// assert!(error.to_string().contains("write.outptu: unknown field `outptu`, expected one of `output`"));
+    /// assert!(error.to_string().contains("write.outptu: a motion job has no outptu in write"));
     /// let error = Job::from_json(r#"{"survey": {}, "steps": ["mirror"]}"#).unwrap_err();
     /// assert!(error.to_string().contains("the job: steps: a survey job has no steps"));
     /// ```
@@ -288,17 +283,45 @@ fn parsed<T: DeserializeOwned>(text: &str, kind: &str) -> Result<T> {
         return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
-        let (path, message) = (error.path().to_string(), error.inner().to_string());
-        let is_of_other_kind = KEYS.contains(&path.as_str()) && message.starts_with("unknown field");
+        let (path, said) = (error.path().to_string(), error.inner().to_string());
+        let (message, near) = match (unknown(&said, "field"), unknown(&said, "variant")) {
+            (Some((key, known)), _) => {
+                let place = path.strip_suffix(key).and_then(|above| above.strip_suffix('.'));
+                let place = place.map_or_else(String::new, |above| format!(" in {above}"));
+                let message = format!("a {kind} job has no {key}{place}, but {known}");
+                (message, nearest(key, known.split(", ")).map(str::to_owned))
+            }
+            (None, Some((word, known))) => {
+                let message = format!("expected {known}; found {word}");
+                (message, nearest(word, known.split(", ")).map(str::to_owned))
+            }
+            (None, None) => (said.replace("expected f64", "expected a number"), None),
+        };
         let message = match path.as_str() {
             "." | "?" => format!("the job: {message}"),
-            key if is_of_other_kind => format!("the job: {key}: a {kind} job has no {key}"),
             path => format!("the job: {path}: {message}"),
         };
-        Diagnostic::new(Code::InvalidValue, message)
-            .help("mocap run --schema prints what a job may hold")
-            .into()
+        let help = match near {
+            Some(near) => format!("did you mean {near}?"),
+            None => "the schema of jobs says what one may hold: mocap run prints it".to_owned(),
+        };
+        Diagnostic::new(Code::InvalidValue, message).help(help).into()
     })
+}
+
+/// The word that serde does not know where it expected one of this `kind`, and those that it does.
+fn unknown<'a>(said: &'a str, kind: &str) -> Option<(&'a str, String)> {
+    let (word, known) = said
+        .strip_prefix("unknown ")?
+        .strip_prefix(kind)?
+        .strip_prefix(" `")?
+        .split_once("`, expected ")?;
+    let known = known.split_once(" at line ").map_or(known, |(known, _)| known);
+    let known = known
+        .trim_start_matches("one of ")
+        .replace(" or ", ", ")
+        .replace('`', "");
+    Some((word, known))
 }
 
 /// Steps in the schema: each is a text, or an object with its name and its options.

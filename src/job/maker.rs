@@ -14,7 +14,7 @@ use mocap_formats::{FormatInfo, WriteOption, Written};
 use mocap_io::export::is_at_rest_for;
 use mocap_io::import::{Importer, MemoryFile};
 use mocap_retarget::retargeting::{Report, Retargeting, SourceMotion, apply_steps_with_bones, whole};
-use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::{self, SkeletonMesh};
 use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
@@ -335,9 +335,9 @@ impl<'a> Maker<'a> {
         say_all(&decided, hear);
         let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
         if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
-            hear(Said::Note(
-                "the first frame is kept; `--drop-first-frame auto` leaves it out",
-            ));
+            hear(Said::Note(&spelled(
+                "the first frame is kept; {drop-first-frame} auto leaves it out",
+            )));
         }
         let assumptions = scene.metadata.assumptions.clone();
         let mut source = SourceMotion::converted(scene);

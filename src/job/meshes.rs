@@ -34,8 +34,8 @@ pub(super) fn keep_or_drop(
         return Ok(());
     };
     if job.write.mesh.is_some() {
-        let message = "--mesh would do nothing: the file has meshes of its own, which are kept";
-        let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add --skeleton-only");
+        let message = "{mesh} would do nothing: the file has meshes of its own, which are kept";
+        let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add {skeleton-only}");
         return Err(Error::from(error).with_path(motion));
     }
     // A step changes one motion; the others of the file stay.

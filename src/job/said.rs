@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mocap_edit::EditReport;
-use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::error::{Code, Diagnostic, spelled};
 use mocap_scene::scene::{Assumption, Scene, Topic};
 
 /// What comes to light while a job is done.
@@ -68,8 +68,9 @@ pub(super) fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
     };
     let (name, count) = (&first.name, scene.animations.len());
     let because = only.map(|format| format!(", because {format} has one"));
-    Some(format!(
-        "clip: 0 \"{name}\" of {count}{}; --clip takes another",
+    let note = format!(
+        "clip: 0 \"{name}\" of {count}{}; {{clip}} takes another",
         because.unwrap_or_default()
-    ))
+    );
+    Some(spelled(&note).into_owned())
 }

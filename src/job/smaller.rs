@@ -22,7 +22,7 @@ use super::text::Length;
 #[non_exhaustive]
 pub struct Smaller {
     /// Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are
-    /// removed within it; fails where it cannot be kept [default with --compress: 1mm]
+    /// removed within it; fails where it cannot be kept [default with a compression: 1mm]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub max_error: Option<Length>,
@@ -31,7 +31,7 @@ pub struct Smaller {
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub shell_distance: Option<Length>,
-    /// How to store the keys [default with --max-error: int16, otherwise none]
+    /// How to store the keys [default with a largest error: int16, otherwise none]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub compress: Option<Compression>,

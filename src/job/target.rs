@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap_retarget::retargeting::{Report, RetargetingOptions};
 use mocap_retarget::robot::Floor;
 use mocap_retarget::{Scale, Verdict};
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, spelled};
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
@@ -305,6 +305,7 @@ impl RobotTarget {
         let required = self.require?;
         let clip = clips.iter().find(|clip| !required.allows(clip.verdict()))?;
         let (name, verdict) = (clip.name(), clip.verdict().as_str());
-        Some(format!("{name}: the motion is {verdict}, which --require refuses"))
+        let problem = format!("{name}: the motion is {verdict}, which {{require}} refuses");
+        Some(spelled(&problem).into_owned())
     }
 }

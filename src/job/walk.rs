@@ -54,7 +54,7 @@ pub struct Walking {
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
-    /// The number that the walk of --seconds depends on: another gives another walk
+    /// The number that a walk of some seconds depends on: another gives another walk
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = Walking::default().seed))]
     pub seed: u64,
 }

@@ -53,7 +53,7 @@ pub struct Writing {
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<DrawnMesh>,
     /// Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in
-    /// Blender a bone is drawn along +Y. Nothing moves [default: none; for --target blender y]
+    /// Blender a bone is drawn along +Y. Nothing moves [default: none; for the target blender y]
     #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
     #[serde(skip_serializing_if = "is_default")]
     pub bone_axis: Option<OutBoneAxis>,
@@ -247,7 +247,7 @@ pub struct WritingFbx {
     #[cfg_attr(feature = "clap", arg(long, value_name = "VERSION", default_value = "7.5"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_version: FbxVersion,
-    /// Where the rotations of the rest pose are [default: rotation; for --target maya pre-rotation]
+    /// Where the rotations of the rest pose are [default: rotation; for the target maya pre-rotation]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_rest: Option<FbxRest>,

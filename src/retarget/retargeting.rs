@@ -305,7 +305,7 @@ impl Retargeting {
         let hips = self.humanoid().and_then(|bones| bones.joint(HumanoidBone::Hips));
         let hips = hips.ok_or_else(|| {
             let message = "the target has no hips, so its motion over the ground is not known";
-            Diagnostic::new(Code::NotHumanoid, message).help("leave out --in-place and --root-motion")
+            Diagnostic::new(Code::NotHumanoid, message).help("leave out {in-place} and {root-motion}")
         })?;
         over_ground::change(&target, hips, &mut clip.animation, self.options.root);
         Ok(Some(step))

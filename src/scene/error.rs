@@ -6,6 +6,7 @@
 
 mod code;
 pub(crate) mod nearest;
+mod spelling;
 mod visible;
 
 use std::fmt;
@@ -17,6 +18,8 @@ use serde::{Deserialize, Serialize};
 pub use self::code::Code;
 #[doc(hidden)]
 pub use self::nearest::nearest;
+#[doc(hidden)]
+pub use self::spelling::{spell_options, spelled};
 pub use self::visible::visible;
 #[doc(hidden)]
 pub use self::visible::visible_json;
@@ -73,7 +76,7 @@ impl Diagnostic {
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,
-            message: message.into(),
+            message: spelled(&message.into()).into_owned(),
             location: None,
             pointer: None,
             joint: None,
@@ -116,7 +119,7 @@ impl Diagnostic {
     /// Sets how to correct it.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(spelled(&help.into()).into_owned());
         self
     }
 

@@ -83,7 +83,7 @@ impl Known {
         let labels = takes.first().copied().flatten().map(|take| take.labels.join(", "));
         Err(Diagnostic::new(
             Code::InvalidValue,
-            "labels of --markers are not in the file, or two are one landmark",
+            "labels of {markers} are not in the file, or two are one landmark",
         )
         .expected_found(missing.join(", "), labels.unwrap_or_default())
         .help("the labels of a file: mocap info FILE")

@@ -52,7 +52,7 @@ impl Points {
                 let message = format!("the point {name} is in no frame");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .in_joint(name)
-                    .help("leave it out of the joints: --joints FILE")
+                    .help("leave it out of the joints: {joints} FILE")
                     .into());
             }
             let (track, filled) = fill(&ticks, values, frames);
@@ -169,7 +169,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
         ),
         format!("{} points: {}, ...", nodes.len(), there.join(", ")),
     )
-    .help(format!("--joints takes {}, or a file", JointSet::names()))
+    .help(format!("{{joints}} takes {}, or a file", JointSet::names()))
     .into())
 }
 

@@ -12,6 +12,7 @@ mod fixtures;
 mod hostile;
 #[allow(dead_code, reason = "the tests of the packages use the rest of it")]
 mod kinematics;
+mod messages;
 mod properties;
 mod public;
 #[allow(dead_code, reason = "the tests of the packages use the rest of it")]

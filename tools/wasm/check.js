@@ -385,7 +385,7 @@ check("jobs", "a job on files in memory writes what the program writes", () => {
   assertNearText(new TextDecoder().decode(files[0].bytes), readFileSync(output), 1e-9);
   const surveyed = mocap.run({ source: { inputs: source.inputs }, survey: { html: "card.html" } }, [{ name: "cmu_short.bvh", bytes: readFileSync(path) }]);
   assert.deepEqual([surveyed.survey.length, surveyed.survey[0].joints, surveyed.files[0].name], [1, 31, "card.html"]);
-  assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|unknown field/);
+  assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|has no wirte/);
 });
 
 /** Whether joints are within a distance, in the unit of the file, in two motions: where a leg is straight, another last digit turns it by hundredths of a degree. */

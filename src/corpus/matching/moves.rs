@@ -247,6 +247,6 @@ fn on_character(scene: Scene, character: &Scene) -> Result<HashMap<String, Anima
 
 fn changed() -> Error {
     Diagnostic::new(Code::InvalidDatabase, "the file has changed since it was indexed")
-        .help("make the database again with `mocap index --resume`")
+        .help("make the database again with mocap index")
         .into()
 }

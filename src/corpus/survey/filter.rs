@@ -153,7 +153,7 @@ fn words(text: &str) -> Result<Vec<Word>> {
             let end = rest[1..].find(first).ok_or_else(|| {
                 Diagnostic::new(
                     Code::InvalidValue,
-                    format!("--where: the text of column {column} has no end"),
+                    format!("{{where}}: the text of column {column} has no end"),
                 )
                 .help(format!("close it with {first}"))
             })?;
@@ -192,7 +192,7 @@ struct Parser<'a> {
 impl Parser<'_> {
     fn refused(&self, expected: &str, found: &Word) -> Error {
         let message = format!(
-            "--where \"{}\": column {} is not what is expected",
+            "{{where}} \"{}\": column {} is not what is expected",
             self.text, found.column
         );
         let error = Diagnostic::new(Code::InvalidValue, message);
@@ -200,7 +200,7 @@ impl Parser<'_> {
     }
 
     fn ended(&self, expected: &str) -> Error {
-        let message = format!("--where \"{}\" ends too early", self.text);
+        let message = format!("{{where}} \"{}\" ends too early", self.text);
         let error = Diagnostic::new(Code::InvalidValue, message);
         error.expected_found(expected, "the end").into()
     }
@@ -231,7 +231,7 @@ impl Parser<'_> {
     fn single(&mut self) -> Result<Tree> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            let message = format!("--where nests deeper than {DEEPEST}");
+            let message = format!("{{where}} nests deeper than {DEEPEST}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let tree = if self.takes("not") {
@@ -259,7 +259,7 @@ impl Parser<'_> {
         let columns = ClipRow::columns();
         let Some((column, kind)) = columns.iter().find(|(name, _)| *name == word.text && !word.is_quoted) else {
             let nearest = mocap_scene::error::nearest(&word.text, columns.iter().map(|(name, _)| *name));
-            let message = format!("--where: \"{}\" is no column", word.text);
+            let message = format!("{{where}}: \"{}\" is no column", word.text);
             let help = match nearest {
                 Some(name) => format!("did you mean {name}?"),
                 None => "docs/survey.md lists the columns".to_owned(),

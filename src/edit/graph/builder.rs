@@ -247,7 +247,7 @@ impl Skeleton {
             let message = format!("its skeleton is not that of {}: {difference}", self.file);
             let diagnostic = Diagnostic::new(Code::InvalidValue, message);
             Err(diagnostic
-                .help("put all clips on one body: mocap graph CLIPS --character BODY -o graph.json")
+                .help("put all clips on one body first: {character} BODY")
                 .into())
         };
         if let Err(difference) = have_the_same_joints(&self.scene, scene) {

@@ -50,7 +50,7 @@ impl Conversion {
         let t_pose = figure.t_pose(scene).ok_or_else(|| {
             let message = format!("there is no T-pose: {}", figure.humanoid.reason);
             Diagnostic::new(Code::NotHumanoid, message)
-                .help("name its bones in a map (--map), or take the pose of a frame: --rest frame:N")
+                .help("name its bones in a {map}, or take the pose of a frame: {rest} frame:N")
         })?;
         if is_asked_for {
             process::can_zero_rest_rotations(scene)?;

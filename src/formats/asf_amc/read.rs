@@ -78,8 +78,8 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
         return Ok(candidates.remove(0));
     }
     let help = match candidates.first() {
-        Some(first) => format!("name it: --skeleton {}, or Importer::skeleton", first.display()),
-        None => "put it beside the motion, or name it: --skeleton FILE, or Importer::skeleton".to_owned(),
+        Some(first) => format!("name it: {{skeleton}} {}", first.display()),
+        None => "put it beside the motion, or name it: {skeleton} FILE".to_owned(),
     };
     let name = source.name.file_name().unwrap_or_default();
     Err(

@@ -73,11 +73,11 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
         None => {
             let why = match candidates.len() {
                 0 => format!(
-                    "no .pmx is beside the motion, which is of \"{}\"; --skeleton names one",
+                    "no .pmx is beside the motion, which is of \"{}\"; name one as its skeleton",
                     motion.model
                 ),
                 count => format!(
-                    "none of the {count} .pmx files beside the motion has its name or is of \"{}\"; --skeleton names one",
+                    "none of the {count} .pmx files beside the motion has its name or is of \"{}\"; name one as its skeleton",
                     motion.model
                 ),
             };

@@ -280,7 +280,7 @@ fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warnings) -> Vec
                 let message = "the model has no bone of this name: its keys were left out";
                 Diagnostic::new(Code::IgnoredChannel, message)
                     .in_joint(names::decode(name))
-                    .help("name the model of the motion: --skeleton MODEL.pmx")
+                    .help("name the model of the motion: {skeleton} MODEL.pmx")
             }),
             None => {}
         }

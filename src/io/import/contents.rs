@@ -85,8 +85,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
     read_up_to(BEGINNING.min(most.saturating_add(1)), &mut bytes)?;
     if !is_known && bytes.len() as u64 == BEGINNING && FormatInfo::of_contents(&bytes).is_none() {
         let message = "the beginning of the stream belongs to no known format";
-        let diagnostic =
-            Diagnostic::new(Code::UnknownFormat, message).help("name the format: --from, or Importer::format");
+        let diagnostic = Diagnostic::new(Code::UnknownFormat, message).help("name the format: {from}");
         return Err(Error::from(diagnostic).with_path(name));
     }
     // The list doubles as it grows, but not beyond what is allowed.

@@ -64,8 +64,8 @@ impl Importer {
 
 /// The error of lengths where no positions of joints are solved.
 fn needless_lengths() -> Error {
-    let message = "--lengths is for rotations that are solved from positions of joints, and none are here";
-    let help = "name the joints with --joints, or leave --lengths out";
+    let message = "{lengths} is for rotations that are solved from positions of joints, and none are here";
+    let help = "name the joints with {joints}, or leave {lengths} out";
     Diagnostic::new(Code::InvalidValue, message).help(help).into()
 }
 
@@ -93,7 +93,7 @@ fn check_markers(scene: &Scene) -> Result<()> {
         return Err(no_frame(scene).into());
     }
     let message = "the file has no markers: it has a skeleton, or nothing that moves";
-    let help = "mocap convert takes files with a skeleton; --joints names the joints of arrays";
+    let help = "mocap convert takes files with a skeleton; {joints} names the joints of arrays";
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }
 

@@ -155,7 +155,7 @@ impl ReplacePolicy {
         }
         let message = "the output would replace a file that this program did not write from these inputs";
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
-            .help("name another output (for several inputs a folder, with -o), or replace the file with --force");
+            .help("name another output (for several inputs a folder, with {output}), or replace the file with {force}");
         Err(Error::from(diagnostic).with_path(path))
     }
 
@@ -179,7 +179,7 @@ impl ReplacePolicy {
         }
         let message = "a file that belongs to the output would replace another file of its name";
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
-            .help("write into another folder, or replace the file with --force");
+            .help("write into another folder, or replace the file with {force}");
         Err(Error::from(diagnostic).with_path(path))
     }
 

@@ -99,7 +99,7 @@ pub fn can_zero_rest_rotations(scene: &Scene) -> Result<()> {
                            cannot be changed";
             Err(Diagnostic::new(Code::Unrepresentable, message)
                 .in_joint(joint)
-                .help("keep the rest pose of the file: --rest zero")
+                .help("keep the rest pose of the file: {rest} zero")
                 .into())
         }
     }

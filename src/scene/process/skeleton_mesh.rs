@@ -94,7 +94,7 @@ impl Scene {
 
 impl Scene {
     /// Leaves out the meshes of the file, and the file itself, which glTF would otherwise be written into: the skeleton
-    /// and its motion stay. It is `--skeleton-only` of a scene that is read already.
+    /// and its motion stay. It is the option `skeleton-only` for a scene that is read already.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

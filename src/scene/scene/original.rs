@@ -86,8 +86,8 @@ impl Original {
             None => return Ok(()),
         };
         let message = format!("the meshes of the file cannot be kept, for they fit its skeleton as it was: {what}");
-        let help = "leave out --unit, --up, --rest, --bone-axis, --names and --root-motion, or write the skeleton without the meshes: \
-                    --skeleton-only, or Scene::original = None";
+        let help = "leave out {unit}, {up}, {rest}, {bone-axis}, {names} and {root-motion}, or write the skeleton without the meshes: \
+                    {skeleton-only}";
         Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into())
     }
 }

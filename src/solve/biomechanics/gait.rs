@@ -154,7 +154,7 @@ impl Gait {
         if strides.is_empty() {
             let message = "no foot makes a stride: from one heel strike to the next, with the pelvis over it between";
             return Err(Diagnostic::new(Code::NoMotion, message)
-                .help("take a clip that has two strides of a walk or a run, with --clip or --trim")
+                .help("take a clip that has two strides of a walk or a run, with {clip} or {trim}")
                 .into());
         }
         strides.sort_by(|a, b| a.strikes[0].total_cmp(&b.strikes[0]));

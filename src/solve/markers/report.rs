@@ -174,7 +174,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &Solved, tracked: &Tra
             pairs.collect::<Vec<_>>().join(", ")
         );
         scene.warnings.push(
-            Diagnostic::new(Code::LooseMarker, message).help("look at the motion; --markers FILE names landmarks"),
+            Diagnostic::new(Code::LooseMarker, message).help("look at the motion; {markers} FILE names landmarks"),
         );
     }
     say_file(scene, take);
@@ -206,7 +206,7 @@ fn say_file(scene: &mut Scene, take: &Take) {
         );
         scene.warnings.push(
             Diagnostic::new(Code::LooseMarker, message)
-                .help("name them: --markers FILE, an object from labels to landmarks"),
+                .help("name them: {markers} FILE, an object from labels to landmarks"),
         );
     }
 }
@@ -289,5 +289,5 @@ pub(super) fn missing(take: &Take, standing: Option<&Take>) -> Diagnostic {
     };
     Diagnostic::new(Code::InvalidValue, "the markers do not tell where the legs are")
         .expected_found("markers on the pelvis, the knees and the ankles, by names of a known set", found)
-        .help("name labels with --markers FILE, a trial of somebody who stands with --static FILE, or joints with --joints")
+        .help("name labels with {markers} FILE, a trial of somebody who stands with {static} FILE, or joints with {joints}")
 }

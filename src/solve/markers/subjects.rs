@@ -77,5 +77,5 @@ pub(super) fn left_out(solved: &str, others: &[String]) -> Diagnostic {
         names.join(", ")
     );
     let next = names.first().copied().unwrap_or_default();
-    Diagnostic::new(Code::LooseMarker, message).help(format!("solve another one: --markers auto:{next}"))
+    Diagnostic::new(Code::LooseMarker, message).help(format!("solve another one: {{markers}} auto:{next}"))
 }

@@ -65,6 +65,22 @@ mod _mocap {
     use super::survey::{Survey, examine, extensions, survey};
     #[pymodule_export]
     use super::{metres_in, read, read_bytes};
+
+    #[pymodule_init]
+    fn init(_: &Bound<'_, PyModule>) -> PyResult<()> {
+        mocap::spell_options(super::spelling);
+        Ok(())
+    }
+}
+
+/// What an option of a job is called in Python: `max-error` is `max_error`.
+fn spelling(key: &str) -> String {
+    match key {
+        "map" => "bones".to_owned(),
+        "force" => "overwrite".to_owned(),
+        "from" => "format".to_owned(),
+        key => key.replace('-', "_"),
+    }
 }
 
 /// Reads a file.

@@ -29,7 +29,7 @@ def test_steps_and_their_reports(walk: Path, tmp_path: Path) -> None:
 
 
 def test_what_is_wrong_with_a_job(walk: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="the job: write.outptu: unknown field"):
+    with pytest.raises(ValueError, match="the job: write.outptu: a motion job has no outptu in write"):
         mocap.run({"write": {"outptu": "a.glb"}})
     with pytest.raises(mocap.MocapError, match="would replace"):
         mocap.run({"source": {"inputs": [walk]}, "write": {"output": walk, "force": True}})

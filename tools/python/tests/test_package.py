@@ -132,7 +132,7 @@ def test_convert_gives_a_rest_pose_and_names(walk: Path, tmp_path: Path) -> None
         mocap.convert(walk, tmp_path / "no.bvh", rest="x-pose")
     with pytest.raises(ValueError, match="names: neither vrm, mixamo, unreal, cmu nor a file"):
         mocap.convert(walk, tmp_path / "no.bvh", names="mixanu")
-    with pytest.raises(ValueError, match="--rest has no effect on a VRM animation"):
+    with pytest.raises(ValueError, match="rest has no effect on a VRM animation"):
         mocap.convert(walk, tmp_path / "no.vrma", rest="t-pose")
 
 

@@ -53,6 +53,7 @@ fn remember_panics() {
 /// Makes room for the next input, a request or a file of `length` bytes. Null where there is no memory for it.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_input(length: usize) -> *mut u8 {
+    mocap::spell_options(options::spelling);
     with_state(|state| state.input(length)).unwrap_or(std::ptr::null_mut())
 }
 

@@ -335,12 +335,7 @@ impl WriteOptions {
             (WriteOption::Channels, self.channels.is_some()),
         ];
         let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
-        let (option, mut refusal) = given.find_map(|(option, _)| Some((option, row.refusal(option, extension)?)))?;
-        // The command line's name of an option stands first.
-        refusal.message = refusal
-            .message
-            .replacen(&format!("--{option}"), &camel_case(option.as_str()), 1);
-        Some(refusal)
+        given.find_map(|(option, _)| row.refusal(option, extension))
     }
 
     fn bvh(&self) -> bvh::BvhOptions {
@@ -436,9 +431,15 @@ fn refused(function: &str, path: &str, said: &str) -> Failure {
     Failure::argument(message)
 }
 
-/// `max-error` as `maxError`.
-fn camel_case(name: &str) -> String {
-    let mut words = name.split('-');
+/// What an option of a job is called in the package: `max-error` is `maxError`.
+pub(crate) fn spelling(key: &str) -> String {
+    match key {
+        "map" => return "bones".to_owned(),
+        "from" => return "format".to_owned(),
+        "fps" => return "frameRate".to_owned(),
+        _ => {}
+    }
+    let mut words = key.split('-');
     let first = words.next().unwrap_or_default().to_owned();
     words.fold(first, |name, word| {
         let (initial, rest) = word.split_at(word.len().min(1));

@@ -223,7 +223,7 @@ fn the_arguments_are_at_fault() {
         folder.refuses(arguments, 2, "");
     }
     folder.write("wrong.json", br#"{"source": {"inputs": ["w.bvh"]}, "wirte": {}}"#);
-    folder.refuses("run wrong.json", 2, "unknown field `wirte`");
+    folder.refuses("run wrong.json", 2, "did you mean write?");
     folder.refuses("run none.json", 1, "none.json");
 }
 

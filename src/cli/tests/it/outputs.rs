@@ -10,7 +10,7 @@ use crate::program::{Folder, words};
 fn the_second_file_of_a_wildcard_is_not_an_output() {
     let folder = Folder::with(&["a.bvh", "b.bvh"]);
     folder.refuses("convert a.bvh b.bvh", 1, "error[output-exists]");
-    assert!(words(&folder.run("convert a.bvh b.bvh")).contains("a folder, with -o"));
+    assert!(words(&folder.run("convert a.bvh b.bvh")).contains("a folder, with --output"));
     folder.succeeds("convert a.bvh");
     folder.succeeds("convert b.bvh");
     folder.refuses("convert a.glb b.glb", 1, "error[output-exists]");

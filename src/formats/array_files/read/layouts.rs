@@ -66,8 +66,8 @@ pub(super) fn scene(
 
 /// The error of a body for arrays that have positions.
 fn needless_body() -> Failure {
-    let message = "--body gives lengths to arrays of rotations, and these have the positions of joints";
-    let help = "leave --body out; mocap retarget puts the motion on another body";
+    let message = "{body} gives lengths to arrays of rotations, and these have the positions of joints";
+    let help = "leave {body} out; mocap retarget puts the motion on another body";
     Box::new(Diagnostic::new(Code::InvalidValue, message).help(help))
 }
 

@@ -73,7 +73,7 @@ fn broken(error: impl std::fmt::Display) -> Failure {
 fn no_motion(message: &str, found: String) -> Failure {
     Box::new(
         Diagnostic::new(Code::MissingKeyword, message)
-            .expected_found("a table of mocap fk, or of mocap pack --table clips", found)
+            .expected_found("a table of mocap fk, or of mocap pack with the table clips", found)
             .help(TABLES),
     )
 }
@@ -107,7 +107,7 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
         None if has("clip") && has("joint") && has("x") => {
             let message = "the rows of mocap pack do not say what their numbers are";
             let found = no_motion(message, format!("the columns {}", names.join(", ")));
-            Err(Box::new(found.help("pack the motions with --table clips")))
+            Err(Box::new(found.help("pack the motions as the table clips")))
         }
         None => {
             let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();

@@ -466,7 +466,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         if declared < found {
             self.warnings.push(Code::FrameCount, || {
                 let advice = if !self.all_rows {
-                    "the rows beyond that number were left out; --all-rows, or Importer::all_rows, reads them"
+                    "the rows beyond that number were left out; {all-rows} reads them"
                 } else {
                     "all rows of the file were read"
                 };

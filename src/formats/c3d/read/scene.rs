@@ -66,7 +66,7 @@ fn say(recorded: &Recorded, mut assume: impl FnMut(Topic, &str, &str)) {
     }
     if !recorded.events.is_empty() {
         let choice = format!("{} events", recorded.events.len());
-        let reason = "outputs of motion cannot hold them: mocap info --json lists them";
+        let reason = "outputs of motion cannot hold them: mocap info lists them";
         assume(Topic::Events, &choice, reason);
     }
 }

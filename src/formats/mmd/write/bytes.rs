@@ -109,7 +109,7 @@ impl<'b> Section<'b> {
                 "a VMD file has 4294967295 keys at most, and this motion has {}",
                 self.count
             );
-            Diagnostic::new(Code::Unrepresentable, message).help("cut it: --trim 0:60")
+            Diagnostic::new(Code::Unrepresentable, message).help("cut it with {trim}")
         })?;
         self.bytes[self.at..self.at + 4].copy_from_slice(&count.to_le_bytes());
         Ok(())

@@ -365,7 +365,7 @@ fn the_skeleton_is_the_named_one_else_that_of_the_prefix_else_the_only_one() {
         "walk.amc: error[missing-file]: the motion needs a skeleton, an .asf file; \
          expected an .asf file beside it: one whose \
          name is the beginning of walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
-         help: name it: --skeleton 0.asf, or Importer::skeleton"
+         help: name it: `skeleton` 0.asf"
     );
     let named = Importer::new().skeleton(several.0.path().join("02_b.ASF"));
     assert!(has_hand(&named.import(several.0.path().join("walk.amc")).unwrap()));

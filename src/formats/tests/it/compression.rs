@@ -607,7 +607,7 @@ fn a_build_without_meshopt_says_so() {
                     .diagnostic()
                     .help
                     .as_ref()
-                    .is_some_and(|help| help.contains("--features meshopt"))
+                    .is_some_and(|help| help.contains("the feature `meshopt`"))
             );
         }
     }

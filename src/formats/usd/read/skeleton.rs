@@ -34,13 +34,12 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
     if referring > 0 || layer.metadata.contains_key("subLayers") {
         warnings.push(Code::MissingFile, || {
             let message = "the file refers to other layers, which are not read";
-            Diagnostic::new(Code::MissingFile, message)
-                .help("make one layer of them: usdcat --flatten FILE -o FLAT.usda")
+            Diagnostic::new(Code::MissingFile, message).help("make one layer of them, for example with usdcat")
         });
     }
     let Some(index) = skeletons.next() else {
         let message = "there is no Skeleton with joints in the file";
-        let help = "export UsdSkel, not caches of vertices; where the skeleton is in another layer: usdcat --flatten";
+        let help = "export UsdSkel, not caches of vertices; where the skeleton is in another layer, make one of both with usdcat";
         return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
     };
     let others = skeletons.count();

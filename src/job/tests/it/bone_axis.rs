@@ -112,6 +112,6 @@ fn a_character_that_is_passed_through_refuses_it() {
             .make(&[])
             .unwrap_err()
             .to_string();
-        assert!(error.contains("--bone-axis"), "{error}");
+        assert!(error.contains("`bone_axis`"), "{error}");
     }
 }

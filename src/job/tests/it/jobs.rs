@@ -17,7 +17,7 @@ fn a_wrong_job_says_where() {
         (r#"{} {}"#, "the job: something follows the JSON object"),
         (
             r#"{"wirte": {}}"#,
-            "the job: wirte: unknown field `wirte`, expected one of `read`, `source`",
+            "the job: wirte: a motion job has no wirte, but read, source, steps, target, write, verify",
         ),
         (
             r#"{"write": {"smaller": {"max-error": "far"}}}"#,
@@ -25,33 +25,33 @@ fn a_wrong_job_says_where() {
         ),
         (
             r#"{"source": {"frames": {"fps": "fast"}}}"#,
-            "the job: source.frames.fps: invalid type: string \"fast\", expected f64",
+            "the job: source.frames.fps: invalid type: string \"fast\", expected a number",
         ),
         (
             r#"{"target": {"animal": {}}}"#,
-            "the job: target: unknown variant `animal`, expected one of `character`, `skeleton`, `robot`",
+            "the job: target: expected character, skeleton, robot; found animal",
         ),
         // An option of another kind of target.
         (
             r#"{"target": {"robot": {"file": "h1.urdf", "max-angle": 3}}}"#,
-            "the job: target.robot.max-angle: unknown field `max-angle`, expected one of `file`, `map`, `scale`, `feet`, \
-             `names-of-clips`, `passes`, `velocity-limits`, `floor`, `require`",
+            "the job: target.robot.max-angle: a motion job has no max-angle in target.robot, but file, map, scale, feet, \
+             names-of-clips, passes, velocity-limits, floor, require",
         ),
         (
             r#"{"target": {"skeleton": {"file": "a.bvh", "velocity-limits": true}}}"#,
-            "the job: target.skeleton.velocity-limits: unknown field `velocity-limits`",
+            "the job: target.skeleton.velocity-limits: a motion job has no velocity-limits in target.skeleton",
         ),
         (
             r#"{"target": {"skeleton": {"file": "a.bvh", "replace-animations": true}}}"#,
-            "the job: target.skeleton.replace-animations: unknown field `replace-animations`",
+            "the job: target.skeleton.replace-animations: a motion job has no replace-animations in target.skeleton",
         ),
         (
             r#"{"target": {"character": {"file": "a.glb", "passes": 1}}}"#,
-            "the job: target.character.passes: unknown field `passes`",
+            "the job: target.character.passes: a motion job has no passes in target.character",
         ),
         (
             r#"{"target": {"character": {"file": "a.glb", "feet": "glue"}}}"#,
-            "the job: target.character.feet: unknown variant `glue`, expected `lock` or `free`",
+            "the job: target.character.feet: expected lock, free; found glue",
         ),
         (r#"{"steps": ["shake"]}"#, "there is no step \"shake\""),
         // A key of another kind of job.
@@ -81,7 +81,7 @@ fn a_wrong_job_says_where() {
         ),
         (
             r#"{"walk": {"seconds": 5}, "graph": {"matrix": "a.png"}}"#,
-            "the job: graph.matrix: unknown field `matrix`",
+            "the job: graph.matrix: a walk job has no matrix in graph",
         ),
         (
             r#"{"matrix": "a.png", "write": {"output": "a.glb"}}"#,
@@ -90,19 +90,19 @@ fn a_wrong_job_says_where() {
         // And below one.
         (
             r#"{"survey": {}, "source": {"frames": {"fps": 30}}}"#,
-            "the job: source.frames: unknown field `frames`, expected `inputs`",
+            "the job: source.frames: a survey job has no frames in source, but inputs",
         ),
         (
             r#"{"survey": {}, "write": {"output": "a.csv", "mesh": "none"}}"#,
-            "the job: write.mesh: unknown field `mesh`, expected one of `output`, `to`, `force`",
+            "the job: write.mesh: a survey job has no mesh in write, but output, to, force",
         ),
         (
             r#"{"graph": {}, "source": {"map": {"hips": "a"}}}"#,
-            "the job: source.map: unknown field `map`, expected `inputs` or `space`",
+            "the job: source.map: a graph job has no map in source, but inputs, space",
         ),
         (
             r#"{"walk": {"seconds": 5}, "source": {"frames": {}}}"#,
-            "the job: source.frames: unknown field `frames`, expected one of `inputs`, `with`, `space`",
+            "the job: source.frames: a walk job has no frames in source, but inputs, with, space",
         ),
         (
             r#"{"walk": {"seconds": "long"}}"#,
@@ -113,6 +113,20 @@ fn a_wrong_job_says_where() {
         let error = Job::from_json(json).unwrap_err();
         let message = &error.diagnostic().message;
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_misspelled_word_of_a_job_has_a_near_one() {
+    for (json, near) in [
+        (r#"{"wirte": {}}"#, "write"),
+        (r#"{"source": {"input": []}}"#, "inputs"),
+        (r#"{"target": {"robt": {}}}"#, "robot"),
+        (r#"{"survey": {}, "write": {"ouput": "a.csv"}}"#, "output"),
+    ] {
+        let error = Job::from_json(json).unwrap_err();
+        let help = error.diagnostic().help.clone();
+        assert_eq!(help, Some(format!("did you mean {near}?")), "{json}");
     }
 }
 
@@ -155,7 +169,7 @@ fn a_job_refuses_what_its_format_does_not_take() {
     };
     let (code, message) = refused(r#"{"output": "a.glb", "bvh": {"digits": 3}}"#);
     assert_eq!(code, "invalid-value");
-    assert!(message.starts_with("--digits has no effect on"), "{message}");
+    assert!(message.starts_with("`digits` has no effect on"), "{message}");
     assert_eq!(refused(r#"{"output": "a.xyz"}"#).0, "unknown-format");
     assert_eq!(
         refused(r#"{"output": "../../fixtures/real/lecture_Test.bvh", "force": true}"#).0,
@@ -177,20 +191,20 @@ fn a_job_refuses_what_would_do_nothing() {
     for (write, expected) in [
         (
             r#""output": "a.gltf", "bvh": {"digits": 3}"#,
-            "--digits has no effect on glTF",
+            "`digits` has no effect on glTF",
         ),
         (
             r#""output": "a.gltf", "keep-constant": true"#,
-            "--keep-constant has no effect on a character, whose file is passed through",
+            "`keep_constant` has no effect on a character, whose file is passed through",
         ),
         (r#""output": "a.glb""#, "must end in .gltf, as that of the character"),
         (
             r#""output": "a.gltf", "smaller": {"shell-distance": "3cm"}"#,
-            "--shell-distance would do nothing",
+            "`shell_distance` would do nothing",
         ),
         (
             r#""output": "a.bvh", "space": {"out-unit": "cm"}, "embed": true"#,
-            "--embed has no effect",
+            "`embed` has no effect",
         ),
         (
             r#""output": "../../fixtures/skeletons/human_vrm1.gltf", "force": true"#,
@@ -202,7 +216,7 @@ fn a_job_refuses_what_would_do_nothing() {
     for (write, expected) in [
         (
             r#""output": "a.npz", "smaller": {"max-error": "1mm"}"#,
-            "--max-error has no effect on the numbers of a robot's joints",
+            "`max_error` has no effect on the numbers of a robot's joints",
         ),
         (r#""output": "a.xyz""#, "must end in .npz, .pkl, .csv, .bvh"),
         (r#""output": "out/", "to": "csv""#, "do it with mocap run"),
@@ -217,7 +231,7 @@ fn a_job_refuses_what_would_do_nothing() {
     let replacing = hero.replace(r#".gltf""#, r#".gltf", "replace-animations": true"#);
     refused(
         &format!(r#"{replacing}, "write": {{"output": "a.fbx"}}"#),
-        "--replace-animations would do nothing",
+        "`replace_animations` would do nothing",
     );
     // A second motion is an input too.
     let with = r#"{"source": {"inputs": ["../../fixtures/real/lecture_Test.bvh"], "with": ["../../fixtures/real/cmu_short.bvh"]},

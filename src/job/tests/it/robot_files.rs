@@ -39,7 +39,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
     assert!((report.scale - 1.0).abs() < 0.01, "{}", report.scale);
     assert!(report.mean_degrees < 5.0, "{mean} rad, {} degrees", report.mean_degrees);
     let without = Importer::new().import(&path).unwrap_err();
-    assert!(without.to_string().contains("--body robot.urdf"), "{without}");
+    assert!(without.to_string().contains("`body` robot.urdf"), "{without}");
     let wrong = Importer::new()
         .body("../../fixtures/robots/h1.urdf")
         .import(&path)

@@ -13,5 +13,6 @@ mod player;
 mod pose;
 mod process;
 mod scene;
+mod spelling;
 mod validate;
 mod world_positions;

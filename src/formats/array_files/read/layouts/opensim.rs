@@ -149,7 +149,7 @@ fn knee_sign(columns: &Columns) -> f64 {
 fn say(columns: &Columns, options: &ReadOptions, knees: f64, motion: &mut Motion, warnings: &mut Warnings) {
     if options.body.is_none() {
         let choice = format!("generic proportions, {} m tall", proportions::HEIGHT);
-        let reason = "joint angles say nothing of lengths; --body gives those of a figure";
+        let reason = "joint angles say nothing of lengths; a body, where one is named, gives them";
         motion.assume(Topic::Body, choice, reason, Confidence::Unsure);
     }
     if knees < 0.0 {

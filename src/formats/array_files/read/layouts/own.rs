@@ -95,7 +95,7 @@ fn of_numbers(
         return Err(Box::new(
             Diagnostic::new(Code::UnexpectedToken, message)
                 .expected_found("positions in the world", header.space.clone())
-                .help("write them with mocap fk --space world"),
+                .help("write them in the space of the world"),
         ));
     }
     let ids = ids(&parents);

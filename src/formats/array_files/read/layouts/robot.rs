@@ -73,9 +73,9 @@ pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
     let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
         let message = "the arrays are the motion of a robot, and do not say which";
-        return Err(Box::new(
-            refused(message, reader.entries).help("name the robot that moves: --body robot.urdf, or .xml of MJCF"),
-        ));
+        return Err(Box::new(refused(message, reader.entries).help(
+            "name the robot that moves, a .urdf, or an .xml of MJCF: {body} robot.urdf",
+        )));
     };
     let mut motion = Motion::default();
     reader.frame_rate(USUAL_RATE, &mut motion)?;
@@ -221,7 +221,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
 
 fn no_joint(name: &str, names: &[String]) -> Failure {
     const NAMED: usize = 6;
-    let message = "the arrays and the robot have other joints: --body names another robot than that of the motion";
+    let message = "the arrays and the robot have other joints: {body} names another robot than that of the motion";
     let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     Box::new(
         Diagnostic::new(Code::InvalidRobot, message)

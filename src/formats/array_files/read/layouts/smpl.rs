@@ -299,8 +299,8 @@ fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
         let choice = format!("generic proportions, {HEIGHT:.2} m tall");
         let is_shaped = betas.is_some() || entries.get(&format!("{prefix}identity_coeffs")).is_some();
         let reason = match is_shaped {
-            true => "the coefficients of the file need the model of the body: --body names it",
-            false => "arrays of rotations have no lengths: --body names a body",
+            true => "the coefficients of the file need the model of the body: name it as the body",
+            false => "arrays of rotations have no lengths: name a body",
         };
         motion.assume(Topic::Body, choice, reason, Confidence::Unsure);
     }
