@@ -9,8 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 
 step! {
-    /// Drops the first frame, which is a rest pose in some files; by default only where it is one, as
-    /// [`FirstFrame::DropRestPose`] does.
+    /// Drops the first frame, which is a rest pose in some files; by default only where it is one.
+    ///
+    /// [`FirstFrame::DropRestPose`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -9,7 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Moves the motion of the root over the ground to a new joint above it, as [`RootMotion::Extract`] does.
+    /// Moves the motion of the root over the ground to a new joint above it.
+    ///
+    /// [`RootMotion::Extract`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -11,7 +11,9 @@ use crate::step::step;
 use crate::{ContactOptions, Step, StepInput, StepKey, Takes};
 
 step! {
-    /// Holds feet still in contact and above the floor: [`foot_lock`](crate::foot_lock()), whose options know more.
+    /// Holds feet still in contact and above the floor.
+    ///
+    /// The options of [`foot_lock`](crate::foot_lock()) know more.
     ///
     /// # Errors
     /// As [`foot_lock`](crate::foot_lock()).

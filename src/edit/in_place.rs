@@ -9,7 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Keeps the root above where it begins, as [`RootMotion::InPlace`] does: its height and its rotation stay.
+    /// Keeps the root above where it begins: its height and its rotation stay.
+    ///
+    /// [`RootMotion::InPlace`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

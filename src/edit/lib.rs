@@ -64,6 +64,8 @@ pub use self::lock::{Followed, SolePoint, follow_feet};
 pub use self::lock::{FootLockOptions, FootLockReport, foot_lock};
 #[doc(hidden)]
 pub use self::sequence::Fitted;
+#[doc(hidden)]
+pub use self::step::StepDocs;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::target::ReachTarget;
 #[doc(hidden)]

@@ -60,6 +60,10 @@ macro_rules! steps {
             /// Every step.
             pub const ALL: &[StepInfo] = &[$(StepInfo::of::<$step>()),*];
 
+            /// The documentation of every step, in the order of [`ALL`](Self::ALL).
+            #[doc(hidden)]
+            pub const DOCS: &[StepDocs] = &[$($step::DOCS),*];
+
             fn info(&self) -> StepInfo {
                 match self { $(Self::$step(_) => StepInfo::of::<$step>(),)* }
             }

@@ -9,7 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 
 step! {
-    /// Gives a motion another frame rate at the same speed, as [`Conversion::frame_rate`] does.
+    /// Gives a motion another frame rate at the same speed.
+    ///
+    /// [`Conversion::frame_rate`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -33,7 +33,9 @@ impl From<StandingPose> for RestPoseSource {
 }
 
 step! {
-    /// Makes the T-pose or the A-pose the rest pose, as [`Conversion::rest`] does. The motion does not change.
+    /// Makes the T-pose or the A-pose the rest pose. The motion does not change.
+    ///
+    /// [`Conversion::rest`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

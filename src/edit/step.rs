@@ -186,6 +186,8 @@ pub struct StepInfo {
     pub keys: &'static [StepKey],
     /// Whether it takes a second motion.
     pub takes_other: bool,
+    /// Whether it depends on which joints are which bones.
+    pub takes_bones: bool,
 }
 
 impl StepInfo {
@@ -195,8 +197,21 @@ impl StepInfo {
             help: S::HELP,
             keys: S::KEYS,
             takes_other: S::TAKES_OTHER,
+            takes_bones: S::TAKES_BONES,
         }
     }
+}
+
+/// The documentation of a step, for bindings in other languages. It is apart from [`StepInfo`], so that a program has
+/// it only where it uses it.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct StepDocs {
+    /// Of the step.
+    pub step: &'static str,
+    /// Of each option, in the order of [`Step::KEYS`].
+    pub keys: &'static [&'static str],
 }
 
 /// What it does, and its options with what each takes.
@@ -401,20 +416,20 @@ impl fmt::Display for Takes {
 }
 
 /// Declares a step and its options from one table: the field, its type, its default, and what it takes. It gives the
-/// struct with a builder method for each field, and the table `OPTIONS` for [`Step::KEYS`].
+/// struct with a builder method for each field, the table `OPTIONS` for [`Step::KEYS`], and the documentation `DOCS`.
 macro_rules! step {
     (
-        $(#[$doc:meta])*
+        $(#[doc = $doc:literal])*
         $name:ident {
-            $($(#[$about:meta])* $field:ident: $type:ty = $default:expr, $takes:expr;)*
+            $($(#[doc = $about:literal])* $field:ident: $type:ty = $default:expr, $takes:expr;)*
         }
     ) => {
-        $(#[$doc])*
+        $(#[doc = $doc])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
         #[non_exhaustive]
         pub struct $name {
-            $($(#[$about])* pub $field: $type,)*
+            $($(#[doc = $about])* pub $field: $type,)*
         }
 
         impl Default for $name {
@@ -427,6 +442,10 @@ macro_rules! step {
             const OPTIONS: &'static [$crate::StepKey] = &[
                 $($crate::StepKey::new(stringify!($field), $takes),)*
             ];
+            pub(crate) const DOCS: $crate::StepDocs = $crate::StepDocs {
+                step: concat!($($doc, "\n"),*),
+                keys: &[$(concat!($($about, "\n"),*),)*],
+            };
 
             /// The step with the default of every option.
             pub fn new() -> Self {
@@ -434,7 +453,7 @@ macro_rules! step {
             }
 
             $(
-                $(#[$about])*
+                $(#[doc = $about])*
                 #[must_use]
                 pub fn $field(mut self, $field: $type) -> Self {
                     self.$field = $field;

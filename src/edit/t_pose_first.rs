@@ -9,8 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Puts the T-pose before the first frame, as [`Conversion::t_pose_first`] does: on the floor, where the motion
-    /// begins.
+    /// Puts the T-pose before the first frame: on the floor, where the motion begins.
+    ///
+    /// [`Conversion::t_pose_first`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -9,7 +9,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 
 step! {
-    /// Keeps a part of a motion, as [`Conversion::trim`] does.
+    /// Keeps a part of a motion.
+    ///
+    /// [`Conversion::trim`] does the same.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::warp_path::{PathFacing, PathPoint, WarpPathReport, warp_path};
 use super::warp_time::{WarpTimeReport, warp_time};
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepDocs, StepInput, StepKey, Takes};
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///
@@ -115,6 +115,18 @@ impl TryFrom<WarpKeys> for Warp {
 
 /// Seconds of a motion that change their speed: all of any motion.
 const LONGEST: f64 = 1e9;
+
+impl Warp {
+    pub(crate) const DOCS: StepDocs = StepDocs {
+        step: "Makes parts of a motion faster or slower, or bends its path over the ground.",
+        keys: &[
+            "Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing.",
+            "How many times as fast all of the motion is to be, above 0.",
+            "The points over the ground at which the figure is to be, in metres, each with or without its time.",
+            "Where the figure looks: along the path, or as it did. Default: along.",
+        ],
+    };
+}
 
 impl Step for Warp {
     const NAME: &'static str = "warp";

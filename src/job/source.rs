@@ -37,7 +37,7 @@ pub struct Sources {
     /// The unit and the up axis of the inputs.
     #[serde(skip_serializing_if = "is_default")]
     pub space: SourceSpace,
-    /// The bones of the inputs.
+    /// Which joint of the inputs is which bone, where the guess is wrong: a JSON file, or the name of each.
     #[serde(skip_serializing_if = "is_default")]
     pub map: SourceMap,
     /// Which frames of the inputs are taken.
@@ -63,7 +63,7 @@ pub struct SourceSpace {
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub unit: UnitChoice,
-    /// The up axis.
+    /// The axis of the input that points up; auto: from the feet to the head.
     #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub up: SourceUp,

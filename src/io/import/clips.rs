@@ -76,43 +76,46 @@ impl From<ClipText> for Clips {
     }
 }
 
-/// Drops all animations but the chosen one.
-pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
-    let index = match clips {
-        Clips::All => return Ok(()),
-        Clips::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
-        Clips::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
-    };
-    let Some(index) = index else {
-        let names = scene.animations.iter().enumerate();
-        let known: Vec<_> = names
-            .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
-            .collect();
-        let found = match clips {
-            Clips::Name(name) => format!("\"{name}\""),
-            Clips::Index(index) => format!("{index}"),
-            Clips::All => String::new(),
+impl Clips {
+    /// Drops all animations but the chosen one.
+    #[doc(hidden)]
+    pub fn select(&self, scene: &mut Scene) -> Result<()> {
+        let index = match self {
+            Self::All => return Ok(()),
+            Self::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
+            Self::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
         };
-        let known = if known.is_empty() {
-            "no clip".to_owned()
-        } else {
-            known.join(", ")
+        let Some(index) = index else {
+            let names = scene.animations.iter().enumerate();
+            let known: Vec<_> = names
+                .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
+                .collect();
+            let found = match self {
+                Self::Name(name) => format!("\"{name}\""),
+                Self::Index(index) => format!("{index}"),
+                Self::All => String::new(),
+            };
+            let known = if known.is_empty() {
+                "no clip".to_owned()
+            } else {
+                known.join(", ")
+            };
+            let diagnostic =
+                Diagnostic::new(Code::InvalidValue, "the file does not have this clip").expected_found(known, found);
+            let near = match self {
+                Self::Name(name) => nearest(name, scene.animations.iter().map(|clip| clip.name.as_str())),
+                _ => None,
+            };
+            return Err(match near {
+                Some(near) => diagnostic.help(format!("did you mean \"{near}\"?")).into(),
+                None => diagnostic.into(),
+            });
         };
-        let diagnostic =
-            Diagnostic::new(Code::InvalidValue, "the file does not have this clip").expected_found(known, found);
-        let near = match clips {
-            Clips::Name(name) => nearest(name, scene.animations.iter().map(|clip| clip.name.as_str())),
-            _ => None,
-        };
-        return Err(match near {
-            Some(near) => diagnostic.help(format!("did you mean \"{near}\"?")).into(),
-            None => diagnostic.into(),
-        });
-    };
-    scene.animations = vec![scene.animations.swap_remove(index)];
-    for animations in scene.weight_keys().filter(|animations| index < animations.len()) {
-        *animations = vec![animations.swap_remove(index)];
+        scene.animations = vec![scene.animations.swap_remove(index)];
+        for animations in scene.weight_keys().filter(|animations| index < animations.len()) {
+            *animations = vec![animations.swap_remove(index)];
+        }
+        scene.metadata.steps.push(AppliedStep::SelectClip { index });
+        Ok(())
     }
-    scene.metadata.steps.push(AppliedStep::SelectClip { index });
-    Ok(())
 }

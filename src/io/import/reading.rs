@@ -14,7 +14,6 @@ use mocap_scene::process::KeyTolerance;
 use mocap_scene::scene::{AppliedStep, Origin, Scene};
 
 use super::Importer;
-use super::clips::select;
 use super::contents::{LARGE, check_size, format_of_extension};
 use super::large::LargeFile;
 use super::sha256::Sha256Sum;
@@ -160,7 +159,7 @@ impl Importer {
         if let Some(frames_per_second) = self.read.retime.filter(|_| !scene.animations.is_empty()) {
             scene.metadata.steps.push(AppliedStep::Retime { frames_per_second });
         }
-        select(&mut scene, &self.clips)?;
+        self.clips.select(&mut scene)?;
         numbers::check(&scene)?;
         solve(&mut scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));

@@ -1,7 +1,5 @@
 //! Changes of a motion: a step as JSON, an object with its name and its options.
 
-use std::path::PathBuf;
-
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, EditStep};
@@ -9,7 +7,7 @@ use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::retargeting::apply_steps;
 use pyo3::prelude::*;
 
-use crate::convert::{WriteOptions, up_axis};
+use crate::convert::up_axis;
 use crate::errors::{from_json, invalid, to_python};
 use crate::scene::Scene;
 
@@ -100,21 +98,6 @@ pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str, bones: Opti
         options.detect(scene, 0, known.as_ref())
     });
     json(&found.map_err(|error| to_python(py, &error))?)
-}
-
-/// Writes a scene in the format of the extension.
-#[pyfunction]
-pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: WriteOptions) -> PyResult<()> {
-    let exporter = options.exporter(&[], &target, &[])?;
-    let written = py.detach(|| match options.skeleton_only {
-        true => {
-            let mut alone = scene.scene().clone();
-            alone.leave_out_meshes();
-            exporter.export(&alone, &target)
-        }
-        false => exporter.export(scene.scene(), &target),
-    });
-    written.map(drop).map_err(|error| to_python(py, &error))
 }
 
 pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {

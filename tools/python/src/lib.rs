@@ -24,9 +24,8 @@ mod survey;
 use std::path::PathBuf;
 
 use mocap::figure::Unit;
-use mocap::job::Reading;
-use mocap::solve::Lengths;
-use mocap::{Clips, Format, Importer, RootOffset, SkeletonMesh};
+use mocap::job::{Job, MotionJob, Reading};
+use mocap::{Importer, SkeletonMesh};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
@@ -40,9 +39,9 @@ mod _mocap {
     #[pymodule_export]
     use super::arrow::{ArrowTable, table};
     #[pymodule_export]
-    use super::convert::convert;
+    use super::convert::{convert, write_scene};
     #[pymodule_export]
-    use super::edit::{contacts, edit, edit_all, prepare, write};
+    use super::edit::{contacts, edit, edit_all, prepare};
     #[pymodule_export]
     use super::graph::{Graph, graph, read_graph};
     #[pymodule_export]
@@ -113,27 +112,9 @@ fn metres_in(unit: &str) -> PyResult<f64> {
 /// The options of the reader, as in `mocap.ReadOptions`.
 #[derive(FromPyObject)]
 pub(crate) struct ReadOptions {
-    format: Option<String>,
-    root_offset: String,
-    all_rows: bool,
-    retime: Option<f64>,
-    strict: bool,
+    /// The part `read` of a job.
+    json: String,
     hash: bool,
-    clip: Option<Clip>,
-    skeleton: Option<PathBuf>,
-    joints: Option<PathBuf>,
-    lengths: Option<String>,
-    markers: Option<PathBuf>,
-    #[pyo3(attribute("static"))]
-    static_trial: Option<PathBuf>,
-    body: Option<PathBuf>,
-}
-
-/// An animation by its number from 0, or by its name.
-#[derive(FromPyObject)]
-enum Clip {
-    Number(usize),
-    Name(String),
 }
 
 impl ReadOptions {
@@ -144,45 +125,27 @@ impl ReadOptions {
 
     /// The options as a job has them.
     pub(crate) fn reading(&self) -> PyResult<Reading> {
-        let mut reading = Reading::default();
-        reading.root_offset = match self.root_offset.as_str() {
-            "auto" => RootOffset::Auto,
-            "replace" => RootOffset::Replace,
-            "add" => RootOffset::Add,
-            other => {
-                let message = format!("root_offset must be auto, replace or add, got {other:?}");
-                return Err(invalid(message));
-            }
-        };
-        if let Some(format) = &self.format {
-            let format: mocap::Result<Format> = format.parse();
-            reading.from = Some(format.map_err(|error| Python::attach(|py| to_python(py, &error)))?);
-        }
-        reading.clip = match &self.clip {
-            Some(Clip::Number(number)) => Clips::Index(*number),
-            Some(Clip::Name(name)) => Clips::Name(name.clone()),
-            None => Clips::All,
-        };
-        let text = |path: &Option<PathBuf>| path.as_ref().map(|path| path.to_string_lossy().into_owned());
-        reading.joints = text(&self.joints);
-        reading.lengths = match self.lengths.as_deref() {
-            None => None,
-            Some("median") => Some(Lengths::Median),
-            Some("moving") => Some(Lengths::Moving),
-            Some(other) => {
-                let message = format!("lengths must be median or moving, got {other:?}");
-                return Err(invalid(message));
-            }
-        };
-        reading.markers = text(&self.markers);
-        reading.skeleton.clone_from(&self.skeleton);
-        reading.static_trial.clone_from(&self.static_trial);
-        reading.body.clone_from(&self.body);
-        reading.all_rows = self.all_rows;
-        reading.strict = self.strict;
-        reading.retime = self.retime;
-        Ok(reading)
+        motion_job(&format!(r#"{{"read":{}}}"#, self.json)).map(|job| job.read)
     }
+}
+
+/// The job of a JSON text that Python wrote.
+pub(crate) fn motion_job(json: &str) -> PyResult<MotionJob> {
+    match Job::from_json(json) {
+        Ok(Job::Motion(job)) => Ok(job),
+        Ok(_) => Err(invalid("the job does not make a motion")),
+        Err(error) => Err(invalid(in_job(&error.diagnostic().message))),
+    }
+}
+
+/// What is wrong with a value of a job, with the name of the option alone: a Python user sees neither the job nor its
+/// text.
+fn in_job(message: &str) -> String {
+    let message = message.strip_prefix("the job: ").unwrap_or(message);
+    let (path, what) = message.split_once(": ").unwrap_or(("", message));
+    let what = what.rsplit_once(" at line ").map_or(what, |(what, _)| what);
+    let name = path.rsplit('.').next().unwrap_or_default().replace('-', "_");
+    format!("{name}: {what}")
 }
 
 /// The library's options from the JSON that `mocap.Options` writes.

@@ -7,7 +7,7 @@ use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
 use mocap::figure::Figure;
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, Recorded, RotationOrder, Solved};
-use mocap::{Binding, Pose};
+use mocap::{Binding, Clips, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -21,6 +21,13 @@ use crate::options_from;
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Scene {
     scene: Arc<mocap::Scene>,
+}
+
+/// An animation by its number from 0, or by its name.
+#[derive(FromPyObject)]
+enum Clip {
+    Number(usize),
+    Name(String),
 }
 
 /// What is written of a scene between processes, beside the scene itself.
@@ -104,6 +111,25 @@ impl Scene {
             .animations
             .first()
             .map_or(0, mocap::scene::Animation::frame_count)
+    }
+
+    /// The names of the animations.
+    #[getter]
+    fn clips(&self) -> Vec<&str> {
+        self.scene.animations.iter().map(|animation| &*animation.name).collect()
+    }
+
+    /// The scene with one of its animations.
+    fn clip(&self, py: Python<'_>, clip: Clip) -> PyResult<Self> {
+        let clips = match clip {
+            Clip::Number(index) => Clips::Index(index),
+            Clip::Name(name) => Clips::Name(name),
+        };
+        let mut scene = (*self.scene).clone();
+        let selected = clips.select(&mut scene);
+        selected
+            .map(|()| Self::new(scene))
+            .map_err(|error| to_python(py, &error))
     }
 
     #[getter]

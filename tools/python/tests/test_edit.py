@@ -128,7 +128,7 @@ def test_two_motions(clip: mocap.Scene) -> None:
         edit.apply(clip, "concat")
     same = {"step": "smooth", "cut_off": np.float32(8)}
     assert edit.apply(clip, same).report == edit.apply(clip, "smooth:cut-off=8").report
-    with pytest.raises(mocap.MocapError, match="has no key \"cutoff\".*did you mean cut-off") as caught:
+    with pytest.raises(mocap.MocapError, match="has no key \"cutoff\".*did you mean cut_off") as caught:
         edit.apply(clip, {"step": "smooth", "cutoff": 8})
     assert caught.value.code == "unknown-option"
     with pytest.raises(mocap.MocapError, match="no joint is called \"Tail\""):
@@ -190,5 +190,6 @@ def test_steps_are_objects(clip: mocap.Scene, walk: Path, tmp_path: Path) -> Non
 def test_functions_of_steps_show_what_they_take() -> None:
     assert list(inspect.signature(edit.fill).parameters) == ["scene", "longest", "shortest"]
     assert list(inspect.signature(edit.fill.step).parameters) == ["longest", "shortest"]
-    with pytest.raises(TypeError, match="cut_of"):
+    assert list(inspect.signature(edit.reach).parameters)[:3] == ["scene", "to", "limb"]
+    with pytest.raises(TypeError, match="there is no option 'cut_of'; did you mean 'cut_off'"):
         edit.smooth(None, cut_of=8)

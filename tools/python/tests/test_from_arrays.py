@@ -48,7 +48,7 @@ def test_a_body_comes_back_from_smpl(tmp_path):
     # The pelvis is where the translation and the joints at rest say.
     assert np.abs(back.pose(0)[0, :3, 3] - (arrays["transl"][0] + arrays["rest_joints"][0])).max() < 1e-5
     assert scene.to_smpl("humanml3d")["vectors"].shape[1] == 263
-    with pytest.raises(mocap.MocapError, match="amass, smplx, kimodo or humanml3d"):
+    with pytest.raises(mocap.MocapError, match="layout must be 'smplx', 'amass', 'kimodo' or 'humanml3d', got 'mocap'"):
         scene.to_smpl("mocap")
 
 

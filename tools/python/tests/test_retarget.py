@@ -70,9 +70,9 @@ def test_options_change_the_path_and_the_feet(clip: mocap.Scene) -> None:
 
     once, twice = path(scale="none"), path(scale=2.0)
     assert twice == pytest.approx(2 * once, rel=0.1)
-    with pytest.raises(ValueError, match="scale must be auto, none or a factor, got 'big'"):
+    with pytest.raises(ValueError, match="scale must be 'auto', 'none' or a number, got 'big'"):
         mocap.retarget(clip, target, scale="big")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="feet must be lock or free"):
+    with pytest.raises(ValueError, match="feet must be 'lock' or 'free', got 'none'"):
         mocap.retarget(clip, target, feet="none")  # type: ignore[arg-type]
 
 

@@ -411,12 +411,9 @@ fn other_languages_call_what_the_table_tries() {
         ("tools/python/src/run.rs", "job.run()"),
         ("tools/capi/src/run.rs", "job.run()"),
         ("tools/wasm/src/request.rs", "job.run_in_memory("),
-        ("tools/python/src/convert.rs", "FormatInfo::of_output("),
-        ("tools/python/src/convert.rs", "row.refusal("),
+        ("tools/python/src/convert.rs", "maker.make("),
         ("tools/wasm/src/writing.rs", "FormatInfo::of_output("),
-        ("tools/python/src/convert.rs", "name_joints("),
         ("tools/wasm/src/request.rs", "name_joints("),
-        ("tools/python/src/convert.rs", ".t_pose_first("),
         ("tools/wasm/src/options.rs", ".t_pose_first("),
     ] {
         assert!(

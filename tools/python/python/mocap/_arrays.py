@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _mocap
+from ._call import public
 from ._errors import OptionError
-from ._options import ReadOptions
+from ._job_options import ReadOptions
 from ._scene import Scene
 
 
+@public
 def from_arrays(
     *,
     positions: ArrayLike,

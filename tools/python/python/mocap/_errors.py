@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Mapping
 from typing import Any
+
+from ._option_names import DASHED
 
 # What an error knows that comes from no file.
 _NOTHING_KNOWN: Mapping[str, Any] = {
@@ -66,6 +69,10 @@ class UnknownOptionError(OptionError, TypeError):
     """There is no option of this name, or the options cannot be given together: a ``TypeError`` as Python has it."""
 
 
+class WrongTypeError(OptionError, TypeError):
+    """An argument has another type than it must have: a ``TypeError`` as Python has it."""
+
+
 class FileError(MocapError, OSError):
     """A file that the operating system does not open, read or write."""
 
@@ -97,8 +104,37 @@ class LimitError(MocapError, MemoryError):
     """A file that would need more memory than the limits allow, or options that would."""
 
 
+# As users name them, in a traceback too.
+for _kind in (
+    MocapError,
+    OptionError,
+    UnknownOptionError,
+    WrongTypeError,
+    FileError,
+    MissingFileError,
+    FileIsFolderError,
+    FilePermissionError,
+    LimitError,
+):
+    _kind.__module__ = "mocap"
+
+
+# Options of the command line, and those of jobs and steps with a dash in their names.
+_OPTION = re.compile(rf"--([a-z][a-z0-9-]*)|(?<![\w-])({'|'.join(DASHED)})(?![\w-])")
+
+
+def in_python(message: str, path: str | None = None) -> str:
+    """A message of the library with the options as Python spells them; ``path`` at its beginning stays."""
+    begin = path if path and message.startswith(path) else ""
+    rest = _OPTION.sub(lambda found: (found[1] or found[2]).replace("-", "_"), message[len(begin) :])
+    return begin + rest
+
+
 def error(kind: str, message: str, details: dict[str, Any]) -> MocapError:
     """The exception of a kind."""
+    message = in_python(message, details.get("path"))
+    if details.get("help"):
+        details["help"] = in_python(details["help"])
     kinds = {
         "file": FileError,
         "missing": MissingFileError,

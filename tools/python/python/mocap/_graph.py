@@ -11,7 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _mocap
-from ._options import Axis, ReadOptions, Unit, metres
+from ._call import public
+from ._job_options import ReadOptions
+from ._options import Axis, StrPath, Unit, metres
+from ._report import Report, Reports, parsed
 from ._scene import Scene
 
 
@@ -25,10 +28,10 @@ class Graph:
 
     def __init__(self, native: _mocap.Graph) -> None:
         self._native = native
-        about = json.loads(native.about_json())
-        self.options: dict[str, Any] = about["options"]
+        about = parsed(native.about_json())
+        self.options: Report = about["options"]
         """How the moments were compared: ``rate``, ``window``, ``threshold``, ``whole``."""
-        self.clips: list[dict[str, Any]] = about["clips"]
+        self.clips = Reports(about["clips"])
         """Of each clip its ``file``, ``sha256``, ``animation``, ``frames``, and the ``part`` of it from which a walk reaches
         all others: the first and the last frame, or ``None``."""
 
@@ -56,6 +59,9 @@ class Graph:
     def __repr__(self) -> str:
         return f"<mocap.Graph of {len(self.clips)} clips>"
 
+    def _repr_html_(self) -> str:
+        return self.clips._repr_html_()
+
     @property
     def transitions(self) -> npt.NDArray[np.int64]:
         """Where a figure can pass: of each transition the clip and the frame that it leaves, and those that it comes to."""
@@ -66,6 +72,7 @@ class Graph:
         """How far the two moments of each transition are apart, in metres."""
         return self._native.distances()
 
+    @public
     def matrix(self, first: int = 0, second: int = 0) -> npt.NDArray[np.float32]:
         """The distances in metres of all moments of a clip, down, to all of another, across.
 
@@ -75,6 +82,7 @@ class Graph:
         rows, columns, values = self._native.matrix(first, second)
         return values.reshape(rows, columns)
 
+    @public
     def walk(
         self,
         seconds: float | None = None,
@@ -82,7 +90,7 @@ class Graph:
         path: Sequence[tuple[float, float]] | None = None,
         through: Sequence[str] | None = None,
         seed: int = 1,
-    ) -> tuple[Scene, dict[str, Any]]:
+    ) -> tuple[Scene, Report]:
         """A motion that walks over the graph, with feet held still, and what was made: ``frames``, ``seconds``, when its
         ``transitions`` begin, ``largest_distance``, ``feet``, and ``path``: how near it is to the path that it follows, in metres
         and degrees. One of ``seconds``, ``path`` and ``through`` says where it goes.
@@ -99,9 +107,10 @@ class Graph:
         points = None if path is None else [[float(x), float(z)] for x, z in path]
         walking = {"seconds": seconds, "path": points, "through": list(through or []), "seed": seed}
         scene, report = self._native.walk(json.dumps(walking))
-        return Scene(scene), json.loads(report)
+        return Scene(scene), parsed(report)
 
-    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    @public
+    def write(self, path: StrPath, *, overwrite: bool = False) -> None:
         """Writes the graph as JSON, for ``mocap graph walk``.
 
         Raises:
@@ -110,14 +119,15 @@ class Graph:
         self._native.write(path, overwrite)
 
 
+@public
 def graph(
-    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    paths: StrPath | Iterable[StrPath],
     *,
     rate: float = 30.0,
     window: float = 1 / 3,
     threshold: float = 0.06,
     whole: bool = False,
-    on: str | os.PathLike[str] | None = None,
+    on: StrPath | None = None,
     unit: Unit | float | None = None,
     up: Axis | None = None,
     read_options: ReadOptions = ReadOptions(),

@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._options import ReadOptions, WriteOptions
+from ._job_options import ReadOptions
 
 __all__ = [
     "ArrowTable",
@@ -47,7 +47,7 @@ __all__ = [
     "survey",
     "table",
     "two_bone",
-    "write",
+    "write_scene",
 ]
 
 @final
@@ -64,6 +64,9 @@ class Node:
 class Scene:
     @property
     def nodes(self) -> list[Node]: ...
+    @property
+    def clips(self) -> list[str]: ...
+    def clip(self, clip: int | str) -> Scene: ...
     @property
     def frames(self) -> int: ...
     @property
@@ -214,17 +217,7 @@ def read(path: str | os.PathLike[str], options: ReadOptions) -> Scene: ...
 def read_bytes(data: bytes, name: str, options: ReadOptions) -> Scene: ...
 def run(job: str) -> str: ...
 def convert(
-    source: str | os.PathLike[str],
-    target: str | os.PathLike[str],
-    metres_per_unit: float | None,
-    up: str | None,
-    fps: float | None,
-    rest: str,
-    t_pose_first: bool,
-    names: str | None,
-    bones: str | None,
-    read: ReadOptions,
-    write: WriteOptions,
+    source: str | os.PathLike[str], target: str | os.PathLike[str], job: str
 ) -> int: ...
 def table(files: list[tuple[str, bytes]], shape: str, options: str, read: ReadOptions) -> ArrowTable: ...
 def metres_in(unit: str) -> float: ...
@@ -232,7 +225,7 @@ def prepare(scene: Scene, metres_per_unit: float | None, up: str | None, bones: 
 def edit(scene: Scene, step: str, other: Scene | None, bones: str | None) -> tuple[Scene, str]: ...
 def edit_all(scene: Scene, steps: str, others: list[Scene], bones: str | None) -> tuple[Scene, str]: ...
 def contacts(scene: Scene, options: str, bones: str | None) -> str: ...
-def write(scene: Scene, target: str | os.PathLike[str], options: WriteOptions) -> None: ...
+def write_scene(scene: Scene, target: str | os.PathLike[str], job: str) -> int: ...
 def retarget(
     source: Scene,
     target: Scene,

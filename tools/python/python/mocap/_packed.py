@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
+from ._call import public
 from ._errors import of_file
-from ._scene import Scene, is_world
+from ._job_options import ReadOptions
+from ._options import StrPath
+from ._scene import Scene, SceneLike, is_world, native_of
 
 
 class PackedClip:
@@ -33,17 +36,18 @@ class PackedClip:
         self._native = _mocap.PackedClip(data)
 
     @classmethod
-    def of(cls, scene: Scene, *, max_error: float = 0.001) -> PackedClip:
+    @public
+    def of(cls, scene: SceneLike, *, max_error: float = 0.001) -> PackedClip:
         """Packs the motion of a scene.
 
         Args:
-            scene: A motion. :func:`mocap.edit.prepare` brings it to metres, as ``mocap convert`` does.
+            scene: A motion, a scene or the path of a file. :func:`mocap.edit.prepare` brings it to metres, as ``mocap convert`` does.
             max_error: The largest distance of a joint from its position, in units of the scene.
 
         Raises:
             MocapError: Where there is no motion, or ``max_error`` has no meaning.
         """
-        return cls(_mocap.pack(scene._native, max_error).data())
+        return cls(_mocap.pack(native_of(scene), max_error).data())
 
     @classmethod
     def open(cls, path: str | os.PathLike[str]) -> PackedClip:
@@ -70,6 +74,10 @@ class PackedClip:
 
     def __hash__(self) -> int:
         return hash(self.data)
+
+    def to_scene(self) -> Scene:
+        """The motion as a scene, as ``mocap.read("walk.mclip")`` makes it."""
+        return Scene(_mocap.read_bytes(self.data, "clip.mclip", ReadOptions()))
 
     @property
     def data(self) -> bytes:
@@ -106,6 +114,6 @@ class PackedClip:
         """How far a joint is from its position at most, in any frame, as the packer measured."""
         return self._native.max_error
 
-    def pose(self, tick: float, *, space: str = "world") -> NDArray[np.float32]:
+    def pose(self, tick: float, *, space: Literal["world", "local"] = "world") -> NDArray[np.float32]:
         """The matrices of all nodes at a tick, as :meth:`Scene.pose` has them."""
         return self._native.pose_matrices(tick, is_world(space))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import os
 import warnings
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from . import _mocap
-from ._errors import OptionError
-from ._options import names_of
-from ._scene import Scene
+from ._call import public
+from ._options import Bones, StrPath, names_of
+from ._report import Reports, parsed
+from ._scene import Scene, SceneLike, native_of
 
 Scale = Literal["auto", "none"] | float
 Feet = Literal["lock", "free"]
@@ -21,28 +20,35 @@ class Retargeted(NamedTuple):
     """A skeleton with motions of another, and how well they are the same: a report for each motion, in degrees and metres."""
 
     scene: Scene
-    reports: list[dict[str, Any]]
+    reports: Reports
+
+    def __repr__(self) -> str:
+        return f"{self.scene!r}\n{self.reports!r}"
+
+    def _repr_html_(self) -> str:
+        return self.reports._repr_html_() + self.scene._repr_html_()
 
 
+@public
 def retarget(
-    source: Scene,
-    target: Scene,
+    source: SceneLike,
+    target: SceneLike,
     *,
     scale: Scale = "auto",
     feet: Feet = "lock",
-    bones: Mapping[str, str | None] | None = None,
-    target_bones: Mapping[str, str | None] | None = None,
+    bones: Bones | None = None,
+    target_bones: Bones | None = None,
 ) -> Retargeted:
     """The motions of ``source`` on the skeleton of ``target``, in place of its own. Both are humanoids, of any names, rest
     pose, unit and axes.
 
-    >>> moved, reports = mocap.retarget(mocap.read("walk.bvh"), mocap.read("hero.glb"))  # doctest: +SKIP
-    >>> reports[0]["verdict"], reports[0]["mean_degrees"]                                # doctest: +SKIP
+    >>> moved, reports = mocap.retarget("walk.bvh", "hero.glb")   # doctest: +SKIP
+    >>> reports[0]["verdict"], reports[0]["mean_degrees"]         # doctest: +SKIP
     ('good', 0.01)
 
     Args:
-        source: A motion. A rest pose in its first frame is left out.
-        target: A skeleton.
+        source: A motion: a scene, or the path of a file. A rest pose in its first frame is left out.
+        target: A skeleton, likewise.
         scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
             or a factor.
         feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
@@ -54,31 +60,32 @@ def retarget(
         MocapError: Where one of the two is not a humanoid, with the reason.
     """
     native, reports = _mocap.retarget(
-        source._native, target._native, _factor(scale), _locks(feet), names_of(bones), names_of(target_bones)
+        native_of(source), native_of(target), _factor(scale), _locks(feet), names_of(bones), names_of(target_bones)
     )
-    return Retargeted(Scene(native), json.loads(reports))
+    return Retargeted(Scene(native), parsed(reports))
 
 
+@public
 def add_motions(
-    motions: Mapping[str, Scene],
-    character: str | os.PathLike[str],
-    target: str | os.PathLike[str],
+    motions: Mapping[str, SceneLike],
+    character: StrPath,
+    target: StrPath,
     *,
     scale: Scale = "auto",
     feet: Feet = "lock",
     replace: bool = False,
     overwrite: bool = False,
-    bones: Mapping[str, str | None] | None = None,
-    target_bones: Mapping[str, str | None] | None = None,
-) -> list[dict[str, Any]]:
+    bones: Bones | None = None,
+    target_bones: Bones | None = None,
+) -> Reports:
     """Writes a glTF or VRM character with motions added, and returns a report for each. Everything else in the file stays as
     it is, byte by byte.
 
-    >>> motions = {"walk": mocap.read("walk.bvh"), "run": mocap.read("run.bvh")}  # doctest: +SKIP
-    >>> reports = mocap.add_motions(motions, "hero.vrm", "moving.vrm")            # doctest: +SKIP
+    >>> motions = {"walk": "walk.bvh", "run": mocap.read("run.bvh")}     # doctest: +SKIP
+    >>> reports = mocap.add_motions(motions, "hero.vrm", "moving.vrm")   # doctest: +SKIP
 
     Args:
-        motions: Names and motions.
+        motions: Names and motions, each a scene or the path of a file.
         character: A ``.glb``, ``.gltf`` or ``.vrm`` file.
         target: The file to write, of the same kind; it is whole or absent.
         scale: As for :func:`retarget`.
@@ -95,7 +102,7 @@ def add_motions(
         MocapError: As :func:`retarget`, where the character cannot be read, and where ``target`` is the character or may be
             somebody's source.
     """
-    named = [(name, motion._native) for name, motion in motions.items()]
+    named = [(name, native_of(motion)) for name, motion in motions.items()]
     reports, notes = _mocap.add_motions(
         named,
         character,
@@ -108,8 +115,8 @@ def add_motions(
         names_of(target_bones),
     )
     for note in notes:
-        warnings.warn(note, stacklevel=2)
-    return list(json.loads(reports))
+        warnings.warn(note, stacklevel=3)
+    return Reports(parsed(reports))
 
 
 def _factor(scale: Scale) -> float | None:
@@ -117,12 +124,8 @@ def _factor(scale: Scale) -> float | None:
         return None
     if scale == "none":
         return 1.0
-    if isinstance(scale, str):
-        raise OptionError(f"scale must be auto, none or a factor, got {scale!r}")
     return float(scale)
 
 
 def _locks(feet: Feet) -> bool:
-    if feet not in ("lock", "free"):
-        raise OptionError(f"feet must be lock or free, got {feet!r}")
     return feet == "lock"

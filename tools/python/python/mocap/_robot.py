@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mocap
+from ._call import public
 from ._errors import OptionError
-from ._options import names_of
+from ._options import Bones, StrPath, names_of
+from ._report import Report, parsed
 from ._retarget import Feet, _locks
-from ._scene import Scene
+from ._scene import SceneLike, native_of
 
 RobotFormat = Literal[
     "npz", "pkl", "csv", "qpos", "gmr", "unitree-csv", "mjlab", "isaaclab", "protomotions", "mimickit", "twist", "dynamics"
@@ -44,14 +43,15 @@ class RobotMotion:
     dof_names: list[str]
     contacts: NDArray[np.bool_]
     qpos: NDArray[np.float64]
-    report: dict[str, Any]
+    report: Report
     _clip: _mocap.RobotClip | None = field(default=None, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_clip": None}
 
+    @public
     def save(
-        self, path: str | os.PathLike[str], to: RobotFormat | None = None, *, overwrite: bool = False
+        self, path: StrPath, to: RobotFormat | None = None, *, overwrite: bool = False
     ) -> None:
         """Writes the motion, as ``mocap robot`` does: what was solved, whatever became of the arrays.
 
@@ -73,12 +73,16 @@ class RobotMotion:
     def __repr__(self) -> str:
         return f"<mocap.RobotMotion of {len(self.qpos)} frames and {len(self.dof_names)} joints at {self.fps:g} a second>"
 
+    def _repr_html_(self) -> str:
+        counts = {"frames": len(self.qpos), "fps": self.fps, "joints": len(self.dof_names)}
+        return Report({**counts, **self.report})._repr_html_()
+
 
 class Robot:
     """A robot of a URDF file, or of an XML file of MuJoCo.
 
     >>> robot = mocap.Robot("g1.urdf")                               # doctest: +SKIP
-    >>> motion = robot.retarget(mocap.read("walk.bvh"), fps=50)      # doctest: +SKIP
+    >>> motion = robot.retarget("walk.bvh", fps=50)                  # doctest: +SKIP
     >>> motion.report["verdict"], motion.dof_pos.shape               # doctest: +SKIP
     ('good', (218, 29))
 
@@ -86,11 +90,15 @@ class Robot:
         MocapError: Where the file cannot be read.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    @public
+    def __init__(self, path: StrPath) -> None:
         self._native = _mocap.Robot(path)
 
     def __repr__(self) -> str:
         return f"<mocap.Robot {self.name!r} of {len(self.dof_names)} joints>"
+
+    def _repr_html_(self) -> str:
+        return Report(name=self.name, joints=", ".join(self.dof_names))._repr_html_()
 
     @property
     def name(self) -> str:
@@ -102,22 +110,23 @@ class Robot:
         """The names of the joints, in the order of ``dof_pos``."""
         return self._native.dof_names
 
+    @public
     def retarget(
         self,
-        source: Scene,
+        source: SceneLike,
         *,
         fps: float | None = None,
         feet: Feet = "lock",
         velocity_limits: bool = False,
         passes: Literal[1, 2] = 2,
         floor: Literal["auto", "z=0", "keep"] = "auto",
-        map: Mapping[str, str | None] | None = None,
-        bones: Mapping[str, str | None] | None = None,
+        map: Bones | None = None,
+        bones: Bones | None = None,
     ) -> RobotMotion:
         """The first motion of a scene on the robot.
 
         Args:
-            source: A motion of a humanoid, with any names, rest pose, unit and axes.
+            source: A motion of a humanoid, a scene or the path of a file, with any names, rest pose, unit and axes.
             fps: Frames a second; ``None`` for those of the source.
             feet: ``"lock"`` holds feet still while those of the source stand.
             velocity_limits: With one pass, whether joints keep within the velocities of the robot's file, too.
@@ -134,21 +143,21 @@ class Robot:
             MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
             ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
         """
-        _check(passes)
         names = [names_of(given) for given in (map, bones)]
-        arrays, report, clip = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes, floor, *names)
-        return RobotMotion(dof_names=self.dof_names, report=json.loads(report), _clip=clip, **arrays)
+        arrays, report, clip = self._native.retarget(native_of(source), fps, _locks(feet), velocity_limits, passes, floor, *names)
+        return RobotMotion(dof_names=self.dof_names, report=parsed(report), _clip=clip, **arrays)
 
+    @public
     def stream(
         self,
-        source: Scene,
+        source: SceneLike,
         *,
         fps: float | None = None,
         feet: Feet = "lock",
         passes: Literal[1, 2] = 2,
         floor: Literal["auto", "z=0", "keep"] = "auto",
-        map: Mapping[str, str | None] | None = None,
-        bones: Mapping[str, str | None] | None = None,
+        map: Bones | None = None,
+        bones: Bones | None = None,
     ) -> RobotStream:
         """Begins a motion that comes pose by pose.
 
@@ -162,10 +171,10 @@ class Robot:
             fps: Poses a second, from 1 to 1000; ``None`` for the rate of the motion of ``source``.
             feet: As for :meth:`retarget`, and so are the others. With one pass frames come 0.1 s later, with two 0.6 s.
         """
-        _check(passes)
         names = [names_of(given) for given in (map, bones)]
-        rate = source.frame_rate if fps is None else fps
-        return RobotStream(self.dof_names, self._native.stream(source._native, rate, _locks(feet), passes, floor, *names))
+        native = native_of(source)
+        rate = native.frame_rate if fps is None else fps
+        return RobotStream(self.dof_names, self._native.stream(native, rate, _locks(feet), passes, floor, *names))
 
 
 class RobotStream:
@@ -207,15 +216,10 @@ class RobotStream:
         return self._frames(self._native.finish())
 
     @property
-    def report(self) -> dict[str, Any] | None:
+    def report(self) -> Report | None:
         """How well the frames of the last 30 s sit on the robot; ``None`` before the first frame."""
         report = self._native.report()
-        return None if report is None else json.loads(report)
+        return None if report is None else parsed(report)
 
     def _frames(self, arrays: dict[str, Any]) -> RobotMotion:
-        return RobotMotion(dof_names=self.dof_names, report={}, **arrays)
-
-
-def _check(passes: int) -> None:
-    if passes not in (1, 2):
-        raise OptionError(f"passes must be 1 or 2, got {passes!r}")
+        return RobotMotion(dof_names=self.dof_names, report=Report(), **arrays)

@@ -9,19 +9,22 @@ import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
+from ._array_options import OptionChanges, Options, Unpack, changed, takes_fields
+from ._call import public
 from ._errors import OptionError, of_file
-from ._options import Options, changed, names_of
+from ._job_options import ReadOptions
+from ._options import Bones, StrPath, names_of
 from ._picture import Picture, positive
+from ._report import Columns, Report, parsed
 
 # A notebook keeps what it shows: a longer page is not put into it unasked.
 _LARGEST_CELL = 20_000_000
@@ -57,10 +60,15 @@ class Motion:
         counts = f"{len(self.positions)} frames and {len(self.names)} joints"
         return f"<mocap.Motion of {counts} at {self.frame_rate:g} a second>"
 
+    def _repr_html_(self) -> str:
+        arrays = {name: getattr(self, name) for name in ("positions", "rotations", "velocities", "contacts")}
+        given = {name: f"{array.dtype} {array.shape}" for name, array in arrays.items() if array is not None}
+        return Report(given | {"names": ", ".join(self.names), "frame_rate": self.frame_rate})._repr_html_()
+
     @cached_property
-    def header(self) -> dict[str, Any]:
+    def header(self) -> Report:
         """What the numbers mean and where they come from: unit, axes, joints, source file, decisions, steps."""
-        header: dict[str, Any] = json.loads(self.header_json)
+        header: Report = parsed(self.header_json)
         return header
 
 
@@ -71,7 +79,8 @@ class Scene:
         self._native = native
 
     def __repr__(self) -> str:
-        return f"<mocap.Scene of {len(self.nodes)} nodes, {self.frames} frames at {self.frame_rate:g} a second>"
+        clips = f", the first of {len(self.clips)} clips" if len(self.clips) > 1 else ""
+        return f"<mocap.Scene of {len(self.nodes)} nodes, {self.frames} frames at {self.frame_rate:g} a second{clips}>"
 
     def __reduce__(self) -> tuple[Any, tuple[bytes]]:
         # Worker processes send scenes to each other.
@@ -85,7 +94,8 @@ class Scene:
         """
         return _mocap.page([(self._name(name), self._native)])
 
-    def show(self, path: str | os.PathLike[str] | None = None) -> Any:
+    @public
+    def show(self, path: StrPath | None = None) -> Any:
         """Shows the motion in a player: in the cell of a notebook, elsewhere in a browser.
 
         Args:
@@ -119,6 +129,7 @@ class Scene:
             return f"<code>{html.escape(repr(self))}</code>: a player of {size} is shown by <code>scene.show()</code>"
         return _Page(page)._repr_html_()
 
+    @public
     def plot(self, *joints: str, name: str | None = None, width: int = 960) -> Picture:
         """Curves of joints over time: the position in the world, and the rotation to the parent in degrees.
 
@@ -135,6 +146,7 @@ class Scene:
         named = list(joints) or [node.name for node in self.nodes[:1]]
         return Picture(_mocap.plot(self._native, self._name(name), named, positive("width", width)))
 
+    @public
     def sheet(self, *, poses: int = 8, name: str | None = None, width: int = 1600) -> Picture:
         """Poses over time in a row, with the path of the root, as ``mocap sheet`` draws them.
 
@@ -149,7 +161,8 @@ class Scene:
         origin = self.metadata.get("origin") or {}
         return name if name is not None else str(origin.get("name") or "motion")
 
-    def figure(self, bones: Mapping[str, str | None] | None = None) -> dict[str, Any]:
+    @public
+    def figure(self, bones: Bones | None = None) -> Report:
         """What the file leaves open, and what is known or guessed of it: each with a confidence and a reason.
 
         Keys: ``survey`` with ``unit``, ``up`` and ``frame_rate``; ``up`` and ``facing`` of the body; ``rest_pose``;
@@ -163,7 +176,7 @@ class Scene:
         Raises:
             MocapError: Where no joint has a name that is given.
         """
-        figure: dict[str, Any] = json.loads(self._native.figure(names_of(bones)))
+        figure: Report = parsed(self._native.figure(names_of(bones)))
         return figure
 
     @property
@@ -192,6 +205,33 @@ class Scene:
         return self._native.nodes
 
     @property
+    def clips(self) -> list[str]:
+        """The names of the clips (animations) of the file, in its order. Every function takes the first one.
+
+        :meth:`clip` takes another one, and ``mocap.read(path, clip="run")`` reads it alone.
+
+        >>> mocap.read("hero.glb").clips  # doctest: +SKIP
+        ['idle', 'run', 'walk']
+        """
+        return self._native.clips
+
+    @public
+    def clip(self, clip: int | str) -> Scene:
+        """The scene with one of its clips alone.
+
+        >>> run = scene.clip("run")  # doctest: +SKIP
+
+        Args:
+            clip: Its name, or its number from 0.
+
+        Raises:
+            MocapError: Where there is no such clip, with those that there are.
+        """
+        if isinstance(clip, int) and clip < 0:
+            raise OptionError(f"clip must be a number from 0, got {clip}")
+        return Scene(self._native.clip(clip))
+
+    @property
     def frames(self) -> int:
         """How many frames there are."""
         return self._native.frames
@@ -207,12 +247,13 @@ class Scene:
         return self._native.warnings
 
     @property
-    def metadata(self) -> dict[str, Any]:
+    def metadata(self) -> Report:
         """Where the scene comes from, and what was decided when it was read."""
-        metadata: dict[str, Any] = json.loads(self._native.metadata_json)
+        metadata: Report = parsed(self._native.metadata_json)
         return metadata
 
-    def pose(self, tick: float, *, space: str = "world") -> NDArray[np.float32]:
+    @public
+    def pose(self, tick: float, *, space: Literal["world", "local"] = "world") -> NDArray[np.float32]:
         """The matrices of all nodes at a tick, float32, (nodes, 4, 4), for column vectors.
 
         Args:
@@ -221,7 +262,8 @@ class Scene:
         """
         return self._native.pose_matrices(tick, is_world(space))
 
-    def to_numpy(self, options: Options = Options(), **changes: Any) -> Motion:
+    @takes_fields
+    def to_numpy(self, options: Options = Options(), **changes: Unpack[OptionChanges]) -> Motion:
         """The motion as arrays. Takes :class:`Options`, fields of it by name, or both.
 
         >>> motion = scene.to_numpy(rot="6d", space="world", fps=30)  # doctest: +SKIP
@@ -234,9 +276,8 @@ class Scene:
         """
         return Motion(**self._native.arrays(changed(options, changes).to_json()))
 
-    def to_smpl(
-        self, layout: Literal["smplx", "amass", "kimodo", "humanml3d"] = "smplx"
-    ) -> dict[str, NDArray[Any]]:
+    @public
+    def to_smpl(self, layout: Literal["smplx", "amass", "kimodo", "humanml3d"] = "smplx") -> Columns:
         """The motion of a humanoid in a layout of SMPL-X, as ``docs/arrays.md`` describes it.
 
         Rotations are those from the T-pose, of 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
@@ -250,10 +291,10 @@ class Scene:
         """
         loaded = np.load(io.BytesIO(self._native.smpl(layout)))
         if isinstance(loaded, np.ndarray):
-            return {"vectors": loaded}
-        return {name: loaded[name] for name in loaded.files}
+            return Columns({"vectors": loaded})
+        return Columns({name: loaded[name] for name in loaded.files})
 
-    def joint_angles(self) -> dict[str, NDArray[np.float64]]:
+    def joint_angles(self) -> Columns:
         """The angles of the joints of a humanoid as the International Society of Biomechanics defines them.
 
         A column of ``float64`` for each name, in degrees: ``hip_flexion_r``, ``knee_angle_l``, ...; ``time`` is in seconds,
@@ -268,9 +309,9 @@ class Scene:
         """
         rate, names, values = self._native.joint_angles()
         table = values.reshape(-1, len(names))
-        return {"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))}
+        return Columns({"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))})
 
-    def analog(self) -> dict[str, NDArray[np.float64]]:
+    def analog(self) -> Columns:
         """The analog channels of a C3D file: a column of ``float64`` for each; ``time`` is in seconds.
 
         Their units, with the events and the force plates of the file, are in :attr:`recorded`.
@@ -280,7 +321,7 @@ class Scene:
         """
         return self._time_series(of_ground=False)
 
-    def ground_forces(self) -> dict[str, NDArray[np.float64]]:
+    def ground_forces(self) -> Columns:
         """The forces of the ground on the body, by the force plates of a C3D file, in newtons and metres, +Y up.
 
         For plate 1 ``ground_force_1_vx`` ... is the force, ``ground_force_1_px`` ... the centre of pressure,
@@ -291,31 +332,31 @@ class Scene:
         """
         return self._time_series(of_ground=True)
 
-    def _time_series(self, of_ground: bool) -> dict[str, NDArray[np.float64]]:
+    def _time_series(self, of_ground: bool) -> Columns:
         rate, names, values = self._native.time_series(of_ground)
         table = values.reshape(-1, len(names))
-        return {"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))}
+        return Columns({"time": np.arange(len(table)) / rate, **dict(zip(names, table.T))})
 
     @property
-    def recorded(self) -> dict[str, Any] | None:
+    def recorded(self) -> Report | None:
         """What a C3D file has beside markers: ``events`` with ``time`` in seconds, ``channels`` and ``plates``.
 
         ``None`` for files that have nothing of it.
         """
-        recorded: dict[str, Any] | None = json.loads(self._native.recorded())
+        recorded: Report | None = parsed(self._native.recorded())
         return recorded
 
     @property
-    def solved(self) -> dict[str, Any] | None:
+    def solved(self) -> Report | None:
         """How well a skeleton that was solved from markers explains them.
 
         Keys: ``markers``, ``rms_of_seconds``, ``joints`` with lengths and deviations in metres, and ``swaps``; ``None`` for
         other scenes.
         """
-        solved: dict[str, Any] | None = json.loads(self._native.solved())
+        solved: Report | None = parsed(self._native.solved())
         return solved
 
-    def gait(self) -> dict[str, Any]:
+    def gait(self) -> Report:
         """The heel strikes and toe offs of a walk, its strides, and the means of a gait laboratory.
 
         Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``events_of_file``, ``in_place``, and ``left`` and ``right`` with ``heel_strikes`` and
@@ -326,10 +367,13 @@ class Scene:
         Raises:
             MocapError: Where no humanoid is found, or no foot makes a stride.
         """
-        gait: dict[str, Any] = json.loads(self._native.gait())
+        gait: Report = parsed(self._native.gait())
         return gait
 
-    def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
+    @takes_fields
+    def to_arrow(
+        self, options: Options = Options(), *, clip: str = "", **changes: Unpack[OptionChanges]
+    ) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
 
         The result has no methods of its own to speak of: ``pyarrow.table(...)``, ``polars.DataFrame(...)``, DuckDB and
@@ -341,6 +385,15 @@ class Scene:
             MocapError: As :meth:`to_numpy`.
         """
         return self._native.arrow(changed(options, changes, "clip").to_json(), clip)
+
+
+SceneLike: TypeAlias = Scene | str | os.PathLike[str]
+"""A motion: a scene, or the path of a file."""
+
+
+def native_of(motion: SceneLike) -> _mocap.Scene:
+    """The scene of a motion, which is read where it is a path."""
+    return motion._native if isinstance(motion, Scene) else _mocap.read(motion, ReadOptions())
 
 
 class _Page:

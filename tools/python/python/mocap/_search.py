@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _mocap
-from ._options import ReadOptions
-from ._scene import Scene
+from ._call import public
+from ._errors import OptionError
+from ._job_options import ReadOptions
+from ._options import StrPath
+from ._report import Reports, parsed
+from ._scene import SceneLike, native_of
 
 _FEATURES = 27
 
@@ -21,7 +23,7 @@ class Database:
     """Clips with the features of their frames, 60 a second, over all skeletons. ``docs/search.md`` has the features.
 
     >>> database = mocap.index(["walk.bvh", "dance.bvh"])                            # doctest: +SKIP
-    >>> database.find(mocap.read("walk.bvh"), 1.0, 2.5)[0]["file"]                   # doctest: +SKIP
+    >>> database.find("walk.bvh", 1.0, 2.5)[0]["file"]                               # doctest: +SKIP
     'walk.bvh'
     """
 
@@ -43,12 +45,14 @@ class Database:
     def __repr__(self) -> str:
         return f"<mocap.Database of {len(self)} clips>"
 
+    def _repr_html_(self) -> str:
+        return self.clips._repr_html_()
+
     @property
-    def clips(self) -> list[dict[str, Any]]:
+    def clips(self) -> Reports:
         """Of each clip its ``row`` in a survey, whether it is ``mirrored`` and ``packed``, when it begins in its file, and its
         frames: so many (``frames``) from ``first`` on."""
-        clips: list[dict[str, Any]] = json.loads(self._native.clips_json())
-        return clips
+        return Reports(parsed(self._native.clips_json()))
 
     @property
     def features(self) -> npt.NDArray[np.float32]:
@@ -60,9 +64,10 @@ class Database:
         """What of the feet is at rest in each frame: 1 and 2 the left and the right ankle, 4 and 8 the balls, added up."""
         return self._native.contacts()
 
+    @public
     def find(
         self,
-        scene: Scene,
+        scene: SceneLike,
         first: float | None = None,
         last: float | None = None,
         *,
@@ -73,12 +78,12 @@ class Database:
         by_action: bool = False,
         mirror: bool = True,
         where: str | None = None,
-    ) -> list[dict[str, Any]]:
+    ) -> Reports:
         """The parts of clips that are most like a part of a motion, the best first: ``file``, ``clip``, ``first`` and ``last``
         in seconds, ``distance``, ``mirrored``, ``pace``; by action ``movement`` too.
 
         Args:
-            scene: The motion, on any skeleton.
+            scene: The motion, a scene or the path of a file, on any skeleton.
             first: The first second of the part; its begin where it is left out.
             last: The last second.
             pose: Whether the pose at ``first`` is looked for, and not a part.
@@ -94,12 +99,13 @@ class Database:
             ValueError: For ``pose`` without ``first``.
         """
         if pose and first is None:
-            raise ValueError("first is the second of the pose")
-        text = self._native.find(scene._native, animation, (first, last), pose, count, per_clip, by_action, mirror, where)
-        found: list[dict[str, Any]] = json.loads(text)
-        return found
+            raise OptionError("a pose needs first, the second at which it is")
+        native = native_of(scene)
+        text = self._native.find(native, animation, (first, last), pose, count, per_clip, by_action, mirror, where)
+        return Reports(parsed(text))
 
-    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    @public
+    def write(self, path: StrPath, *, overwrite: bool = False) -> None:
         """Writes the file, ``.mdb``.
 
         Raises:
@@ -108,8 +114,9 @@ class Database:
         self._native.write(path, overwrite)
 
 
+@public
 def index(
-    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    paths: StrPath | Iterable[StrPath],
     *,
     mirror: bool = False,
     pack: bool = False,

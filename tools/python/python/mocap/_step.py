@@ -10,16 +10,28 @@ from inspect import Parameter, signature
 from typing import Any, NamedTuple, ParamSpec, Protocol, cast
 
 from . import _mocap
-from ._errors import MocapError, OptionError, UnknownOptionError
-from ._options import names_of
-from ._scene import Scene
+from ._call import public
+from ._errors import MocapError, OptionError, UnknownOptionError, WrongTypeError
+from ._options import Bones, names_of
+from ._report import Report, Reports, parsed
+from ._scene import Scene, SceneLike, native_of
+
+
+Point = Sequence[float]
+"""Three coordinates in metres."""
 
 
 class Edited(NamedTuple):
     """A changed scene, and what was changed."""
 
     scene: Scene
-    report: dict[str, Any]
+    report: Report
+
+    def __repr__(self) -> str:
+        return f"{self.scene!r}\n{self.report!r}"
+
+    def _repr_html_(self) -> str:
+        return self.report._repr_html_() + self.scene._repr_html_()
 
 
 @dataclass(frozen=True)
@@ -38,10 +50,10 @@ class Step:
 
     name: str
     options: Mapping[str, object] = field(default_factory=dict, hash=False)
-    other: Scene | None = None
-    bones: Mapping[str, str | None] | None = field(default=None, hash=False)
+    other: SceneLike | None = None
+    bones: Bones | None = field(default=None, hash=False)
 
-    def __call__(self, scene: Scene) -> Edited:
+    def __call__(self, scene: SceneLike) -> Edited:
         """Applies the step."""
         return apply(scene, self)
 
@@ -59,7 +71,7 @@ class StepFunction(Protocol[P]):
 
     __name__: str
 
-    def __call__(self, scene: Scene, *args: P.args, **kwargs: P.kwargs) -> Edited:
+    def __call__(self, scene: SceneLike, *args: P.args, **kwargs: P.kwargs) -> Edited:
         """Applies the step to a scene."""
 
     def step(self, *args: P.args, **kwargs: P.kwargs) -> Step:
@@ -69,29 +81,38 @@ class StepFunction(Protocol[P]):
 def step_function(make: Callable[P, Step]) -> StepFunction[P]:
     """The function that applies what ``make`` makes, and has it as ``step``."""
 
-    def function(scene: Scene, *args: P.args, **kwargs: P.kwargs) -> Edited:
-        return make(*args, **kwargs)(scene)
+    step = public(make)
+
+    def function(*args: Any, **kwargs: Any) -> Edited:
+        if args:
+            scene, *rest = args
+        elif "scene" in kwargs:
+            rest, scene = [], kwargs.pop("scene")
+        else:
+            raise TypeError(f"{make.__name__}() missing 1 required argument: 'scene'")
+        return step(*rest, **kwargs)(scene)
 
     update_wrapper(function, make)
     made = cast(Any, function)
     of_step = signature(make)
-    scene = Parameter("scene", Parameter.POSITIONAL_OR_KEYWORD, annotation="Scene")
-    made.__signature__ = of_step.replace(parameters=[scene, *of_step.parameters.values()], return_annotation="Edited")
-    made.step = make
+    first = Parameter("scene", Parameter.POSITIONAL_OR_KEYWORD, annotation="SceneLike")
+    made.__signature__ = of_step.replace(parameters=[first, *of_step.parameters.values()], return_annotation="Edited")
+    made.step = step
     return cast(StepFunction[P], made)
 
 
+@public
 def apply(
-    scene: Scene,
+    scene: SceneLike,
     step: Step | str | Mapping[str, object],
-    other: Scene | None = None,
+    other: SceneLike | None = None,
     *,
-    bones: Mapping[str, str | None] | None = None,
+    bones: Bones | None = None,
 ) -> Edited:
     """Applies a step: a :class:`Step`, ``{"step": "smooth", "cut_off": 8}``, or as the program takes it, ``"smooth:cut-off=8"``.
 
     Args:
-        scene: A motion.
+        scene: A motion, or the path of one, which is read and prepared as :func:`mocap.edit.prepare` does.
         step: Its name and its options; an option that is ``None`` has its default.
         other: The second motion of a concat, a blend or a layer; that of the :class:`Step` if ``None``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -99,25 +120,26 @@ def apply(
     if isinstance(step, Step):
         other, bones = step.other if other is None else other, step.bones if bones is None else bones
     native, report = _mocap.edit(
-        scene._native,
+        prepared(scene),
         _text(_json_of(step)),
-        None if other is None else other._native,
+        None if other is None else prepared(other),
         names_of(bones),
     )
-    return Edited(Scene(native), json.loads(report)["changed"])
+    return Edited(Scene(native), parsed(report)["changed"])
 
 
+@public
 def apply_all(
-    scene: Scene,
+    scene: SceneLike,
     steps: Sequence[Step | str | Mapping[str, object]],
-    others: Sequence[Scene] = (),
+    others: Sequence[SceneLike] = (),
     *,
-    bones: Mapping[str, str | None] | None = None,
-) -> tuple[Scene, list[dict[str, Any]]]:
+    bones: Bones | None = None,
+) -> tuple[Scene, Reports]:
     """Applies steps in their order, and returns the scene with a report for each step. Bones are found once for all.
 
     Args:
-        scene: A motion.
+        scene: As for :func:`apply`.
         steps: As for :func:`apply`.
         others: The second motions of those steps that take one and are no :class:`Step` with one, in their order.
         bones: As for :func:`apply`, for all steps.
@@ -126,7 +148,7 @@ def apply_all(
         UnknownOptionError: Where a :class:`Step` has bones of its own; give them here.
     """
     waiting = list(others)
-    motions = []
+    motions: list[SceneLike] = []
     for step in steps:
         if isinstance(step, Step) and step.bones is not None and step.bones != bones:
             raise UnknownOptionError(f"the step {step.name} has bones of its own: give them to apply_all, for all steps")
@@ -135,12 +157,18 @@ def apply_all(
         elif waiting and _name_of(step) in ("concat", "blend", "layer"):
             motions.append(waiting.pop(0))
     native, reports = _mocap.edit_all(
-        scene._native,
+        prepared(scene),
         _text([_json_of(step) for step in steps]),
-        [motion._native for motion in [*motions, *waiting]],
+        [prepared(motion) for motion in [*motions, *waiting]],
         names_of(bones),
     )
-    return Scene(native), [report["changed"] for report in json.loads(reports)]
+    return Scene(native), Reports(report["changed"] for report in parsed(reports))
+
+
+def prepared(motion: SceneLike) -> _mocap.Scene:
+    """A scene as it is; a file as the program changes it: in metres with +Y up, without a rest pose in its first frame."""
+    native = native_of(motion)
+    return native if isinstance(motion, Scene) else _mocap.prepare(native, None, None, None)
 
 
 def _name_of(step: Step | str | Mapping[str, object]) -> object:
@@ -170,9 +198,27 @@ def _plain(value: Any) -> object:
     """Numbers and arrays of NumPy."""
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise UnknownOptionError(f"an option of a step cannot be {type(value).__name__}: {value!r}")
+    raise WrongTypeError(f"an option of a step cannot be {type(value).__name__}: {value!r}")
 
 
-def step_of(name: str, **options: object) -> Step:
+def step_of(
+    name: str, *, other: SceneLike | None = None, bones: Bones | None = None, **options: object
+) -> Step:
     """The step of a name, with the options that are given."""
-    return Step(name, {key: value for key, value in options.items() if value is not None})
+    given = {key: value for key, value in options.items() if value is not None}
+    return Step(name, given, other, bones)
+
+
+def target_of(to: str | Point | None) -> object:
+    """A point as a list, or the name of a joint."""
+    return to if to is None or isinstance(to, str) else [float(number) for number in to]
+
+
+def path_points(points: Sequence[Sequence[float]] | None) -> list[dict[str, object]] | None:
+    """Points over the ground as a step has them: two coordinates, or before them a time."""
+
+    def point(numbers: Sequence[float]) -> dict[str, object]:
+        at: dict[str, object] = {"at": [float(number) for number in numbers[-2:]]}
+        return at if len(numbers) == 2 else {"seconds": float(numbers[0]), **at}
+
+    return None if points is None else [point(numbers) for numbers in points]

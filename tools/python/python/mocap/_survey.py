@@ -6,12 +6,15 @@ import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from . import _mocap
+from ._call import public
 from ._errors import OptionError
+from ._job_options import ReadOptions
 from ._mocap import ArrowTable
-from ._options import ReadOptions
+from ._options import StrPath
+from ._report import Reports, parsed
 
 
 class Survey:
@@ -29,11 +32,13 @@ class Survey:
     def __repr__(self) -> str:
         return f"<mocap.Survey of {len(self)} clips>"
 
+    def _repr_html_(self) -> str:
+        return self.rows._repr_html_()
+
     @property
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> Reports:
         """The rows as dictionaries, in the order of their files; ``defects`` has every finding."""
-        rows: list[dict[str, Any]] = json.loads(self._native.rows_json())
-        return rows
+        return Reports(parsed(self._native.rows_json()))
 
     @property
     def files(self) -> list[str]:
@@ -49,7 +54,8 @@ class Survey:
         """The rows as a table for Polars, DuckDB, pyarrow: ``polars.DataFrame(found.to_arrow())``."""
         return self._native.arrow()
 
-    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    @public
+    def write(self, path: StrPath, *, overwrite: bool = False) -> None:
         """Writes the rows to ``.csv``, ``.json``, ``.jsonl``, ``.parquet`` or ``.txt`` (the files alone), the page that shows
         the corpus to ``.html``, the findings to ``.sarif``.
 
@@ -64,8 +70,9 @@ class Survey:
         self._native.write(path, overwrite)
 
 
+@public
 def survey(
-    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    paths: StrPath | Iterable[StrPath] = (),
     *,
     where: str | None = None,
     select: int | str | None = None,
@@ -98,7 +105,7 @@ def survey(
         ValueError: Where neither ``paths`` nor ``records`` has anything.
     """
     lines = list(records)
-    files = _files([paths] if isinstance(paths, (str, os.PathLike)) else paths)
+    files = files_of([paths] if isinstance(paths, (str, os.PathLike)) else paths)
     if not lines and not files:
         raise OptionError("there is no file to survey")
     if lines and files:
@@ -109,6 +116,7 @@ def survey(
     return Survey(_mocap.survey(files, lines, made, read_options))
 
 
+@public
 def examine(
     files: Iterable[tuple[str, bytes]],
     *,
@@ -130,9 +138,9 @@ def _thresholds(threshold: Mapping[str, float | tuple[float, float]] | None) -> 
     return [f"{kind}={text(amount)}" for kind, amount in (threshold or {}).items()]
 
 
-def _files(paths: Iterable[str | os.PathLike[str]]) -> list[str]:
-    """The files of paths, those of folders in the order of their names."""
-    known = tuple(f".{extension}" for extension in _mocap.extensions())
+def files_of(paths: Iterable[StrPath], *more: str) -> list[str]:
+    """The files of paths, those of folders in the order of their names: of the extensions that are read, and of ``more``."""
+    known = tuple(f".{extension}" for extension in (*_mocap.extensions(), *more))
     files: list[str] = []
     for path in map(Path, paths):
         if not path.is_dir():

@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mocap
+from ._call import public
 from ._errors import OptionError
-from ._scene import Scene, is_world
+from ._scene import SceneLike, is_world, native_of
 
 __all__ = ["Bent", "Chain", "TwoBone", "bend", "chain", "two_bone"]
 
@@ -55,6 +56,7 @@ class Bent(NamedTuple):
     distance: float
 
 
+@public
 def two_bone(joints: ArrayLike, goal: ArrayLike, *, pole: ArrayLike | None = None) -> TwoBone:
     """Two bones that reach for a goal, as an arm or a leg does. Out of reach they are straight towards it.
 
@@ -71,6 +73,7 @@ def two_bone(joints: ArrayLike, goal: ArrayLike, *, pole: ArrayLike | None = Non
     return TwoBone(as_array(middle), as_array(end), as_array(upper), as_array(lower), distance)
 
 
+@public
 def chain(positions: ArrayLike, goal: ArrayLike, *, tolerance: float = 1e-4) -> Chain:
     """A chain of any number of bones that reaches for a goal; the first joint and the lengths stay (FABRIK).
 
@@ -83,15 +86,16 @@ def chain(positions: ArrayLike, goal: ArrayLike, *, tolerance: float = 1e-4) -> 
     return Chain(np.array(moved, np.float32), distance)
 
 
+@public
 def bend(
-    scene: Scene,
+    scene: SceneLike,
     tick: float,
     joints: Sequence[str | int],
     goal: ArrayLike,
     *,
     rotation: ArrayLike | None = None,
     pole: ArrayLike | None = None,
-    space: str = "world",
+    space: Literal["world", "local"] = "world",
 ) -> Bent:
     """The pose of a scene at a tick, with joints turned so that the last of them comes to a goal.
 
@@ -100,7 +104,7 @@ def bend(
     0.0
 
     Args:
-        scene: A scene.
+        scene: A scene, or the path of a file.
         tick: The moment, as for :meth:`Scene.pose`.
         joints: Names or indices, each above the next. Three bend as a limb, any other number as a chain.
         goal: Where the last is to come, in the world, in the unit of the scene.
@@ -111,7 +115,8 @@ def bend(
     Raises:
         OptionError: Where there is no such joint, or one is not above the next.
     """
-    names = [node.name for node in scene.nodes]
+    native = native_of(scene)
+    names = [node.name for node in native.nodes]
 
     def index(joint: str | int) -> int:
         if isinstance(joint, str):
@@ -125,7 +130,7 @@ def bend(
     turned = None if rotation is None else _numbers(rotation, "rotation", 4)
     return Bent(
         *_mocap.bend(
-            scene._native,
+            native,
             tick,
             [index(joint) for joint in joints],
             _point(goal, "goal"),

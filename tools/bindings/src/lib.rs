@@ -1,0 +1,24 @@
+//! Writes the parts of the bindings in other languages that mirror the library.
+
+mod docs;
+pub mod model;
+mod python;
+
+use model::Model;
+
+/// A file that is written here.
+#[derive(Clone, Debug)]
+pub struct Generated {
+    /// Its path from the root of the repository.
+    pub path: &'static str,
+    /// What it holds.
+    pub text: String,
+}
+
+/// The generated files of all languages.
+///
+/// # Panics
+/// Where the schema of jobs has a form that [`Model`] does not know.
+pub fn files() -> Vec<Generated> {
+    python::files(&Model::new())
+}

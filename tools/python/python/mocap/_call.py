@@ -1,0 +1,208 @@
+"""Arguments of public functions, checked against their annotations: errors name the argument, and what it must be."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+import numbers
+import os
+import types
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ._errors import OptionError, UnknownOptionError, WrongTypeError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+# Values that are looked at in a list: the native half looks at all of them.
+_LOOKED_AT = 64
+
+
+def public(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, which first checks its arguments."""
+    check = checker(function)
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        check(args, kwargs)
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def checker(function: Callable[..., Any]) -> Callable[[tuple[Any, ...], Mapping[str, Any]], None]:
+    """What checks the arguments of a function; annotations are read at the first call."""
+    signature = inspect.signature(function)
+    parameters = signature.parameters
+    takes_any = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
+    hints = functools.cache(lambda: get_type_hints(function))
+
+    def check(args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
+        for name in kwargs:
+            if name not in parameters and not takes_any:
+                raise unknown_option(name, options_of(signature))
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError:
+            # Python itself says which argument is missing, or too many.
+            return
+        for name, value in bound.arguments.items():
+            hint = hints().get(name, Any)
+            kind = parameters[name].kind
+            if name == "self" or kind is inspect.Parameter.VAR_KEYWORD:
+                continue
+            values = value if kind is inspect.Parameter.VAR_POSITIONAL else [value]
+            for one in values:
+                if not fits(one, hint):
+                    raise refusal(name, one, hint)
+
+    return check
+
+
+def options_of(signature: inspect.Signature) -> list[str]:
+    """The names of what a function takes beside the arguments that it needs."""
+    parameters = signature.parameters.values()
+    return [of.name for of in parameters if of.kind is of.KEYWORD_ONLY or of.default is not of.empty]
+
+
+def unknown_option(name: str, options: Iterable[str]) -> UnknownOptionError:
+    """There is no option of a name; says which one is meant, or which there are."""
+    options = list(options)
+    near = nearest(name, options)
+    if near is not None:
+        return UnknownOptionError(f"there is no option {name!r}; did you mean {near!r}?")
+    return UnknownOptionError(f"there is no option {name!r}; the options are {', '.join(options)}")
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The word that is most like another, if one is."""
+    plain = {known.replace("-", "_").lower(): known for known in words}
+    found = difflib.get_close_matches(word.replace("-", "_").lower(), plain, n=1, cutoff=0.6)
+    return plain[found[0]] if found else None
+
+
+def refusal(name: str, value: object, hint: Any) -> OptionError:
+    """A value is not what an argument must be."""
+    message = f"{name} must be {described(hint)}, got {shown(value)}"
+    if not isinstance(value, str):
+        return WrongTypeError(message)
+    near = nearest(value, [word for word in words_of(hint) if isinstance(word, str)])
+    # Another text than the words of an option has the type that the option takes.
+    kind = OptionError if words_of(hint) else WrongTypeError
+    return kind(message if near is None else f"{message}; did you mean {near!r}?")
+
+
+def shown(value: object) -> str:
+    """A value in a message: short, and with its type where the value does not show it."""
+    text = repr(value)
+    text = text if len(text) <= 60 else text[:57] + "..."
+    is_plain = value is None or isinstance(value, (str, bytes, bool, int, float, list, tuple, dict))
+    return text if is_plain else f"{text} ({type(value).__name__})"
+
+
+def words_of(hint: Any) -> list[object]:
+    """The words of an annotation."""
+    if get_origin(hint) is Literal:
+        return list(get_args(hint))
+    return [word for part in get_args(hint) for word in words_of(part)] if _is_union(hint) else []
+
+
+def _is_union(hint: Any) -> bool:
+    return get_origin(hint) in (Union, types.UnionType)
+
+
+def fits(value: Any, hint: Any) -> bool:
+    """Whether a value has the type of an annotation."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if hint is None or hint is type(None):
+        return value is None
+    if _is_union(hint):
+        return any(fits(value, part) for part in parts)
+    if origin is Literal:
+        return any(type(value) is type(word) and value == word for word in parts)
+    if hint is bool:
+        return isinstance(value, (bool, np.bool_))
+    if hint is int:
+        return isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    if hint is float:
+        is_array = isinstance(value, np.ndarray) and value.shape == () and value.dtype.kind in "iuf"
+        return is_array or (isinstance(value, numbers.Real) and not isinstance(value, bool))
+    if origin is tuple:
+        items: Any = list(value) if isinstance(value, (tuple, list, np.ndarray)) else None
+        return items is not None and len(items) == len(parts) and all(map(fits, items, parts))
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return isinstance(value, Mapping) and all(
+            fits(key, parts[0]) and fits(item, parts[1]) for key, item in value.items()
+        )
+    if origin in _LISTS:
+        if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
+            return False
+        if origin is not Iterable and not isinstance(value, (Sequence, np.ndarray)):
+            return False
+        # An iterator is not looked into: that would use it up.
+        items = value if isinstance(value, (Sequence, np.ndarray)) else ()
+        return all(fits(item, parts[0]) for item in items[:_LOOKED_AT])
+    if isinstance(origin, type):
+        return isinstance(value, origin)
+    # Of arrays and whatever else, the functions themselves say what is wrong.
+    return not isinstance(hint, type) or isinstance(value, hint)
+
+
+_LISTS: tuple[object, ...] = (list, Sequence, Iterable)
+
+
+def described(hint: Any) -> str:
+    """An annotation in words."""
+    parts = _parts(hint)
+    words = [repr(word) for part in parts for word in words_of(part)]
+    kinds = [_kind(part) for part in parts if not words_of(part)]
+    texts = [*words, *dict.fromkeys(kinds)]
+    if len(texts) < 2:
+        return "".join(texts)
+    return f"{', '.join(texts[:-1])} or {texts[-1]}"
+
+
+def _parts(hint: Any) -> list[Any]:
+    """The types of a union but for ``None``, and but for the text that a path may be."""
+    parts = [part for part in (get_args(hint) if _is_union(hint) else [hint]) if part is not type(None)]
+    has_path = any(get_origin(part) is os.PathLike for part in parts)
+    return [part for part in parts if not (has_path and part is str)]
+
+
+def _kind(hint: Any) -> str:
+    origin, parts = get_origin(hint), get_args(hint)
+    if hint in _KINDS:
+        return _KINDS[hint]
+    if origin is os.PathLike:
+        return "a path"
+    if origin is tuple:
+        return f"a pair of {_kind_of_many(parts[0])}" if len(parts) == 2 else f"{len(parts)} {_kind_of_many(parts[0])}"
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return "a dictionary"
+    if origin in _LISTS:
+        return f"a list of {_kind_of_many(parts[0])}"
+    name: str = getattr(hint, "__name__", str(hint))
+    return f"a {name}"
+
+
+def _kind_of_many(hint: Any) -> str:
+    plain = {float: "numbers", int: "whole numbers", str: "names"}
+    if words_of(hint):
+        return described(hint)
+    parts = _parts(hint)
+    return " or ".join(plain.get(part, f"{_kind(part)[2:]}s") for part in parts)
+
+
+_KINDS: Mapping[Any, str] = {
+    bool: "True or False",
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    bytes: "bytes",
+}

@@ -1,0 +1,27 @@
+"""Motions in files, as jobs make them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _mocap
+from ._errors import OptionError
+from ._job_options import ReadOptions, WriteOptions
+from ._options import StrPath, as_json
+from ._scene import Scene, SceneLike
+
+_AS_READ = ReadOptions().to_job()
+
+
+def converted(source: SceneLike, target: StrPath, job: dict[str, Any]) -> int:
+    """Does a job on a file or on a scene; returns the bytes written."""
+    if isinstance(source, Scene):
+        if job.get("read", _AS_READ) != _AS_READ:
+            raise OptionError("the source is a scene, which is read already: give options of reading to mocap.read")
+        return _mocap.write_scene(source._native, target, as_json(job))
+    return _mocap.convert(source, target, as_json(job))
+
+
+def written(scene: SceneLike, target: StrPath, options: WriteOptions) -> None:
+    """Writes a scene, or a file as it is."""
+    converted(scene, target, {"write": options.to_job()})

@@ -1,0 +1,503 @@
+# Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.
+"""Functions that read and write files."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from . import _mocap
+from ._call import public
+from ._convert import converted, written
+from ._job_options import Format, ReadOptions, WriteOptions
+from ._options import Axis, Bones, StrPath, TimeRange, Unit, part, time_range
+from ._scene import Scene, SceneLike
+
+
+@public
+def read(
+    path: StrPath,
+    *,
+    all_rows: bool = False,
+    body: StrPath | None = None,
+    clip: int | str | None = None,
+    format: Format | None = None,
+    joints: StrPath | None = None,
+    lengths: Literal["median", "moving"] | None = None,
+    markers: StrPath | None = None,
+    retime: float | None = None,
+    root_offset: Literal["auto", "replace", "add"] = "auto",
+    skeleton: StrPath | None = None,
+    static: StrPath | None = None,
+    strict: bool = False,
+    hash: bool = True,
+) -> Scene:
+    """Reads a motion file.
+
+    >>> scene = mocap.read("walk.bvh", root_offset="add", strict=True)  # doctest: +SKIP
+
+    Args:
+        path: The motion file.
+        all_rows: Read all rows of the motion, including those beyond the declared number of frames.
+        body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
+            .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        clip: The animation to use, by name or by its number from 0, of a file that has several.
+        format: Format of the input. Default: found from its contents, or else from its extension.
+        joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
+            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+        lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
+            that joints are where their positions are.
+            ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
+                points.
+            ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
+        markers: Solve a skeleton from the markers of a file: auto, where their labels are those of a known set;
+            auto:NAME, of that subject; or a JSON file, an object from labels to landmarks. Default: markers stay
+            points.
+        retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
+        root_offset: How the root's OFFSET and its position channels combine.
+            ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
+                the OFFSET is not, or else replace.
+            ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
+            ``"add"``: The position channels are added to the OFFSET.
+        skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
+            only one.
+        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        strict: Treat every warning as an error.
+        hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
+
+    Raises:
+        MocapError: Where the file is of no known format, or breaks the rules of its own.
+        FileNotFoundError, IsADirectoryError, PermissionError, OSError: Where it cannot be opened.
+        MemoryError: Where it would need more memory than the limits allow.
+        TypeError: Where there is no such option, or a value has another type.
+    """
+    return Scene(_mocap.read(path, ReadOptions(
+        all_rows=all_rows,
+        body=body,
+        clip=clip,
+        format=format,
+        joints=joints,
+        lengths=lengths,
+        markers=markers,
+        retime=retime,
+        root_offset=root_offset,
+        skeleton=skeleton,
+        static=static,
+        strict=strict,
+        hash=hash,
+    )))
+
+
+@public
+def read_bytes(
+    data: bytes,
+    name: str,
+    *,
+    all_rows: bool = False,
+    body: StrPath | None = None,
+    clip: int | str | None = None,
+    format: Format | None = None,
+    joints: StrPath | None = None,
+    lengths: Literal["median", "moving"] | None = None,
+    markers: StrPath | None = None,
+    retime: float | None = None,
+    root_offset: Literal["auto", "replace", "add"] = "auto",
+    skeleton: StrPath | None = None,
+    static: StrPath | None = None,
+    strict: bool = False,
+    hash: bool = True,
+) -> Scene:
+    """Reads the bytes of a motion file.
+
+    Args:
+        data: The bytes of a motion file.
+        name: Stands for the file in errors; its extension helps to tell the format.
+        all_rows: Read all rows of the motion, including those beyond the declared number of frames.
+        body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
+            .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        clip: The animation to use, by name or by its number from 0, of a file that has several.
+        format: Format of the input. Default: found from its contents, or else from its extension.
+        joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
+            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+        lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
+            that joints are where their positions are.
+            ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
+                points.
+            ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
+        markers: Solve a skeleton from the markers of a file: auto, where their labels are those of a known set;
+            auto:NAME, of that subject; or a JSON file, an object from labels to landmarks. Default: markers stay
+            points.
+        retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
+        root_offset: How the root's OFFSET and its position channels combine.
+            ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
+                the OFFSET is not, or else replace.
+            ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
+            ``"add"``: The position channels are added to the OFFSET.
+        skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
+            only one.
+        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        strict: Treat every warning as an error.
+        hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
+
+    Raises:
+        MocapError: As :func:`read`.
+    """
+    return Scene(_mocap.read_bytes(data, name, ReadOptions(
+        all_rows=all_rows,
+        body=body,
+        clip=clip,
+        format=format,
+        joints=joints,
+        lengths=lengths,
+        markers=markers,
+        retime=retime,
+        root_offset=root_offset,
+        skeleton=skeleton,
+        static=static,
+        strict=strict,
+        hash=hash,
+    )))
+
+
+@public
+def convert(
+    source: SceneLike,
+    target: StrPath,
+    *,
+    drop_first_frame: Literal["auto", "yes", "no"] = "no",
+    fps: float | None = None,
+    rest: str | None = None,
+    root: Literal["keep", "in-place", "extract"] = "keep",
+    t_pose_first: bool = False,
+    trim: TimeRange | None = None,
+    bones: Bones | StrPath | None = None,
+    unit: Unit | float | None = None,
+    up: Axis | None = None,
+    bone_axis: Literal["y", "x", "none"] | None = None,
+    channels: Literal["auto", "3", "6"] = "auto",
+    digits: int | None = None,
+    order: Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"] | None = None,
+    sidecar: bool = False,
+    embed: bool = False,
+    fbx_rest: Literal["rotation", "pre-rotation"] | None = None,
+    fbx_version: Literal["7.4", "7.5"] = "7.5",
+    fbx_target: Literal["blender", "unreal", "unity", "maya", "motionbuilder"] | None = None,
+    textures: Literal["embedded", "beside"] = "embedded",
+    overwrite: bool = False,
+    keep_constant: bool = False,
+    mesh: Literal["segmented", "skinned", "none"] | None = None,
+    names: Literal["vrm", "mixamo", "unreal", "cmu"] | StrPath | Bones | None = None,
+    skeleton_only: bool = False,
+    compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
+    max_error: float | None = None,
+    shell_distance: float | None = None,
+    out_unit: Unit | float | None = None,
+    out_up: Literal["y", "z"] | None = None,
+    to: StrPath | None = None,
+    all_rows: bool = False,
+    body: StrPath | None = None,
+    clip: int | str | None = None,
+    format: Format | None = None,
+    joints: StrPath | None = None,
+    lengths: Literal["median", "moving"] | None = None,
+    markers: StrPath | None = None,
+    retime: float | None = None,
+    root_offset: Literal["auto", "replace", "add"] = "auto",
+    skeleton: StrPath | None = None,
+    static: StrPath | None = None,
+    strict: bool = False,
+) -> int:
+    """Writes a motion in the format of the target's extension, as ``mocap formats`` lists them; returns the bytes
+    written. glTF, VRM animations and packed clips are in metres with +Y up, FBX says what it is in, and BVH keeps the
+    unit and the axes of its source.
+
+    Args:
+        source: The motion file, or a scene; options of reading are for files alone.
+        target: The file to write; it is whole or absent. A file that may be somebody's source is not replaced.
+        drop_first_frame: Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after
+            it.
+            ``"auto"``: Drop it if it is a rest pose, and the motion jumps after it.
+            ``"yes"``: Drop it.
+            ``"no"``: Keep it.
+        fps: Frames per second to write, at the same speed; for an input that states no valid rate, its rate.
+        rest: Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N.
+        root: What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above
+            the root.
+            ``"keep"``: Leave it in the root joint.
+            ``"in-place"``: Remove it.
+            ``"extract"``: Move it to a new joint above the root.
+        t_pose_first: Put the T-pose before the first frame, on the floor.
+        trim: Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out.
+        bones: Which joint of the inputs is which bone, where the guess is wrong: a JSON file, or the name of each.
+        unit: Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit.
+        up: The axis of the input that points up; auto: from the feet to the head.
+        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and joints bend about
+            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for ``target`` blender y.
+            ``"y"``: +Y, as Blender draws bones; joints bend about +X.
+            ``"x"``: +X, as in Unreal; joints bend about +Z.
+            ``"none"``: Frames are those of the input.
+        channels: Which joints have position channels.
+            ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
+            ``"3"``: Only the ROOT. Other joints keep the position of the first frame, and the motion of their
+                positions is lost.
+            ``"6"``: Every joint.
+        digits: Decimals of every number. Default: as many as are needed to read the same motion back.
+        order: Order of the rotation channels. Default: each joint's own, or else ZXY.
+        sidecar: Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too.
+        embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
+        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for ``target`` maya pre-rotation.
+            ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
+            ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
+                are zero. Assimp 5.2 turns animated joints by it twice.
+        fbx_version: Version of the file.
+            ``"7.4"``: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+            ``"7.5"``: 7.5, of FBX 2016 and newer.
+        fbx_target: The program whose conventions the file is to have: unit, axes, root, frame rate.
+            ``"blender"``: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is
+                named.
+            ``"unreal"``: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+            ``"unity"``: Unity: metres with +Y up.
+            ``"maya"``: Maya: centimetres with +Y up, the rest pose as joint orient.
+            ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root called ``Reference``, a whole frame
+                rate.
+        textures: Where the images of textures are.
+            ``"embedded"``: In the file itself.
+            ``"beside"``: In files of their own beside it.
+        overwrite: Whether a file is replaced that may be a source. An input is never replaced.
+        keep_constant: Keep constant tracks in the animation; by default they become part of the rest pose.
+        mesh: How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none.
+            ``"segmented"``: One mesh per node.
+            ``"skinned"``: One mesh with bones.
+            ``"none"``: No mesh.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips":
+            "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
+        skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
+            its motion.
+        compress: How to store the keys. Default with ``max_error``: int16, otherwise none.
+            ``"none"``: 32-bit floats, which every client reads.
+            ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
+                reads wrong values.
+            ``"meshopt"``: As streams of ``EXT_meshopt_compression``, which the file then requires. Needs the
+                feature ``meshopt``.
+            ``"meshopt-khr"``: As streams of version 1 of ``KHR_meshopt_compression``, a little smaller, which the
+                file then requires. Needs the feature ``meshopt``.
+        max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
+            bits are removed within it; fails where it cannot be kept. Default with ``compress``: 1mm.
+        shell_distance: Points at this distance from each joint keep the largest error too, as the skin; 3cm is the
+            default of ACL. Default: 0, joints and end sites alone.
+        out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
+            input's; glTF is in metres.
+        out_up: Up axis of the output. Default: the input's; glTF has +Y up.
+            ``"y"``: +Y.
+            ``"z"``: +Z.
+        to: The format by one of its extensions, where the extension of the output is another; for a robot also
+            qpos.
+        all_rows: Read all rows of the motion, including those beyond the declared number of frames.
+        body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
+            .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        clip: The animation to use, by name or by its number from 0, of a file that has several.
+        format: Format of the input. Default: found from its contents, or else from its extension.
+        joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
+            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+        lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
+            that joints are where their positions are.
+            ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
+                points.
+            ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
+        markers: Solve a skeleton from the markers of a file: auto, where their labels are those of a known set;
+            auto:NAME, of that subject; or a JSON file, an object from labels to landmarks. Default: markers stay
+            points.
+        retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
+        root_offset: How the root's OFFSET and its position channels combine.
+            ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
+                the OFFSET is not, or else replace.
+            ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
+            ``"add"``: The position channels are added to the OFFSET.
+        skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
+            only one.
+        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        strict: Treat every warning as an error.
+
+    Raises:
+        MocapError: Where the source cannot be read or the target cannot be written.
+        ValueError: Where the extension is that of no written format, or an option has no effect on it.
+    """
+    read = ReadOptions(
+        all_rows=all_rows,
+        body=body,
+        clip=clip,
+        format=format,
+        joints=joints,
+        lengths=lengths,
+        markers=markers,
+        retime=retime,
+        root_offset=root_offset,
+        skeleton=skeleton,
+        static=static,
+        strict=strict,
+    )
+    write = WriteOptions(
+        bone_axis=bone_axis,
+        channels=channels,
+        digits=digits,
+        order=order,
+        sidecar=sidecar,
+        embed=embed,
+        fbx_rest=fbx_rest,
+        fbx_version=fbx_version,
+        fbx_target=fbx_target,
+        textures=textures,
+        overwrite=overwrite,
+        keep_constant=keep_constant,
+        mesh=mesh,
+        names=names,
+        skeleton_only=skeleton_only,
+        compress=compress,
+        max_error=max_error,
+        shell_distance=shell_distance,
+        out_unit=out_unit,
+        out_up=out_up,
+        to=to,
+    )
+    job = {
+        "read": read.to_job(),
+        "source": part(
+            ("frames/drop-first-frame", drop_first_frame),
+            ("frames/fps", fps),
+            ("frames/rest", rest),
+            ("frames/root", root),
+            ("frames/t-pose-first", t_pose_first),
+            ("frames/trim", time_range(trim)),
+            ("map", bones),
+            ("space/unit", unit),
+            ("space/up", up),
+        ),
+        "write": write.to_job(),
+    }
+    return converted(source, target, job)
+
+
+@public
+def write(
+    scene: SceneLike,
+    target: StrPath,
+    *,
+    bone_axis: Literal["y", "x", "none"] | None = None,
+    channels: Literal["auto", "3", "6"] = "auto",
+    digits: int | None = None,
+    order: Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"] | None = None,
+    sidecar: bool = False,
+    embed: bool = False,
+    fbx_rest: Literal["rotation", "pre-rotation"] | None = None,
+    fbx_version: Literal["7.4", "7.5"] = "7.5",
+    fbx_target: Literal["blender", "unreal", "unity", "maya", "motionbuilder"] | None = None,
+    textures: Literal["embedded", "beside"] = "embedded",
+    overwrite: bool = False,
+    keep_constant: bool = False,
+    mesh: Literal["segmented", "skinned", "none"] | None = None,
+    names: Literal["vrm", "mixamo", "unreal", "cmu"] | StrPath | Bones | None = None,
+    skeleton_only: bool = False,
+    compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
+    max_error: float | None = None,
+    shell_distance: float | None = None,
+    out_unit: Unit | float | None = None,
+    out_up: Literal["y", "z"] | None = None,
+    to: StrPath | None = None,
+) -> None:
+    """Writes a scene in the format of the target's extension, as ``mocap formats`` lists them; the file is whole or
+    absent. A file that may be somebody's source is not replaced.
+
+    glTF and FBX record the steps; BVH and ``.mclip`` have no field for them.
+
+    Args:
+        scene: The scene, or a motion file.
+        target: The file to write; it is whole or absent. A file that may be somebody's source is not replaced.
+        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and joints bend about
+            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for ``target`` blender y.
+            ``"y"``: +Y, as Blender draws bones; joints bend about +X.
+            ``"x"``: +X, as in Unreal; joints bend about +Z.
+            ``"none"``: Frames are those of the input.
+        channels: Which joints have position channels.
+            ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
+            ``"3"``: Only the ROOT. Other joints keep the position of the first frame, and the motion of their
+                positions is lost.
+            ``"6"``: Every joint.
+        digits: Decimals of every number. Default: as many as are needed to read the same motion back.
+        order: Order of the rotation channels. Default: each joint's own, or else ZXY.
+        sidecar: Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too.
+        embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
+        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for ``target`` maya pre-rotation.
+            ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
+            ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
+                are zero. Assimp 5.2 turns animated joints by it twice.
+        fbx_version: Version of the file.
+            ``"7.4"``: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+            ``"7.5"``: 7.5, of FBX 2016 and newer.
+        fbx_target: The program whose conventions the file is to have: unit, axes, root, frame rate.
+            ``"blender"``: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is
+                named.
+            ``"unreal"``: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+            ``"unity"``: Unity: metres with +Y up.
+            ``"maya"``: Maya: centimetres with +Y up, the rest pose as joint orient.
+            ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root called ``Reference``, a whole frame
+                rate.
+        textures: Where the images of textures are.
+            ``"embedded"``: In the file itself.
+            ``"beside"``: In files of their own beside it.
+        overwrite: Whether a file is replaced that may be a source. An input is never replaced.
+        keep_constant: Keep constant tracks in the animation; by default they become part of the rest pose.
+        mesh: How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none.
+            ``"segmented"``: One mesh per node.
+            ``"skinned"``: One mesh with bones.
+            ``"none"``: No mesh.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips":
+            "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
+        skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
+            its motion.
+        compress: How to store the keys. Default with ``max_error``: int16, otherwise none.
+            ``"none"``: 32-bit floats, which every client reads.
+            ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
+                reads wrong values.
+            ``"meshopt"``: As streams of ``EXT_meshopt_compression``, which the file then requires. Needs the
+                feature ``meshopt``.
+            ``"meshopt-khr"``: As streams of version 1 of ``KHR_meshopt_compression``, a little smaller, which the
+                file then requires. Needs the feature ``meshopt``.
+        max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
+            bits are removed within it; fails where it cannot be kept. Default with ``compress``: 1mm.
+        shell_distance: Points at this distance from each joint keep the largest error too, as the skin; 3cm is the
+            default of ACL. Default: 0, joints and end sites alone.
+        out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
+            input's; glTF is in metres.
+        out_up: Up axis of the output. Default: the input's; glTF has +Y up.
+            ``"y"``: +Y.
+            ``"z"``: +Z.
+        to: The format by one of its extensions, where the extension of the output is another; for a robot also
+            qpos.
+
+    Raises:
+        MocapError: Where the target cannot be written.
+        ValueError: Where the extension is that of no written format, or an option has no effect on it.
+    """
+    options = WriteOptions(
+        bone_axis=bone_axis,
+        channels=channels,
+        digits=digits,
+        order=order,
+        sidecar=sidecar,
+        embed=embed,
+        fbx_rest=fbx_rest,
+        fbx_version=fbx_version,
+        fbx_target=fbx_target,
+        textures=textures,
+        overwrite=overwrite,
+        keep_constant=keep_constant,
+        mesh=mesh,
+        names=names,
+        skeleton_only=skeleton_only,
+        compress=compress,
+        max_error=max_error,
+        shell_distance=shell_distance,
+        out_unit=out_unit,
+        out_up=out_up,
+        to=to,
+    )
+    written(scene, target, options)

@@ -1,0 +1,225 @@
+# Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.
+"""How files are read and written, as a job has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ._options import Axis, Bones, StrPath, Unit, as_json, part
+
+Format = Literal[
+    "bvh",
+    "gltf",
+    "vrma",
+    "asf-amc",
+    "c3d",
+    "trc",
+    "fbx",
+    "usd",
+    "vmd",
+    "pmx",
+    "bip",
+    "urdf",
+    "mjcf",
+    "mclip",
+    "npz",
+    "npy",
+    "torch",
+    "pickle",
+    "csv",
+    "parquet",
+    "mot",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadOptions:
+    """How to read a file.
+
+    Attributes:
+        all_rows: Read all rows of the motion, including those beyond the declared number of frames.
+        body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
+            .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        clip: The animation to use, by name or by its number from 0, of a file that has several.
+        format: Format of the input. Default: found from its contents, or else from its extension.
+        joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
+            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+        lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
+            that joints are where their positions are.
+            ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
+                points.
+            ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
+        markers: Solve a skeleton from the markers of a file: auto, where their labels are those of a known set;
+            auto:NAME, of that subject; or a JSON file, an object from labels to landmarks. Default: markers stay
+            points.
+        retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
+        root_offset: How the root's OFFSET and its position channels combine.
+            ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
+                the OFFSET is not, or else replace.
+            ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
+            ``"add"``: The position channels are added to the OFFSET.
+        skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
+            only one.
+        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        strict: Treat every warning as an error.
+        hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
+    """
+
+    all_rows: bool = False
+    body: StrPath | None = None
+    clip: int | str | None = None
+    format: Format | None = None
+    joints: StrPath | None = None
+    lengths: Literal["median", "moving"] | None = None
+    markers: StrPath | None = None
+    retime: float | None = None
+    root_offset: Literal["auto", "replace", "add"] = "auto"
+    skeleton: StrPath | None = None
+    static: StrPath | None = None
+    strict: bool = False
+    hash: bool = True
+
+    def to_job(self) -> dict[str, Any]:
+        """The part ``read`` of a job."""
+        return part(
+            ("all-rows", self.all_rows),
+            ("body", self.body),
+            ("clip", self.clip),
+            ("from", self.format),
+            ("joints", self.joints),
+            ("lengths", self.lengths),
+            ("markers", self.markers),
+            ("retime", self.retime),
+            ("root-offset", self.root_offset),
+            ("skeleton", self.skeleton),
+            ("static", self.static),
+            ("strict", self.strict),
+        )
+
+    @property
+    def json(self) -> str:
+        """That part as JSON, as the native half reads it."""
+        return as_json(self.to_job())
+
+
+@dataclass(frozen=True, kw_only=True)
+class WriteOptions:
+    """How to write a file.
+
+    Attributes:
+        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and joints bend about
+            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for ``target`` blender y.
+            ``"y"``: +Y, as Blender draws bones; joints bend about +X.
+            ``"x"``: +X, as in Unreal; joints bend about +Z.
+            ``"none"``: Frames are those of the input.
+        channels: Which joints have position channels.
+            ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
+            ``"3"``: Only the ROOT. Other joints keep the position of the first frame, and the motion of their
+                positions is lost.
+            ``"6"``: Every joint.
+        digits: Decimals of every number. Default: as many as are needed to read the same motion back.
+        order: Order of the rotation channels. Default: each joint's own, or else ZXY.
+        sidecar: Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too.
+        embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
+        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for ``target`` maya pre-rotation.
+            ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
+            ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
+                are zero. Assimp 5.2 turns animated joints by it twice.
+        fbx_version: Version of the file.
+            ``"7.4"``: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+            ``"7.5"``: 7.5, of FBX 2016 and newer.
+        fbx_target: The program whose conventions the file is to have: unit, axes, root, frame rate.
+            ``"blender"``: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is
+                named.
+            ``"unreal"``: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+            ``"unity"``: Unity: metres with +Y up.
+            ``"maya"``: Maya: centimetres with +Y up, the rest pose as joint orient.
+            ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root called ``Reference``, a whole frame
+                rate.
+        textures: Where the images of textures are.
+            ``"embedded"``: In the file itself.
+            ``"beside"``: In files of their own beside it.
+        overwrite: Whether a file is replaced that may be a source. An input is never replaced.
+        keep_constant: Keep constant tracks in the animation; by default they become part of the rest pose.
+        mesh: How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none.
+            ``"segmented"``: One mesh per node.
+            ``"skinned"``: One mesh with bones.
+            ``"none"``: No mesh.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips":
+            "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
+        skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
+            its motion.
+        compress: How to store the keys. Default with ``max_error``: int16, otherwise none.
+            ``"none"``: 32-bit floats, which every client reads.
+            ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
+                reads wrong values.
+            ``"meshopt"``: As streams of ``EXT_meshopt_compression``, which the file then requires. Needs the
+                feature ``meshopt``.
+            ``"meshopt-khr"``: As streams of version 1 of ``KHR_meshopt_compression``, a little smaller, which the
+                file then requires. Needs the feature ``meshopt``.
+        max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
+            bits are removed within it; fails where it cannot be kept. Default with ``compress``: 1mm.
+        shell_distance: Points at this distance from each joint keep the largest error too, as the skin; 3cm is the
+            default of ACL. Default: 0, joints and end sites alone.
+        out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
+            input's; glTF is in metres.
+        out_up: Up axis of the output. Default: the input's; glTF has +Y up.
+            ``"y"``: +Y.
+            ``"z"``: +Z.
+        to: The format by one of its extensions, where the extension of the output is another; for a robot also
+            qpos.
+    """
+
+    bone_axis: Literal["y", "x", "none"] | None = None
+    channels: Literal["auto", "3", "6"] = "auto"
+    digits: int | None = None
+    order: Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"] | None = None
+    sidecar: bool = False
+    embed: bool = False
+    fbx_rest: Literal["rotation", "pre-rotation"] | None = None
+    fbx_version: Literal["7.4", "7.5"] = "7.5"
+    fbx_target: Literal["blender", "unreal", "unity", "maya", "motionbuilder"] | None = None
+    textures: Literal["embedded", "beside"] = "embedded"
+    overwrite: bool = False
+    keep_constant: bool = False
+    mesh: Literal["segmented", "skinned", "none"] | None = None
+    names: Literal["vrm", "mixamo", "unreal", "cmu"] | StrPath | Bones | None = None
+    skeleton_only: bool = False
+    compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None
+    max_error: float | None = None
+    shell_distance: float | None = None
+    out_unit: Unit | float | None = None
+    out_up: Literal["y", "z"] | None = None
+    to: StrPath | None = None
+
+    def to_job(self) -> dict[str, Any]:
+        """The part ``write`` of a job."""
+        return part(
+            ("bone-axis", self.bone_axis),
+            ("bvh/channels", self.channels),
+            ("bvh/digits", self.digits),
+            ("bvh/order", self.order),
+            ("bvh/sidecar", self.sidecar),
+            ("embed", self.embed),
+            ("fbx/fbx-rest", self.fbx_rest),
+            ("fbx/fbx-version", self.fbx_version),
+            ("fbx/target", self.fbx_target),
+            ("fbx/textures", self.textures),
+            ("force", self.overwrite),
+            ("keep-constant", self.keep_constant),
+            ("mesh", self.mesh),
+            ("names", self.names),
+            ("skeleton-only", self.skeleton_only),
+            ("smaller/compress", self.compress),
+            ("smaller/max-error", self.max_error),
+            ("smaller/shell-distance", self.shell_distance),
+            ("space/out-unit", self.out_unit),
+            ("space/out-up", self.out_up),
+            ("to", self.to),
+        )
+
+    @property
+    def json(self) -> str:
+        """That part as JSON, as the native half reads it."""
+        return as_json(self.to_job())
