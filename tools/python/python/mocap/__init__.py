@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from typing import Any, Literal
 
-from . import _mocap, edit, ik
+from . import _mocap, edit, ik, torch
 from ._array_options import Contacts, Options
 from ._arrays import from_arrays
 from ._call import public
@@ -92,6 +92,7 @@ __all__ = [
     "run",
     "survey",
     "table",
+    "torch",
 ]
 
 
