@@ -100,6 +100,7 @@ pub fn run() -> ExitCode {
     });
     report::set_quiet(args.quiet);
     build_note::start(&args.command);
+    mocap::job::remember_outputs(report::replaced);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),
@@ -141,6 +142,7 @@ pub fn run() -> ExitCode {
         Command::Gif(args) => commands::gif::run(args),
         Command::Plot(args) => commands::plot::run(args),
     };
+    report::tell_replaced();
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The reader of the output has closed it.

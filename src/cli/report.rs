@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -143,6 +143,28 @@ pub(crate) fn is_quiet() -> bool {
 pub(crate) fn say(message: &str) {
     if !is_quiet() {
         print(&visible_lines(message));
+    }
+}
+
+/// The outputs that replaced outputs of earlier commands.
+static REPLACED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+pub(crate) fn replaced(path: &Path) {
+    REPLACED
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .push(path.to_owned());
+}
+
+/// Says which outputs of earlier commands were replaced: each of a few, the number of many.
+pub(crate) fn tell_replaced() {
+    const FEW: usize = 3;
+    let paths = std::mem::take(&mut *REPLACED.lock().unwrap_or_else(PoisonError::into_inner));
+    match paths.len() {
+        count @ 0..=FEW => paths[..count]
+            .iter()
+            .for_each(|path| say(&format!("{}: replaced, mocap wrote it", path.display()))),
+        count => say(&format!("{count} files replaced, mocap wrote them")),
     }
 }
 

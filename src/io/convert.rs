@@ -30,7 +30,7 @@ use crate::import::Importer;
 /// Those of [`Importer::import`], [`Conversion::apply`] and [`Exporter::export`].
 pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Written> {
     let (from, to) = (from.as_ref(), to.as_ref());
-    ReplacePolicy::new([from]).check_inputs(to)?;
+    ReplacePolicy::new([from]).check_ahead(to)?;
     let row = FormatInfo::of_output(to);
     let mesh = row.map_or(SkeletonMesh::Skinned, |row| row.mesh(false));
     let importer = Importer::new()

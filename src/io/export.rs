@@ -219,7 +219,10 @@ impl Exporter {
     pub fn export(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
         let path = path.as_ref();
         let written = self.write_as(scene, path)?;
-        let policy = self.policy.clone();
+        let mut policy = self.policy.clone();
+        if let Some(origin) = &scene.metadata.origin {
+            policy = policy.source_name(&origin.name);
+        }
         match self.overwrite {
             true => written.save(path, &policy.force(true))?,
             false => written.save(path, &policy)?,

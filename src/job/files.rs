@@ -144,11 +144,11 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Refuses outputs that would replace an input, and two of one name.
+/// Refuses outputs that would replace an input or somebody's file, and two of one name.
 pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a Path>) -> Result<()> {
     let outputs: Vec<&Path> = outputs.collect();
     check_distinct(outputs.iter().copied())?;
-    outputs.into_iter().try_for_each(|path| policy.check_inputs(path))
+    outputs.into_iter().try_for_each(|path| policy.check_ahead(path))
 }
 
 /// Writes files, all or none.

@@ -191,9 +191,8 @@ impl<'a> Maker<'a> {
     pub fn check(&self, policy: &ReplacePolicy, output: &Path) -> Result<()> {
         match self.form {
             _ if output == Path::new("-") => Ok(()),
-            // Of other files, that depends on the bytes of the output.
             Form::Scene(row) if row.states_origin => policy.check(output),
-            _ => policy.check_inputs(output),
+            _ => policy.check_ahead(output),
         }
     }
 

@@ -7,6 +7,7 @@ mod existing;
 mod fbx_header;
 mod file_id;
 mod own;
+pub(crate) mod record;
 #[doc(hidden)]
 pub mod set;
 mod unfinished;
@@ -33,6 +34,8 @@ pub use self::existing::{ReplacePolicy, has_provenance};
 pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 #[doc(hidden)]
 pub use self::own::{OwnFiles, go_on};
+#[doc(hidden)]
+pub use self::record::record_outputs;
 #[doc(hidden)]
 pub use self::set::{OutputSet, check_distinct};
 use self::unfinished::Unfinished;
@@ -86,14 +89,27 @@ pub fn stop_writing() {
 /// As [`write_file`].
 #[doc(hidden)]
 pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
+    write_noted(path, existing::needs_record(path).then_some(&[]), write)
+}
+
+/// As [`write_file_with`], of an output that is made from files of the names `sources`; without, it is not noted.
+fn write_noted(
+    path: &Path,
+    sources: Option<&[&str]>,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<u64> {
     let _writing = writing();
     let write = || match Target::to_write(path)? {
         Target::Stream => write_stream(path, write),
         Target::File(target) => {
             let file = Unfinished::new(&target, write)?;
             let length = file.file().metadata()?.len();
+            if let Some(sources) = sources {
+                record::note(&target, || file.contents(), sources);
+            }
             file.persist(&target)?;
             own::note(&target);
+            record::written(path);
             Ok(length)
         }
     };

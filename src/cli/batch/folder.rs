@@ -321,6 +321,7 @@ impl Run<'_> {
         let output = Output {
             name,
             path: self.many.folder.join(name),
+            input: file,
             policy: &self.policy,
             folder: self.many.folder,
             former: of_former,

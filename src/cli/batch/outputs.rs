@@ -16,7 +16,9 @@ pub(crate) struct Output<'a> {
     /// Its path below the folder.
     pub(crate) name: &'a str,
     pub(crate) path: PathBuf,
-    pub(crate) policy: &'a ReplacePolicy,
+    /// The file from which it is made.
+    pub(super) input: &'a Path,
+    pub(super) policy: &'a ReplacePolicy,
     pub(super) folder: &'a Path,
     /// The record of this output in the manifest of a former run.
     pub(super) former: Option<&'a Record>,
@@ -37,18 +39,30 @@ impl Output<'_> {
         self.checked(written).map(drop)
     }
 
+    /// Refuses what is known to be refused before the output is made.
+    pub(crate) fn check_ahead(&self) -> mocap::Result<()> {
+        self.allowed(|policy| policy.check_ahead(&self.path)).map(drop)
+    }
+
     fn checked<'w>(&self, written: &'w Written) -> mocap::Result<(OutputSet<'w>, ReplacePolicy, Vec<OutputFile>)> {
-        let (set, mut policy) = (written.output_set(&self.path)?, self.policy.clone());
-        if let Err(error) = set.check(&policy) {
-            let former = self.former.ok_or(error)?;
-            // Hashing takes time, so it is done only where a file does not say who wrote it.
-            let unchanged = former.unchanged_files(self.folder);
-            policy = policy.outputs(&unchanged);
-            set.check(&policy)
-                .map_err(|error| former_has_changed(former, &unchanged, error))?;
-        }
+        let set = written.output_set(&self.path)?;
+        let policy = self.allowed(|policy| set.check(policy))?;
         let files = self.claims.take(&set)?;
         Ok((set, policy, files))
+    }
+
+    /// The policy that lets the output pass `check`, with what the manifest of a former run knows where that is needed.
+    fn allowed(&self, check: impl Fn(&ReplacePolicy) -> mocap::Result<()>) -> mocap::Result<ReplacePolicy> {
+        let policy = self.policy.clone().made_from(self.input);
+        let Err(error) = check(&policy) else {
+            return Ok(policy);
+        };
+        let former = self.former.ok_or(error)?;
+        // Hashing takes time, so it is done only where a file does not say who wrote it.
+        let unchanged = former.unchanged_files(self.folder);
+        let policy = policy.outputs(&unchanged);
+        check(&policy).map_err(|error| former_has_changed(former, &unchanged, error))?;
+        Ok(policy)
     }
 }
 

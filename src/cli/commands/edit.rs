@@ -70,6 +70,9 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
 fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     verify::refuse_streams(job)?;
     let policy = job.policy();
+    for file in [&args.contacts, &args.curves].into_iter().flatten() {
+        policy.check_ahead(file)?;
+    }
     let mut reports: Vec<EditReport> = Vec::new();
     let mut hear = |said: Said<'_>| match said {
         Said::Step(step) => {

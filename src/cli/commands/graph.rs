@@ -69,7 +69,7 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     refuse_one_file(job.outputs())?;
     for output in job.outputs() {
         if !streams::is_standard(output) {
-            policy.check_inputs(output)?;
+            policy.check_ahead(output)?;
         }
     }
     let given = streams::given(&job.read, job.source.inputs.iter())?;

@@ -158,8 +158,7 @@ impl Work for OfJob<'_> {
 
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
         let in_words = |error: mocap::Error| made::refused(error).into_words();
-        // Whether it may replace what is there depends on its bytes.
-        output.policy.check_inputs(&output.path).map_err(in_words)?;
+        output.check_ahead().map_err(in_words)?;
         let mut steps = Vec::new();
         // What is guessed of the space of a motion that nothing else is done to has its own field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();

@@ -92,12 +92,12 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
     let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
     let policy = ReplacePolicy::new(sources).force(work.job.write.force);
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
-        policy.check_inputs(output)?;
+        policy.check_ahead(output)?;
     }
     let beside = [&surveying.sarif, &surveying.html].into_iter().flatten();
     super::refuse_one_file(output.iter().chain(beside).map(PathBuf::as_path))?;
     for beside in [&surveying.sarif, &surveying.html].into_iter().flatten() {
-        policy.check_inputs(beside)?;
+        policy.check_ahead(beside)?;
     }
     let former = match (&output, work.resume) {
         (Some(output), true) => former(output)?,

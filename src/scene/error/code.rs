@@ -67,7 +67,7 @@ codes! {
         "The output would replace one of the input files, perhaps through a link."
         "Name another output."
     OutputExists "output-exists"
-        "The output would replace a file that may be a source: this program did not write it."
+        "The output would replace a file that may be a source: this program did not write it, or it was changed since."
         "Name another output, or say that the file is to be replaced, with the option force."
     UnknownFormat "unknown-format"
         "Neither the contents nor the extension belong to a format that can be read."

@@ -12,6 +12,7 @@ use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
 use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
 use super::file_id::FileId;
+use super::record::{self, Recorded};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -23,13 +24,18 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda
 ///
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
-/// [`force`](Self::force). There are five exceptions, so that a command can be run again: an empty file, a file
-/// whose bytes are the first bytes of the output or all of them, an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with
-/// this crate's mark, a `.csv` that is no table of points, and a glTF, FBX or USD file that this crate wrote, according
-/// to its `Provenance`. If an input is of these formats, that must also name an input as the source
-/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
-/// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
-/// character.
+/// [`force`](Self::force). There are exceptions, so that a command can be run again:
+///
+/// - an empty file, and a file whose bytes are the first bytes of the output or all of them;
+/// - an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is no table of points;
+/// - a file that the record of outputs knows as made from these inputs, where the program keeps a record
+///   (`mocap::job::remember_outputs`);
+/// - a glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input is of these formats, it
+///   must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an
+///   output. The file of a character to which this crate added animations says so in their `extras.mocap`; one of them
+///   must name two inputs, its motion and the character.
+///
+/// A file that the record knows, and that has changed since, is none of the last three.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -50,6 +56,8 @@ pub struct ReplacePolicy {
     outputs: Arc<HashSet<FileId>>,
     /// The names of the inputs.
     source_names: Arc<HashSet<String>>,
+    /// Those from which the next output is made, where it is not made from all.
+    made_from: Option<Arc<HashSet<String>>>,
     /// Whether one of them is glTF, FBX or USD.
     may_tell: bool,
     force: bool,
@@ -93,6 +101,7 @@ impl ReplacePolicy {
             inputs: Arc::new(files),
             outputs: Arc::default(),
             source_names: Arc::new(names),
+            made_from: None,
             may_tell,
             force: false,
         }
@@ -114,9 +123,46 @@ impl ReplacePolicy {
         self
     }
 
+    /// Adds the name of an input that is in memory.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn source_name(mut self, name: &str) -> Self {
+        Arc::make_mut(&mut self.source_names).insert(name.to_owned());
+        self
+    }
+
+    /// The input of the next output, which is one of many.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn made_from(mut self, input: &Path) -> Self {
+        let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
+        self.made_from = Some(Arc::new(name.into_iter().collect()));
+        self
+    }
+
+    /// The names of inputs that the record has of an output; none where they are too many to say anything.
+    pub(super) fn noted_sources(&self) -> Vec<&str> {
+        const MOST: usize = 16;
+        let names = self.made_from.as_ref().unwrap_or(&self.source_names);
+        let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+        names.sort_unstable();
+        if names.len() > MOST {
+            names.clear();
+        }
+        names
+    }
+
+    /// Whether this process has written the file, or the caller knows it as an output.
     fn knows(&self, path: &Path) -> bool {
         let is_known = || FileId::of(path).is_some_and(|id| self.outputs.contains(&id));
-        self.force || own::has_written(path) || !self.outputs.is_empty() && is_known()
+        own::has_written(path) || !self.outputs.is_empty() && is_known()
+    }
+
+    /// Whether an output was made from present inputs alone. A shell may have expanded `*.bvh` to two files, and the
+    /// second is no output; with another motion the file of a character would lose its first. An output without inputs,
+    /// such as a recording, cannot be made again.
+    fn is_made_from_inputs(&self, sources: &[String]) -> bool {
+        !sources.is_empty() && sources.iter().all(|name| self.source_names.contains(name))
     }
 
     /// Checks whether an output may go to `path`.
@@ -125,6 +171,21 @@ impl ReplacePolicy {
     /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
     pub fn check(&self, path: &Path) -> Result<()> {
         self.check_or(path, || false)
+    }
+
+    /// Checks before an output is made whether it may go to `path`. Where the record of outputs is not kept, the answer
+    /// depends on the bytes of the output: then this checks the inputs alone.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    #[doc(hidden)]
+    pub fn check_ahead(&self, path: &Path) -> Result<()> {
+        self.check_inputs(path)?;
+        let may_be_cut_off = || record::find(path) == Recorded::Changed { is_shorter: true };
+        match self.check(path) {
+            Err(error) if record::is_complete() && !may_be_cut_off() => Err(error),
+            _ => Ok(()),
+        }
     }
 
     /// Checks whether an output with these bytes may go to `path`. The output may replace a file whose bytes it begins
@@ -143,17 +204,29 @@ impl ReplacePolicy {
 
     fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
         self.check_inputs(path)?;
-        let is_replaceable = match fs::metadata(path) {
-            Ok(found) if found.is_file() && found.len() > 0 => {
-                self.knows(path) || !self.may_be_source(path) || is_same()
-            }
-            // Folders, pipes and devices are not replaced.
-            _ => true,
-        };
-        if is_replaceable {
+        let found = fs::metadata(path);
+        // Folders, pipes and devices are not replaced.
+        if self.force || !found.is_ok_and(|found| found.is_file() && found.len() > 0) {
             return Ok(());
         }
-        let message = "the output would replace a file that this program did not write from these inputs";
+        let recorded = record::find(path);
+        let has_changed = matches!(recorded, Recorded::Changed { .. });
+        let is_ours = self.knows(path)
+            || matches!(recorded, Recorded::Unchanged(sources) if self.is_made_from_inputs(&sources))
+            || !has_changed && !self.may_be_source(path);
+        if is_ours {
+            if is_told(path) {
+                record::may_replace(path);
+            }
+            return Ok(());
+        }
+        if is_same() {
+            return Ok(());
+        }
+        let message = match has_changed {
+            true => "the file has changed since mocap wrote it",
+            false => "the output would replace a file that this program did not write from these inputs",
+        };
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
             .help("name another output (for several inputs a folder, with {output}), or replace the file with {force}");
         Err(Error::from(diagnostic).with_path(path))
@@ -174,7 +247,12 @@ impl ReplacePolicy {
             return Ok(false);
         }
         self.check_inputs(path)?;
-        if path.symlink_metadata().is_err() || self.knows(path) || is_beginning(path, parts) {
+        if path.symlink_metadata().is_err() || self.force || self.knows(path) || is_beginning(path, parts) {
+            return Ok(true);
+        }
+        if let Recorded::Unchanged(sources) = record::find(path)
+            && self.is_made_from_inputs(&sources)
+        {
             return Ok(true);
         }
         let message = "a file that belongs to the output would replace another file of its name";
@@ -238,6 +316,16 @@ impl ReplacePolicy {
 pub fn has_provenance(path: &Path) -> bool {
     let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
+}
+
+/// Whether the name of a file says that it is no picture or page, of which nobody knows who wrote it.
+fn is_told(path: &Path) -> bool {
+    has_extension(path, &["bin"]) || has_extension(path, ReplacePolicy::SOURCE_EXTENSIONS)
+}
+
+/// Whether the record is needed to know an output of this name: others are replaced anyway, or have a mark.
+pub(super) fn needs_record(path: &Path) -> bool {
+    is_told(path) && !has_extension(path, MARKED_EXTENSIONS)
 }
 
 /// Whether a `.gltf` file of this crate beside `path` has it as its buffer.

@@ -8,9 +8,10 @@ use std::path::{Component, Path, PathBuf};
 
 use tempfile::TempPath;
 
+use super::existing::needs_record;
 use super::file_id::FileId;
 use super::unfinished::{Unfinished, named};
-use super::{ReplacePolicy, Target, folder_of, own, remove_all_unfinished, write_file_with, write_stream, writing};
+use super::{ReplacePolicy, Target, folder_of, own, record, remove_all_unfinished, write_noted, write_stream, writing};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// All files of an output: the files that a user named, and files that stand beside them, such as buffers, textures
@@ -95,9 +96,11 @@ impl<'a> OutputSet<'a> {
     /// # Errors
     /// As [`check`](Self::check); [`Code::Io`], with the path.
     pub fn save(&self, policy: &ReplacePolicy) -> Result<()> {
-        match self.to_write(policy)?.as_slice() {
-            [file] => write_file_with(&file.path, |to| file.write(to)).map(drop),
-            files => write_whole(files),
+        let files = self.to_write(policy)?;
+        let sources = policy.noted_sources();
+        match files.as_slice() {
+            [file] => write_noted(&file.path, file.noted(&sources), |to| file.write(to)).map(drop),
+            files => write_whole(files, &sources),
         }
     }
 
@@ -123,6 +126,11 @@ impl<'a> OutputSet<'a> {
 }
 
 impl OutputFile<'_> {
+    /// The sources that the record has of this file; `None` where the file needs no record.
+    fn noted<'s, 'n>(&self, sources: &'s [&'n str]) -> Option<&'s [&'n str]> {
+        (self.is_beside || needs_record(&self.path)).then_some(sources)
+    }
+
     fn write(&self, to: &mut dyn Write) -> io::Result<()> {
         self.parts.iter().try_for_each(|part| to.write_all(part))
     }
@@ -166,7 +174,7 @@ pub fn check_distinct<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result
     Ok(())
 }
 
-fn write_whole(files: &[&OutputFile<'_>]) -> Result<()> {
+fn write_whole(files: &[&OutputFile<'_>], sources: &[&str]) -> Result<()> {
     let _writing = writing();
     // All files are complete before the first is replaced.
     let (mut written, mut streams) = (Vec::new(), Vec::new());
@@ -177,6 +185,9 @@ fn write_whole(files: &[&OutputFile<'_>]) -> Result<()> {
             Target::Stream => streams.push(file),
             Target::File(target) => {
                 let unfinished = Unfinished::new(&target, |to| file.write(to)).map_err(in_file)?;
+                if let Some(sources) = file.noted(sources) {
+                    record::note(&target, || unfinished.contents(), sources);
+                }
                 written.push((path, target, unfinished));
             }
         }
@@ -199,6 +210,7 @@ fn write_whole(files: &[&OutputFile<'_>]) -> Result<()> {
         replaced.new.push(target);
     }
     replaced.keep();
+    files.iter().for_each(|file| record::written(&file.path));
     Ok(())
 }
 

@@ -6,7 +6,7 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
 use tempfile::NamedTempFile;
@@ -55,6 +55,13 @@ impl Unfinished {
             #[cfg(target_os = "linux")]
             Self::Linked(file) => file.as_file(),
         }
+    }
+
+    /// What the file holds.
+    pub(super) fn contents(&self) -> io::Result<Box<dyn Read>> {
+        let mut file = self.file().try_clone()?;
+        file.rewind()?;
+        Ok(Box::new(file))
     }
 
     fn file_mut(&mut self) -> &mut File {

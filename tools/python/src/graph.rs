@@ -68,7 +68,7 @@ impl Graph {
             let files = files.chain(graph.body.iter().map(|(file, _)| file.as_str()));
             let bytes = graph.to_json().into_bytes();
             let policy = ReplacePolicy::new(files.map(Path::new)).force(overwrite);
-            policy.check_inputs(&path)?;
+            policy.check_ahead(&path)?;
             policy.check_bytes(&path, &bytes)?;
             write_file(&path, &bytes)
         });

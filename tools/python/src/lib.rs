@@ -36,6 +36,8 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 #[pymodule]
 mod _mocap {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::arrow::{ArrowTable, table};
     #[pymodule_export]
@@ -65,9 +67,11 @@ mod _mocap {
     #[pymodule_export]
     use super::{metres_in, read, read_bytes};
 
+    /// Calls options as Python does, and knows the outputs of earlier processes, as the program does.
     #[pymodule_init]
     fn init(_: &Bound<'_, PyModule>) -> PyResult<()> {
         mocap::spell_options(super::spelling);
+        mocap::job::remember_outputs(|_| {});
         Ok(())
     }
 }

@@ -51,8 +51,14 @@ pub(crate) fn add_motions(
 ) -> PyResult<(String, Vec<String>)> {
     let options = options(scale, lock_feet, bones, target_bones)?.replace_animations(replace);
     let done = py.detach(|| {
-        let policy = ReplacePolicy::new([&character]).force(overwrite);
-        policy.check_inputs(&target)?;
+        let origins = motions
+            .iter()
+            .filter_map(|(_, motion)| motion.get().scene().metadata.origin.as_ref());
+        let policy = origins.fold(ReplacePolicy::new([&character]), |policy, origin| {
+            policy.source_name(&origin.name)
+        });
+        let policy = policy.force(overwrite);
+        policy.check_ahead(&target)?;
         // The skin shows the soles of the feet.
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
         let mut retargeting = Retargeting::onto(Target::from(character), options)?;

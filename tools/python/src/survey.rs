@@ -49,7 +49,7 @@ impl Survey {
     fn write(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let made = py.detach(|| -> mocap::Result<()> {
             let policy = ReplacePolicy::new(self.corpus.rows().map(|row| Path::new(&row.file))).force(overwrite);
-            policy.check_inputs(&path)?;
+            policy.check_ahead(&path)?;
             let mut surveying = self.surveying.clone();
             let extension = path
                 .extension()

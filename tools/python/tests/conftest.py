@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
+
+# The record of outputs is none of the user's. The module asks for its folder once, when it is imported.
+STATE = tempfile.TemporaryDirectory()
+os.environ["XDG_STATE_HOME"] = STATE.name
 
 REPOSITORY = Path(__file__).parents[3]
 REAL = REPOSITORY / "fixtures" / "real"

@@ -32,6 +32,24 @@ def test_a_file_that_may_be_a_source_is_replaced_by_overwrite_alone(name: str, w
 
 
 @pytest.mark.parametrize("name", ["convert", "edit.write"])
+def test_an_output_is_replaced_unless_it_has_changed(name: str, walk: Path, tmp_path: Path) -> None:
+    write, other = writers(walk)[name], walk.parent / "cmu_short.bvh"
+    for extension in ("bvh", "trc", "vmd", "mclip", "glb", "fbx"):
+        target = tmp_path / f"{name}.{extension}"
+        write(target)  # type: ignore[operator]
+        made = target.read_bytes()
+        writers(other)["edit.write"](target)  # type: ignore[operator]
+        assert target.read_bytes() != made
+        write(target)  # type: ignore[operator]
+        assert target.read_bytes() == made
+        target.write_bytes(made + b"\n")
+        with pytest.raises(mocap.MocapError, match="has changed since mocap wrote it") as caught:
+            write(target)  # type: ignore[operator]
+        assert caught.value.code == "output-exists"
+        assert target.read_bytes() == made + b"\n"
+
+
+@pytest.mark.parametrize("name", ["convert", "edit.write"])
 def test_an_unknown_suffix_is_an_error(name: str, walk: Path, tmp_path: Path) -> None:
     write = writers(walk)[name]
     for target in (tmp_path / "walk.xyz", tmp_path / "walk"):

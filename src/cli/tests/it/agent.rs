@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::at_root;
-use crate::program::Folder;
+use crate::program::{Folder, STATE_HOME};
 
 /// A server that is spoken to by lines.
 struct Server {
@@ -32,6 +32,7 @@ impl Server {
             .args(["mcp", "--root"])
             .arg(folder.path(""))
             .args(options)
+            .env("XDG_STATE_HOME", STATE_HOME)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

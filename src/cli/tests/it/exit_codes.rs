@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use crate::at_root;
-use crate::program::{Folder, words};
+use crate::program::{Folder, STATE_HOME, words};
 
 /// A command with one motion, `IN`, and one output, `OUT`.
 struct Case {
@@ -329,6 +329,7 @@ fn a_full_disk_is_an_error_and_no_signal() {
         let output = Command::new("bash")
             .args(["-c", &format!("ulimit -f {kilobytes}; exec \"$@\""), "bash"])
             .arg(env!("CARGO_BIN_EXE_mocap"))
+            .env("XDG_STATE_HOME", STATE_HOME)
             .args(arguments.split(' '))
             .current_dir(folder.path(""))
             .output()

@@ -12,7 +12,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::at_root;
-use crate::program::{command_in, words};
+use crate::program::{STATE_HOME, command_in, words};
 use crate::sample::Sample;
 
 /// Commands that write no file unless the shell is told to, `mcp`, which does the jobs of others, and `record`, which
@@ -206,6 +206,7 @@ fn limited(folder: &Path, arguments: &str, blocks: usize) -> Output {
     Command::new("bash")
         .args(["-c", &format!("ulimit -f {blocks}; exec \"$@\""), "bash"])
         .arg(env!("CARGO_BIN_EXE_mocap"))
+        .env("XDG_STATE_HOME", STATE_HOME)
         .args(arguments.split(' '))
         .current_dir(folder)
         .output()

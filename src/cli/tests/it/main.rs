@@ -39,6 +39,7 @@ mod one_skeleton;
 mod options;
 mod output_sets;
 mod outputs;
+mod own_outputs;
 mod packed_clip;
 mod packets;
 mod program;

@@ -200,9 +200,11 @@ fn a_command_can_be_run_again() {
         folder.succeeds(arguments);
         folder.succeeds(arguments);
     }
-    // A BVH file has no place to say who wrote it.
-    folder.refuses("convert w.bvh again.bvh --digits 3", 1, "error[output-exists]");
-    folder.succeeds("convert w.bvh again.bvh --digits 3 --force");
+    // A BVH file has no place to say who wrote it; the record knows its path, and no copy.
+    folder.succeeds("convert w.bvh again.bvh --digits 3");
+    fs::copy(folder.path("again.bvh"), folder.path("copy.bvh")).unwrap();
+    folder.refuses("convert w.bvh copy.bvh --digits 4", 1, "error[output-exists]");
+    folder.succeeds("convert w.bvh copy.bvh --digits 4 --force");
     fs::write(folder.path("empty.bvh"), "").unwrap();
     folder.succeeds("convert w.bvh empty.bvh");
     // What was changed by hand since is not replaced, and stops nothing else.
@@ -305,8 +307,15 @@ fn tables_of_points_are_not_replaced() {
     folder.succeeds("survey w.bvh -o list.csv");
     let list = [folder.read("list.csv"), b"a note\n".to_vec()].concat();
     folder.write("list.csv", &list);
-    folder.succeeds("survey w.bvh -o list.csv");
-    assert!(folder.read("list.csv") != list);
+    folder.refuses(
+        "survey w.bvh -o list.csv",
+        1,
+        "the file has changed since mocap wrote it",
+    );
+    // Of a list that the record does not know it is told by its columns that it is no table of points.
+    folder.write("other.csv", &list);
+    folder.succeeds("survey w.bvh -o other.csv");
+    assert!(folder.read("other.csv") != list);
     folder.write("mine.parquet", b"PAR1 of another program PAR1");
     let output = folder.run("fk w.bvh -o mine.parquet");
     assert_ne!(output.status.code(), Some(0));
@@ -396,14 +405,14 @@ fn the_buffer_of_a_killed_run_is_known() {
             folder.path(&text).exists() && !folder.path(&left).exists(),
             "{arguments}"
         );
-        // Without it, a buffer with other bytes may be somebody's.
+        // Without it, the record knows a buffer, and one with other bytes may be somebody's.
         fs::remove_file(folder.path(&text)).unwrap();
-        let other = format!("{arguments} --trim 0f..3f");
-        match arguments.contains("-o") {
-            // The manifest knows it.
-            true => drop(folder.succeeds(&other)),
-            false => folder.refuses(&other, 1, "error[output-exists]"),
-        }
+        folder.succeeds(&format!("{arguments} --trim 0f..3f"));
+        fs::remove_file(folder.path(&text)).unwrap();
+        folder.write(&format!("{name}.bin"), b"numbers");
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+        assert_eq!(folder.read(&format!("{name}.bin")), b"numbers");
         // One with the bytes of the output loses nothing.
         folder.succeeds(&format!("{arguments} --force"));
         fs::remove_file(folder.path(&text)).unwrap();

@@ -12,10 +12,16 @@ use crate::ROOT;
 /// The manifest of a folder of outputs.
 pub(crate) const MANIFEST: &str = "mocap-manifest.jsonl";
 
+/// Where the program keeps the record of its outputs in tests, instead of the folder of the user.
+pub(crate) const STATE_HOME: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/state");
+
 /// The program with these arguments, in the root of the repository.
 pub(crate) fn command<A: AsRef<OsStr>>(arguments: &[A]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
-    command.args(arguments).current_dir(ROOT);
+    command
+        .args(arguments)
+        .current_dir(ROOT)
+        .env("XDG_STATE_HOME", STATE_HOME);
     command
 }
 

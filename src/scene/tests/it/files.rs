@@ -2,6 +2,7 @@
 
 mod confined;
 mod csv_table;
+mod record;
 mod set;
 
 use std::fs;

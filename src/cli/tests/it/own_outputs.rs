@@ -1,0 +1,315 @@
+//! A command can be run again: its outputs are known by the record of outputs, in formats without a place for a mark too.
+//! What is somebody's, or was changed since, stays.
+
+use std::fs;
+use std::process::Output;
+
+use mocap::FormatInfo;
+use serde_json::Value;
+use sha2::Digest;
+
+use crate::program::{Folder, command_in, words};
+use crate::{at_root, cut};
+
+/// A folder with a short walk, and a record of its own.
+fn folder() -> Folder {
+    const FRAMES: usize = 12;
+    let folder = Folder::with(&[]);
+    folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
+    folder
+}
+
+/// Runs the program with the record in a folder below.
+fn run(folder: &Folder, arguments: &str) -> Output {
+    let mut command = command_in(&folder.path(""), arguments);
+    command.env("XDG_STATE_HOME", folder.path("state")).output().unwrap()
+}
+
+fn succeeds(folder: &Folder, arguments: &str) -> String {
+    let output = run(folder, arguments);
+    assert!(output.status.success(), "{arguments}: {}", words(&output));
+    words(&output)
+}
+
+/// Checks that a command does not replace the file `name`.
+fn refuses(folder: &Folder, arguments: &str, name: &str, why: &str) {
+    let before = folder.read(name);
+    let output = run(folder, arguments);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(1), "{arguments}: {said}");
+    assert!(
+        said.contains("error[output-exists]") && said.contains(why),
+        "{arguments}: {said}"
+    );
+    assert!(folder.read(name) == before, "{arguments}");
+}
+
+/// Runs a command, then with another option: that replaces the output and says so. After a change it does not.
+fn can_be_run_again(folder: &Folder, first: &str, second: &str, name: &str) {
+    let said = succeeds(folder, first);
+    assert!(!said.contains("replaced, mocap wrote it"), "{first}: {said}");
+    let made = folder.read(name);
+    let said = succeeds(folder, second);
+    assert!(
+        said.contains(&format!("{name}: replaced, mocap wrote it\n")),
+        "{second}: {said}"
+    );
+    let again = folder.read(name);
+    assert!(again != made, "{second}: the other option changes nothing");
+    let changed = [again, b"\n".to_vec()].concat();
+    folder.write(name, &changed);
+    refuses(folder, first, name, "the file has changed since mocap wrote it");
+    succeeds(folder, &format!("{first} --force"));
+    assert!(folder.read(name) == made, "{first}");
+}
+
+#[test]
+fn every_format_is_replaced_by_the_command_that_wrote_it() {
+    let folder = folder();
+    let formats = FormatInfo::ALL.iter().filter(|format| format.writes());
+    for extension in formats.flat_map(|format| format.extensions) {
+        // Without its skins a character is a skeleton.
+        let name = format!("made.{extension}");
+        let convert = format!("convert walk.bvh {name}");
+        can_be_run_again(&folder, &convert, &format!("{convert} --trim 0f..3f"), &name);
+        let name = format!("edited.{extension}");
+        let edit = format!("edit walk.bvh -o {name} --step");
+        can_be_run_again(&folder, &format!("{edit} mirror"), &format!("{edit} reverse"), &name);
+    }
+}
+
+/// The lines of the README, on a GLB and on a VRM hero.
+#[test]
+fn heroes_are_replaced_by_the_commands_that_wrote_them() {
+    let folder = folder();
+    for hero in ["human_default.glb", "human_vrm0.vrm"] {
+        folder.write(
+            hero,
+            &fs::read(at_root(&format!("fixtures/characters/{hero}"))).unwrap(),
+        );
+        let extension = hero.rsplit('.').next().unwrap();
+        let [walk, soft, small] = ["walk", "soft", "small"].map(|name| format!("hero_{name}.{extension}"));
+        let retarget = format!("retarget walk.bvh {hero} -o {walk}");
+        can_be_run_again(&folder, &retarget, &format!("{retarget} --scale 1.5"), &walk);
+        let edit = format!("edit {walk} -o {soft} --step");
+        can_be_run_again(
+            &folder,
+            &format!("{edit} smooth"),
+            &format!("{edit} smooth:cut-off=2"),
+            &soft,
+        );
+        let convert = format!("convert {walk} {small} --max-error");
+        can_be_run_again(&folder, &format!("{convert} 1mm"), &format!("{convert} 20mm"), &small);
+        // Another motion would take this one away.
+        folder.write("other.bvh", &folder.read("walk.bvh"));
+        refuses(&folder, &format!("retarget other.bvh {hero} -o {walk}"), &walk, "");
+    }
+}
+
+/// The motion of the input is broken, which nobody hears: nothing was read.
+#[test]
+fn what_is_not_replaced_is_refused_before_the_work() {
+    let folder = folder();
+    folder.write("broken.bvh", b"HIERARCHY\nnothing");
+    folder.write("body.bvh", &folder.read("walk.bvh"));
+    folder.write("mine.npz", b"somebody's work");
+    for name in [
+        "mine.bvh",
+        "mine.trc",
+        "mine.vmd",
+        "mine.mclip",
+        "mine.glb",
+        "mine.usda",
+    ] {
+        folder.write(name, b"somebody's work");
+        for command in [
+            format!("convert broken.bvh {name}"),
+            format!("edit broken.bvh -o {name} --step mirror"),
+            format!("retarget broken.bvh --to-skeleton body.bvh -o {name}"),
+        ] {
+            refuses(&folder, &command, name, "");
+        }
+    }
+    folder.write("in/broken.bvh", b"HIERARCHY\nnothing");
+    folder.write("out/broken.bvh", b"somebody's work");
+    let said = words(&run(&folder, "convert in -o out --to bvh"));
+    assert!(said.contains("did not write from these inputs"), "{said}");
+    refuses(
+        &folder,
+        "edit broken.bvh -o new.bvh --step mirror --contacts mine.npz",
+        "mine.npz",
+        "",
+    );
+}
+
+/// `*.bvh` may be two files, of which the second is an output of something else.
+#[test]
+fn an_output_of_other_inputs_is_no_output_of_these() {
+    let folder = folder();
+    folder.write("other.bvh", &folder.read("walk.bvh"));
+    succeeds(&folder, "convert other.bvh b.bvh");
+    refuses(
+        &folder,
+        "convert walk.bvh b.bvh --digits 3",
+        "b.bvh",
+        "from these inputs",
+    );
+    // A copy has another name, and a former name is not the present one.
+    fs::copy(folder.path("b.bvh"), folder.path("copy.bvh")).unwrap();
+    refuses(
+        &folder,
+        "convert other.bvh copy.bvh --digits 3",
+        "copy.bvh",
+        "from these inputs",
+    );
+}
+
+#[test]
+fn a_folder_says_how_many_files_it_replaced() {
+    let folder = folder();
+    for name in ["a", "b", "c", "d", "e"] {
+        folder.write(&format!("in/{name}.bvh"), &folder.read("walk.bvh"));
+    }
+    let said = succeeds(&folder, "convert in -o out --to bvh");
+    assert!(!said.contains("replaced"), "{said}");
+    fs::remove_file(folder.path("out/mocap-manifest.jsonl")).unwrap();
+    let said = succeeds(&folder, "convert in -o out --to bvh --digits 3");
+    assert!(said.contains("5 files replaced, mocap wrote them\n"), "{said}");
+    assert!(!succeeds(&folder, "convert in -o out --to bvh -q").contains("replaced"));
+    // One of them, by itself.
+    let said = succeeds(&folder, "convert in/a.bvh out/a.bvh --digits 2");
+    assert!(said.contains("a.bvh: replaced, mocap wrote it"), "{said}");
+    folder.write("out/b.bvh", b"changed");
+    let output = run(&folder, "convert in -o out --to bvh --digits 4");
+    assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+    assert_eq!(folder.read("out/b.bvh"), b"changed");
+}
+
+/// Textures and buffers beside an output are outputs.
+#[test]
+fn files_beside_an_output_are_replaced_with_it() {
+    let folder = folder();
+    succeeds(&folder, "convert walk.bvh out.gltf");
+    let said = succeeds(&folder, "convert walk.bvh out.gltf --trim 0f..3f");
+    for name in ["out.gltf", "out.bin"] {
+        assert!(said.contains(&format!("{name}: replaced, mocap wrote it\n")), "{said}");
+    }
+    // Without the file that names it a buffer may be anybody's, but for the record.
+    succeeds(&folder, "convert walk.bvh alone.gltf");
+    fs::remove_file(folder.path("alone.gltf")).unwrap();
+    let said = succeeds(&folder, "convert walk.bvh alone.gltf --trim 0f..3f");
+    assert!(said.contains("alone.bin: replaced, mocap wrote it"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_record_that_cannot_be_used_stops_nothing() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let state = folder.path("state");
+    let file = "state/mocap/outputs.jsonl";
+    let again = |what: &str| {
+        let _ = fs::remove_file(folder.path("out.bvh"));
+        succeeds(&folder, "convert walk.bvh out.bvh");
+        // The same bytes lose nothing.
+        let output = run(&folder, "convert walk.bvh out.bvh");
+        assert!(output.status.success(), "{what}: {}", words(&output));
+        refuses(&folder, "convert walk.bvh walk_2.bvh --digits 3", "walk_2.bvh", "");
+    };
+    folder.write("walk_2.bvh", &folder.read("walk.bvh"));
+    folder.write(file, b"\xff\xfe{\"path\": 3}\n{\"path\":\"/\n[[[[[[\n\0\n{}");
+    again("garbage");
+    let text = folder.read(file);
+    let text = String::from_utf8_lossy(&text);
+    assert!(text.lines().last().unwrap().contains("out.bvh"), "{text}");
+    let said = succeeds(&folder, "convert walk.bvh out.bvh --digits 3");
+    assert!(said.contains("replaced, mocap wrote it"), "{said}");
+
+    fs::remove_file(folder.path(file)).unwrap();
+    let made = std::process::Command::new("mkfifo").arg(folder.path(file)).status();
+    assert!(made.unwrap().success());
+    again("a pipe");
+    fs::remove_file(folder.path(file)).unwrap();
+    fs::create_dir(folder.path(file)).unwrap();
+    again("a folder");
+    fs::remove_dir_all(&state).unwrap();
+    fs::write(&state, "a file").unwrap();
+    again("no folder");
+    fs::remove_file(&state).unwrap();
+    fs::create_dir(&state).unwrap();
+    // Whoever runs the tests as root may write there nevertheless.
+    fs::set_permissions(&state, fs::Permissions::from_mode(0o500)).unwrap();
+    let _ = fs::remove_file(folder.path("out.bvh"));
+    succeeds(&folder, "convert walk.bvh out.bvh");
+    succeeds(&folder, "convert walk.bvh out.bvh");
+    fs::set_permissions(&state, fs::Permissions::from_mode(0o700)).unwrap();
+
+    for (home, state_home) in [(None, None), (None, Some("relative")), (Some("/dev/null"), None)] {
+        let _ = fs::remove_file(folder.path("out.bvh"));
+        for _ in 0..2 {
+            let mut command = command_in(&folder.path(""), "convert walk.bvh out.bvh");
+            command.env_remove("HOME").env_remove("XDG_STATE_HOME");
+            for (name, value) in [("HOME", home), ("XDG_STATE_HOME", state_home)] {
+                value.map(|value| command.env(name, value));
+            }
+            let output = command.output().unwrap();
+            assert!(output.status.success(), "{home:?} {state_home:?}: {}", words(&output));
+        }
+        assert!(!folder.path("relative").exists());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_record_is_the_users_alone() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    succeeds(&folder, "convert walk.bvh out.bvh");
+    for (name, mode) in [("state/mocap", 0o700), ("state/mocap/outputs.jsonl", 0o600)] {
+        let found = fs::metadata(folder.path(name)).unwrap().permissions().mode();
+        assert_eq!(found & 0o777, mode, "{name}");
+    }
+}
+
+/// Pipes, devices and files that are replaced anyway are not noted; a line says what was made of what.
+#[test]
+fn the_record_has_a_line_of_each_output_that_needs_it() {
+    let folder = folder();
+    succeeds(&folder, "convert walk.bvh - --to bvh");
+    succeeds(&folder, "sheet walk.bvh -o walk.png");
+    succeeds(&folder, "fk walk.bvh -o walk.npz");
+    succeeds(&folder, "convert walk.bvh out.bvh");
+    let text = String::from_utf8(folder.read("state/mocap/outputs.jsonl")).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [line] = lines.as_slice() else { panic!("{text}") };
+    let path = folder.path("out.bvh").canonicalize().unwrap();
+    assert_eq!(line["path"], path.to_str().unwrap());
+    assert_eq!(line["from"], serde_json::json!(["walk.bvh"]));
+    let bytes = folder.read("out.bvh");
+    assert_eq!(line["bytes"], bytes.len());
+    assert_eq!(line["sha256"], format!("{:x}", sha2::Sha256::digest(&bytes)));
+}
+
+/// Several processes note their outputs at once, and none is lost.
+#[test]
+fn processes_can_note_outputs_at_once() {
+    let folder = folder();
+    for name in 0..12 {
+        folder.write(&format!("in/{name}.bvh"), &folder.read("walk.bvh"));
+    }
+    let processes = Vec::from_iter((0..6).map(|number| {
+        let arguments = format!("convert in -o out_{number} --to bvh -q");
+        let mut command = command_in(&folder.path(""), &arguments);
+        command.env("XDG_STATE_HOME", folder.path("state")).spawn().unwrap()
+    }));
+    for mut process in processes {
+        assert!(process.wait().unwrap().success());
+    }
+    let text = String::from_utf8(folder.read("state/mocap/outputs.jsonl")).unwrap();
+    let paths = text.lines().map(|line| {
+        let line: Value = serde_json::from_str(line).unwrap();
+        line["path"].as_str().unwrap().to_owned()
+    });
+    let paths: std::collections::BTreeSet<String> = paths.collect();
+    assert_eq!(paths.len(), 6 * 12);
+}

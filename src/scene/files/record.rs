@@ -1,0 +1,90 @@
+//! The record of outputs, which outlives the process: by it a command knows the outputs of earlier commands. Without
+//! [`record_outputs`] there is none.
+
+pub(crate) mod user;
+
+use std::collections::HashSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+pub(super) use self::user::Recorded;
+use self::user::{Hash, UserRecord};
+use super::confined::is_confined;
+use super::{Target, folder_of};
+
+static RECORD: OnceLock<Record> = OnceLock::new();
+
+struct Record {
+    of_user: UserRecord,
+    /// Hears of an output that replaced an earlier output.
+    replaced: fn(&Path),
+}
+
+/// The paths of earlier outputs that a policy lets outputs replace, until they are replaced.
+static REPLACEABLE: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
+
+/// From now on this process notes its outputs in a record in `folder`, and replaces outputs that the record knows. It
+/// passes the path of each to `replaced`. It cannot be undone.
+#[doc(hidden)]
+pub fn record_outputs(folder: PathBuf, hash: Hash, replaced: fn(&Path)) {
+    let of_user = UserRecord::new(folder, hash);
+    let _ = RECORD.set(Record { of_user, replaced });
+}
+
+/// The record. A [confined](super::confine) process has none: it writes nothing outside of its folder, and replaces
+/// only its own files.
+fn record() -> Option<&'static UserRecord> {
+    RECORD.get().filter(|_| !is_confined()).map(|record| &record.of_user)
+}
+
+/// Whether a file that the record does not know is no output.
+pub(super) fn is_complete() -> bool {
+    record().is_some_and(UserRecord::is_usable)
+}
+
+/// Notes a file that is complete and gets the name `target` now. A process that is killed before that leaves a note of
+/// a file that is not there, which does no harm; noted later, the file could be unknown.
+pub(super) fn note(target: &Path, contents: impl FnOnce() -> io::Result<Box<dyn Read>>, sources: &[&str]) {
+    let noted = record().zip(real_path(target));
+    if let Some((record, path)) = noted
+        && let Ok(mut contents) = contents()
+    {
+        record.note(&path, &mut contents, sources);
+    }
+}
+
+/// What the record knows of the file that an output at `path` would replace.
+pub(super) fn find(path: &Path) -> Recorded {
+    let Ok(Target::File(target)) = Target::of(path) else {
+        return Recorded::Unknown;
+    };
+    let found = record().zip(real_path(&target));
+    found.map_or(Recorded::Unknown, |(record, path)| record.find(&path))
+}
+
+fn real_path(target: &Path) -> Option<PathBuf> {
+    let name: &OsStr = target.file_name()?;
+    Some(fs::canonicalize(folder_of(target)).ok()?.join(name))
+}
+
+/// Takes the path of an earlier output that an output may replace.
+pub(super) fn may_replace(path: &Path) {
+    if record().is_some() {
+        let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
+        paths.get_or_insert_default().insert(path.to_owned());
+    }
+}
+
+/// Tells of an output that was written, if it replaced an earlier output.
+pub(super) fn written(path: &Path) {
+    let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
+    if paths.as_mut().is_some_and(|paths| paths.remove(path)) {
+        drop(paths);
+        if let Some(record) = RECORD.get() {
+            (record.replaced)(path);
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! The record of outputs of a user: a file of JSON lines, each with the path of an output, its size, its hash and the
+//! names of its inputs. The last line of a path counts.
+//!
+//! A line is appended by one call, so that several processes can write at once. A line that cannot be read is ignored.
+
+use std::collections::{HashMap, HashSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::SystemTime;
+
+use serde::{Deserialize, Serialize};
+
+/// Bytes of the file above which lines that are out of date are removed.
+const MOST: u64 = 8 << 20;
+
+/// Bytes of a line that is believed.
+const LONGEST_LINE: usize = 64 << 10;
+
+/// The number of bytes that can be read, and their SHA-256 as text.
+pub(crate) type Hash = fn(&mut dyn Read) -> io::Result<(u64, String)>;
+
+/// What a record knows of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Recorded {
+    /// Nothing.
+    Unknown,
+    /// The file was an output, and has other contents now.
+    Changed {
+        /// Whether it lost bytes.
+        is_shorter: bool,
+    },
+    /// The file is an output, made from files of these names.
+    Unchanged(Vec<String>),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Line {
+    path: String,
+    bytes: u64,
+    sha256: String,
+    /// The names of the inputs.
+    #[serde(default)]
+    from: Vec<String>,
+}
+
+/// The record in a folder. The paths of files have no links.
+pub struct UserRecord {
+    folder: PathBuf,
+    hash: Hash,
+    is_usable: OnceLock<bool>,
+    known: Mutex<Known>,
+}
+
+/// What was read of the record.
+#[derive(Default)]
+struct Known {
+    lines: HashMap<String, Line>,
+    /// Bytes of the file that were read.
+    read: u64,
+    /// When lines were last moved to the older ones.
+    moved: Option<SystemTime>,
+}
+
+impl UserRecord {
+    /// The record in `folder`, which need not be there.
+    pub fn new(folder: PathBuf, hash: Hash) -> Self {
+        Self {
+            folder,
+            hash,
+            is_usable: OnceLock::new(),
+            known: Mutex::default(),
+        }
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.join("outputs.jsonl")
+    }
+
+    /// Lines that were removed from the file and are not out of date.
+    fn older(&self) -> PathBuf {
+        self.folder.join("outputs.older.jsonl")
+    }
+
+    /// Opens the file to append a line.
+    fn open(&self) -> io::Result<File> {
+        let path = self.file();
+        // Opening a pipe could wait for its reader.
+        if fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
+        let mut options = OpenOptions::new();
+        options.append(true).create(true);
+        private(&mut options).open(path)
+    }
+
+    /// Makes the folder and the file.
+    fn prepare(&self) -> io::Result<()> {
+        let mut builder = fs::DirBuilder::new();
+        builder.recursive(true);
+        #[cfg(unix)]
+        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+        builder.create(&self.folder)?;
+        let mut file = self.open()?;
+        // A full disk may have cut the last line off; the next must not continue it.
+        let mut last = [b'\n'];
+        let mut reader = File::open(self.file())?;
+        if reader.seek(SeekFrom::End(-1)).is_ok() {
+            reader.read_exact(&mut last)?;
+        }
+        match last {
+            [b'\n'] => Ok(()),
+            _ => file.write_all(b"\n"),
+        }
+    }
+
+    fn append(&self, line: &Line) -> io::Result<()> {
+        let mut text = serde_json::to_string(line)?;
+        text.push('\n');
+        let mut file = self.open()?;
+        if file.metadata()?.len() > MOST {
+            self.compact()?;
+            file = self.open()?;
+        }
+        file.write_all(text.as_bytes())
+    }
+
+    /// Moves the lines that are not out of date to the older ones, the newest of which remain. Another process that
+    /// appends a line meanwhile writes it to the file that is moved, or to a new one. Where two processes do this at
+    /// once, lines may be lost, and their outputs are then unknown.
+    fn compact(&self) -> io::Result<()> {
+        // Another process may have done it since.
+        if fs::metadata(self.file())?.len() <= MOST {
+            return Ok(());
+        }
+        let moved = self.folder.join("outputs.moved.jsonl");
+        fs::rename(self.file(), &moved)?;
+        let texts = [read_from(&self.older(), 0), read_from(&moved, 0)].map(Result::unwrap_or_default);
+        let mut newest: Vec<&str> = Vec::new();
+        let mut seen = HashSet::new();
+        let mut bytes = 0;
+        let lines: Vec<&str> = texts.iter().flat_map(|text| lines(text)).collect();
+        for text in lines.into_iter().rev() {
+            let path = serde_json::from_str::<Line>(text).map(|line| line.path);
+            if path.is_ok_and(|path| seen.insert(path)) {
+                bytes += text.len() as u64 + 1;
+                if bytes > MOST {
+                    break;
+                }
+                newest.push(text);
+            }
+        }
+        newest.reverse();
+        let mut older = tempfile::NamedTempFile::new_in(&self.folder)?;
+        newest.iter().try_for_each(|text| writeln!(older, "{text}"))?;
+        older.persist(self.older())?;
+        fs::remove_file(moved)
+    }
+
+    /// Whether outputs can be noted: the folder can be written.
+    pub fn is_usable(&self) -> bool {
+        *self.is_usable.get_or_init(|| self.prepare().is_ok())
+    }
+
+    /// Notes that the file at `path` gets these contents, made from files of the names `sources`. What cannot be noted
+    /// is left out.
+    pub fn note(&self, path: &Path, contents: &mut dyn Read, sources: &[&str]) {
+        let Some(path) = path.to_str().filter(|_| self.is_usable()) else {
+            return;
+        };
+        if let Ok((bytes, sha256)) = (self.hash)(contents) {
+            let line = Line {
+                path: path.to_owned(),
+                bytes,
+                sha256,
+                from: sources.iter().map(|&name| name.to_owned()).collect(),
+            };
+            // An output that is not noted is unknown to later commands, which ask before they replace it.
+            let _ = self.append(&line);
+        }
+    }
+
+    /// What is known of the file at `path`.
+    pub fn find(&self, path: &Path) -> Recorded {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        known.catch_up(self);
+        let Some(line) = path.to_str().and_then(|path| known.lines.get(path)) else {
+            return Recorded::Unknown;
+        };
+        let length = fs::metadata(path).map_or(0, |found| found.len());
+        let is_same = || File::open(path).and_then(|mut file| (self.hash)(&mut file));
+        match length == line.bytes && is_same().is_ok_and(|(_, found)| found == line.sha256) {
+            true => Recorded::Unchanged(line.from.clone()),
+            false => Recorded::Changed {
+                is_shorter: length < line.bytes,
+            },
+        }
+    }
+}
+
+impl Known {
+    /// Reads what was appended since, by this process or another one.
+    fn catch_up(&mut self, record: &UserRecord) {
+        let file = record.file();
+        let length = fs::metadata(&file).map_or(0, |found| found.len());
+        let moved = fs::metadata(record.older()).and_then(|older| older.modified()).ok();
+        if length < self.read || moved != self.moved {
+            // The file is new, and the lines that it had are among the older ones.
+            *self = Self {
+                moved,
+                ..Self::default()
+            };
+            self.take(&read_from(&record.older(), 0).unwrap_or_default());
+        }
+        if length > self.read
+            && let Ok(bytes) = read_from(&file, self.read)
+        {
+            self.read += bytes.len() as u64;
+            self.take(&bytes);
+        }
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        for line in lines(bytes).filter_map(|text| serde_json::from_str::<Line>(text).ok()) {
+            self.lines.insert(line.path.clone(), line);
+        }
+    }
+}
+
+/// The lines that may be records.
+fn lines(bytes: &[u8]) -> impl DoubleEndedIterator<Item = &str> {
+    let lines = bytes.split(|byte| *byte == b'\n');
+    lines.filter_map(|line| str::from_utf8(line).ok().filter(|line| line.len() <= LONGEST_LINE))
+}
+
+/// The bytes of a regular file from an offset, of which nobody can make too many.
+fn read_from(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if fs::metadata(path)?.is_file() {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(offset))?;
+        file.take(2 * MOST).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// Lets nobody else read a new file, which has the names of the user's files.
+fn private(options: &mut OpenOptions) -> &mut OpenOptions {
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(options, 0o600);
+    options
+}
