@@ -69,7 +69,7 @@ mod _mocap {
 
     /// Calls options as Python does, and knows the outputs of earlier processes, as the program does.
     #[pymodule_init]
-    fn init(_: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         mocap::spell_options(super::spelling);
         mocap::job::remember_outputs(|_| {});
         Ok(())
@@ -80,6 +80,7 @@ mod _mocap {
 fn spelling(key: &str) -> String {
     match key {
         "map" => "bones".to_owned(),
+        "target" => "fbx_target".to_owned(),
         "force" => "overwrite".to_owned(),
         "from" => "format".to_owned(),
         key => key.replace('-', "_"),

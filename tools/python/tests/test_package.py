@@ -155,9 +155,9 @@ def test_a_wrong_value_is_told_its_argument_and_what_it_must_be(walk: Path, tmp_
 def test_options_are_spelled_as_python_spells_them() -> None:
     from mocap._errors import in_python
 
-    said = "/data/max-error/--fps/a.bvh: error: --drop-first-frame auto leaves it out; max-error is too large"
-    wanted = "/data/max-error/--fps/a.bvh: error: drop_first_frame auto leaves it out; max_error is too large"
-    assert in_python(said, "/data/max-error/--fps/a.bvh") == wanted
+    said = "/data/max-error/a.bvh: error: max-error is too large; see mocap verify --max-error 1mm"
+    wanted = "/data/max-error/a.bvh: error: max_error is too large; see mocap verify --max-error 1mm"
+    assert in_python(said, "/data/max-error/a.bvh") == wanted
 
 
 def test_every_function_takes_a_path_or_a_scene(walk: Path, tmp_path: Path) -> None:

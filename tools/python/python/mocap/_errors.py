@@ -119,14 +119,14 @@ for _kind in (
     _kind.__module__ = "mocap"
 
 
-# Options of the command line, and those of jobs and steps with a dash in their names.
-_OPTION = re.compile(rf"--([a-z][a-z0-9-]*)|(?<![\w-])({'|'.join(DASHED)})(?![\w-])")
+# Options of jobs and steps with a dash in their names, but not those of a command line that a message has.
+_OPTION = re.compile(rf"(?<![\w-])(?:{'|'.join(DASHED)})(?![\w-])")
 
 
 def in_python(message: str, path: str | None = None) -> str:
     """A message of the library with the options as Python spells them; ``path`` at its beginning stays."""
     begin = path if path and message.startswith(path) else ""
-    rest = _OPTION.sub(lambda found: (found[1] or found[2]).replace("-", "_"), message[len(begin) :])
+    rest = _OPTION.sub(lambda found: found[0].replace("-", "_"), message[len(begin) :])
     return begin + rest
 
 

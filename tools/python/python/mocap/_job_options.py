@@ -109,7 +109,7 @@ class WriteOptions:
 
     Attributes:
         bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and joints bend about
-            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for ``target`` blender y.
+            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
             ``"y"``: +Y, as Blender draws bones; joints bend about +X.
             ``"x"``: +X, as in Unreal; joints bend about +Z.
             ``"none"``: Frames are those of the input.
@@ -122,7 +122,7 @@ class WriteOptions:
         order: Order of the rotation channels. Default: each joint's own, or else ZXY.
         sidecar: Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too.
         embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
-        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for ``target`` maya pre-rotation.
+        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation.
             ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
             ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
                 are zero. Assimp 5.2 turns animated joints by it twice.
@@ -150,7 +150,7 @@ class WriteOptions:
             "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
         skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
             its motion.
-        compress: How to store the keys. Default with ``max_error``: int16, otherwise none.
+        compress: How to store the keys. Default with a largest error: int16, otherwise none.
             ``"none"``: 32-bit floats, which every client reads.
             ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
                 reads wrong values.
@@ -159,7 +159,7 @@ class WriteOptions:
             ``"meshopt-khr"``: As streams of version 1 of ``KHR_meshopt_compression``, a little smaller, which the
                 file then requires. Needs the feature ``meshopt``.
         max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
-            bits are removed within it; fails where it cannot be kept. Default with ``compress``: 1mm.
+            bits are removed within it; fails where it cannot be kept. Default with a compression: 1mm.
         shell_distance: Points at this distance from each joint keep the largest error too, as the skin; 3cm is the
             default of ACL. Default: 0, joints and end sites alone.
         out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
