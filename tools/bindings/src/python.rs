@@ -1,6 +1,9 @@
 //! Writes the Python of `tools/python/python/mocap` that mirrors jobs and steps.
 
 use mocap::edit::Takes;
+use mocap::figure::Unit;
+use mocap::job::RobotFormat;
+use mocap::scene::UpAxis;
 use serde_json::Value;
 
 use crate::Generated;
@@ -109,7 +112,7 @@ pub(crate) fn files(model: &Model) -> Vec<Generated> {
     let file = |path, text| Generated { path, text };
     vec![
         file("tools/python/python/mocap/_job_options.py", python.options()),
-        file("tools/python/python/mocap/_option_names.py", python.names()),
+        file("tools/python/python/mocap/_words.py", python.words()),
         file("tools/python/python/mocap/_files.py", python.functions()),
         file("tools/python/python/mocap/_steps.py", python.steps()),
     ]
@@ -147,8 +150,8 @@ from ._options import Axis, Bones, StrPath, Unit, as_json, part
         )
     }
 
-    /// The names with a dash, which a message of the library may have.
-    fn names(&self) -> String {
+    /// Words of options by hand, and the names with a dash, which a message of the library may have.
+    fn words(&self) -> String {
         let of_jobs = self
             .model
             .definitions
@@ -171,8 +174,32 @@ from ._options import Axis, Bones, StrPath, Unit, as_json, part
         names.sort();
         names.dedup();
         let names: String = names.iter().map(|name| format!("    \"{name}\",\n")).collect();
+        let of_schema = |name: &str| self.annotation(&Kind::Named(name.to_owned()));
+        let listed = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| format!("    \"{word}\",\n")).collect();
+            format!("Literal[\n{}]", words.concat())
+        };
+        let axes = UpAxis::ALL.map(UpAxis::as_str);
         format!(
-            "{NOTE}\"\"\"Options of jobs and steps that Python spells with an underscore.\"\"\"\n\nDASHED = (\n{names})\n"
+            r#"{NOTE}"""Words that options take."""
+
+from typing import Literal
+
+Unit = {}
+Axis = {}
+Feet = {}
+Floor = {}
+RobotFormat = {}
+
+# Options of jobs and steps that Python spells with an underscore.
+DASHED = (
+{names})
+"#,
+            listed(&Unit::ALL.map(Unit::as_str)),
+            listed(&axes),
+            of_schema("Feet"),
+            of_schema("Floor"),
+            listed(&RobotFormat::ALL.map(RobotFormat::name)),
         )
     }
 

@@ -244,6 +244,27 @@ def test_results_print_as_lines_and_tables(walk: Path) -> None:
     assert "<script>" not in injected._repr_html_() and "<script>" not in mocap.Reports([injected])._repr_html_()
 
 
+def test_functions_by_hand_have_every_option_of_a_job() -> None:
+    schema = json.loads((REAL.parents[1] / "src" / "job" / "job.schema.json").read_text(encoding="utf-8"))["$defs"]
+    # What belongs to files and to the program, and what Python has under another name or not at all.
+    for function, record, names, others in [
+        (mocap.Robot.retarget, "RobotTarget", {}, {"file", "names_of_clips", "require", "scale"}),
+        (mocap.retarget, "SkeletonTarget", {"map": "target_bones"}, {"file", "max_angle", "names_of_clips"}),
+        (
+            mocap.add_motions,
+            "CharacterTarget",
+            {"file": "character", "map": "target_bones", "replace_animations": "replace"},
+            {"max_angle", "names_of_clips"},
+        ),
+        (mocap.graph, "Graphing", {}, set()),
+        (mocap.Graph.walk, "Walking", {}, set()),
+        (mocap.survey, "Surveying", {}, {"html", "sarif"}),
+    ]:
+        options = {name.replace("-", "_") for name in schema[record]["properties"]} - others
+        taken = inspect.signature(function).parameters
+        assert {names.get(name, name) for name in options} <= taken.keys(), function
+
+
 def test_fields_of_options_have_one_declaration() -> None:
     from mocap._array_options import OptionChanges
 

@@ -35,32 +35,34 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def checker(function: Callable[..., Any]) -> Callable[[tuple[Any, ...], Mapping[str, Any]], None]:
-    """What checks the arguments of a function; annotations are read at the first call."""
-    signature = inspect.signature(function)
-    parameters = signature.parameters
+    """What checks the arguments of a function; annotations are read at the first call. What is missing Python says itself."""
+    parameters = inspect.signature(function).parameters
     takes_any = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
-    hints = functools.cache(lambda: get_type_hints(function))
+    by_position = [name for name, of in parameters.items() if of.kind is of.POSITIONAL_OR_KEYWORD]
+    others = [name for name, of in parameters.items() if of.kind is of.VAR_POSITIONAL]
+
+    @functools.cache
+    def hints() -> dict[str, Any]:
+        known = get_type_hints(function)
+        return {name: known[name] for name in parameters if name in known and not _is_array(known[name])}
 
     def check(args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
         for name in kwargs:
             if name not in parameters and not takes_any:
-                raise unknown_option(name, options_of(signature))
-        try:
-            bound = signature.bind(*args, **kwargs)
-        except TypeError:
-            # Python itself says which argument is missing, or too many.
-            return
-        for name, value in bound.arguments.items():
-            hint = hints().get(name, Any)
-            kind = parameters[name].kind
-            if name == "self" or kind is inspect.Parameter.VAR_KEYWORD:
-                continue
-            values = value if kind is inspect.Parameter.VAR_POSITIONAL else [value]
-            for one in values:
-                if not fits(one, hint):
-                    raise refusal(name, one, hint)
+                raise unknown_option(name, options_of(inspect.signature(function)))
+        checked = hints()
+        names = [*by_position, *others * (len(args) - len(by_position))]
+        for name, value in (*zip(names, args), *kwargs.items()):
+            if name in checked and not fits(value, checked[name]):
+                raise refusal(name, value, checked[name])
 
     return check
+
+
+def _is_array(hint: Any) -> bool:
+    """Whether an annotation is one of NumPy: the function itself looks at shapes and numbers."""
+    parts = (hint, *get_args(hint))
+    return any(str(getattr(part, "__module__", "")).startswith("numpy") for part in parts)
 
 
 def options_of(signature: inspect.Signature) -> list[str]:

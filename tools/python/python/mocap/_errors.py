@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ._option_names import DASHED
+from ._words import DASHED
 
 # What an error knows that comes from no file.
 _NOTHING_KNOWN: Mapping[str, Any] = {

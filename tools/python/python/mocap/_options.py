@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 from . import _mocap
 from ._errors import WrongTypeError
-
-Unit = Literal["m", "dm", "cm", "mm", "inch", "cmu"]
-Axis = Literal["y", "z", "-y", "-z"]
+from ._words import Axis as Axis
+from ._words import Unit as Unit
 
 
 StrPath = str | os.PathLike[str]

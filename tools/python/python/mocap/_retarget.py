@@ -11,9 +11,9 @@ from ._call import public
 from ._options import Bones, StrPath, names_of
 from ._report import Reports, parsed
 from ._scene import Scene, SceneLike, native_of
+from ._words import Feet
 
 Scale = Literal["auto", "none"] | float
-Feet = Literal["lock", "free"]
 
 
 class Retargeted(NamedTuple):

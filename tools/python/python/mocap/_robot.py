@@ -13,13 +13,9 @@ from ._call import public
 from ._errors import OptionError
 from ._options import Bones, StrPath, names_of
 from ._report import Report, parsed
-from ._retarget import Feet, _locks
+from ._retarget import _locks
 from ._scene import SceneLike, native_of
-
-RobotFormat = Literal[
-    "npz", "pkl", "csv", "qpos", "gmr", "unitree-csv", "mjlab", "isaaclab", "protomotions", "mimickit", "twist", "dynamics"
-]
-
+from ._words import Feet, Floor, RobotFormat
 
 @dataclass(frozen=True, repr=False)
 class RobotMotion:
@@ -119,7 +115,7 @@ class Robot:
         feet: Feet = "lock",
         velocity_limits: bool = False,
         passes: Literal[1, 2] = 2,
-        floor: Literal["auto", "z=0", "keep"] = "auto",
+        floor: Floor = "auto",
         map: Bones | None = None,
         bones: Bones | None = None,
     ) -> RobotMotion:
@@ -155,7 +151,7 @@ class Robot:
         fps: float | None = None,
         feet: Feet = "lock",
         passes: Literal[1, 2] = 2,
-        floor: Literal["auto", "z=0", "keep"] = "auto",
+        floor: Floor = "auto",
         map: Bones | None = None,
         bones: Bones | None = None,
     ) -> RobotStream:

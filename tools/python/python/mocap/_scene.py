@@ -252,7 +252,7 @@ class Scene:
         metadata: Report = parsed(self._native.metadata_json)
         return metadata
 
-    @public
+    # Called for every frame: its arguments are checked where they are used.
     def pose(self, tick: float, *, space: Literal["world", "local"] = "world") -> NDArray[np.float32]:
         """The matrices of all nodes at a tick, float32, (nodes, 4, 4), for column vectors.
 

@@ -1,6 +1,40 @@
 # Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.
-"""Options of jobs and steps that Python spells with an underscore."""
+"""Words that options take."""
 
+from typing import Literal
+
+Unit = Literal[
+    "m",
+    "dm",
+    "cmu",
+    "inch",
+    "cm",
+    "mm",
+]
+Axis = Literal[
+    "y",
+    "z",
+    "-y",
+    "-z",
+]
+Feet = Literal["lock", "free"]
+Floor = Literal["auto", "z=0", "keep"]
+RobotFormat = Literal[
+    "npz",
+    "pkl",
+    "csv",
+    "qpos",
+    "gmr",
+    "unitree-csv",
+    "mjlab",
+    "isaaclab",
+    "protomotions",
+    "mimickit",
+    "twist",
+    "dynamics",
+]
+
+# Options of jobs and steps that Python spells with an underscore.
 DASHED = (
     "all-rows",
     "bone-axis",
