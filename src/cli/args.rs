@@ -155,6 +155,13 @@ pub(crate) enum Command {
     Mcp(McpArgs),
 }
 
+impl Command {
+    /// Whether a command ends without anybody who stops it, however long it takes.
+    pub(crate) fn ends_by_itself(&self) -> bool {
+        !matches!(self, Self::Mcp(_) | Self::Record(_) | Self::Play(_) | Self::Bridge(_))
+    }
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
     /// The motion file, and the file to write [default: the input's name with the extension .glb]; - is standard input

@@ -12,12 +12,11 @@ const WAIT: Duration = Duration::from_secs(5);
 
 /// Starts the clock of a command. An optimised build has none.
 pub(crate) fn start(command: &Command) {
-    // These run until somebody stops them, however fast they are.
-    let ends_by_itself = !matches!(
-        command,
-        Command::Mcp(_) | Command::Record(_) | Command::Play(_) | Command::Bridge(_)
-    );
-    let Some(note) = note(cfg!(debug_assertions), ends_by_itself, io::stderr().is_terminal()) else {
+    let Some(note) = note(
+        cfg!(debug_assertions),
+        command.ends_by_itself(),
+        io::stderr().is_terminal(),
+    ) else {
         return;
     };
     // The thread ends with the program. If the system has no thread to spare, the user misses a hint and nothing else.

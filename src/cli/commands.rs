@@ -16,6 +16,7 @@ pub(crate) mod graph;
 pub(crate) mod index;
 pub(crate) mod info;
 pub(crate) mod live;
+mod looks;
 mod made;
 mod many;
 pub(crate) mod matching;

@@ -17,6 +17,7 @@ mod kinds;
 #[doc(hidden)]
 mod report;
 mod streams;
+mod waiting;
 
 use std::io;
 use std::path::PathBuf;
@@ -27,6 +28,7 @@ use std::sync::Arc;
 use mocap::Code;
 
 use crate::args::{Args, Command};
+use crate::waiting::Waiting;
 
 /// Why a command stopped.
 pub enum Failure {
@@ -101,6 +103,7 @@ pub fn run() -> ExitCode {
     report::set_quiet(args.quiet);
     build_note::start(&args.command);
     mocap::job::remember_outputs(report::replaced);
+    let waiting = Waiting::start(&args.command, &given);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),
@@ -142,6 +145,7 @@ pub fn run() -> ExitCode {
         Command::Gif(args) => commands::gif::run(args),
         Command::Plot(args) => commands::plot::run(args),
     };
+    drop(waiting);
     report::tell_replaced();
     match result {
         Ok(()) => ExitCode::SUCCESS,

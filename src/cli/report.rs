@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::ProgressBar;
@@ -111,6 +112,11 @@ pub(crate) fn complain(message: &str) {
     {
         kept.push(message.to_owned());
     }
+    fail(message);
+}
+
+/// As [`complain`], of one of many files: a manifest keeps what is wrong with it.
+pub(crate) fn fail(message: &str) {
     let message = visible_lines(message);
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
 }
@@ -225,10 +231,11 @@ impl<W: Write> Escaped<W> {
         let rest = self.pending.split_off(length);
         let text = std::mem::replace(&mut self.pending, rest);
         let text = String::from_utf8_lossy(&text);
-        match self.shown {
-            Shown::Json => self.out.write_all(visible_json(&text).as_bytes()),
-            _ => self.out.write_all(visible_lines(&text).as_bytes()),
-        }
+        let text = match self.shown {
+            Shown::Json => visible_json(&text),
+            _ => visible_lines(&text).into(),
+        };
+        beside_bar(|| self.out.write_all(text.as_bytes()))
     }
 }
 
@@ -259,11 +266,22 @@ impl<W: Write> Drop for Escaped<W> {
     }
 }
 
+/// What is done sooner shows no progress.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(1);
+
 /// The progress bar on the terminal. It makes way for every line.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
+/// Takes the place of the bar that is there.
 pub(crate) fn set_bar(bar: Option<ProgressBar>) {
-    *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
+    let former = std::mem::replace(&mut *BAR.lock().unwrap_or_else(PoisonError::into_inner), bar);
+    if let Some(former) = former {
+        former.finish_and_clear();
+    }
+}
+
+pub(crate) fn has_bar() -> bool {
+    BAR.lock().unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
 fn print(text: &str) {
@@ -271,7 +289,7 @@ fn print(text: &str) {
     beside_bar(|| drop(writeln!(io::stderr().lock(), "{text}")));
 }
 
-/// Writes to the terminal while the bar is not there.
+/// Writes to the terminal while the bar is not there. `write` must not do so itself.
 pub(crate) fn beside_bar<T>(write: impl FnOnce() -> T) -> T {
     match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
         Some(bar) => bar.suspend(write),

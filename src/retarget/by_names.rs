@@ -17,17 +17,12 @@ use mocap_scene::math::up_axis::from_to;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, NodeId, NodeKind, Scene, SecondMotion, UpAxis};
 
-use super::report::{ByNames, RetargetReport, Verdict};
+use super::report::{ByNames, RetargetReport, Verdict, verdict};
 use super::{Scale, no_animation};
 
 /// The fewest joints of one name, and the fraction of those of the source, that make two skeletons of one kind.
 const FEWEST: usize = 4;
 const MOST_OF_THEM: f64 = 0.5;
-
-/// The mean angle between bones, in degrees, up to which a motion is good, and up to which it is fair: bodies of one
-/// kind are built so differently.
-const GOOD: f64 = 15.0;
-const FAIR: f64 = 30.0;
 
 /// Of all frames those whose lowest joint may be below the ground: a twentieth, as for contacts.
 const BELOW: f64 = 0.05;
@@ -373,12 +368,7 @@ impl Angles {
 
     fn report(&self, mover: &CreatureRetargeter, animation: &Animation, frames: usize) -> RetargetReport {
         let mean = self.sum / self.count.max(1) as f64;
-        let verdict = match mean {
-            mean if mean <= GOOD => Verdict::Good,
-            mean if mean <= FAIR => Verdict::Fair,
-            _ => Verdict::Poor,
-        };
-        RetargetReport {
+        let mut report = RetargetReport {
             clip: animation.name.clone(),
             frames,
             scale: f64::from(mover.scale) * mover.metres,
@@ -392,7 +382,9 @@ impl Angles {
             feet: None,
             lock: None,
             by_names: Some(mover.found.clone()),
-            verdict,
-        }
+            verdict: Verdict::Poor,
+        };
+        report.verdict = verdict(&report);
+        report
     }
 }

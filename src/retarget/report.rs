@@ -190,34 +190,72 @@ const fn limits(aspect: Aspect) -> (f64, f64) {
 const OFTEN_BELOW: f64 = 0.5;
 const DEEP_BELOW: f64 = 0.2;
 
+/// The mean angles of limbs, and of all bones of creatures, up to which a motion is good and fair, in degrees.
+/// Creatures of one kind are built so differently.
+const OF_LIMBS: (f64, f64) = (1.0, 3.0);
+const OF_CREATURES: (f64, f64) = (15.0, 30.0);
+
+/// The verdict by one value, with its bounds of good and fair.
+fn graded(value: f64, (good, fair): (f64, f64)) -> Verdict {
+    match value {
+        value if value <= good => Verdict::Good,
+        value if value <= fair => Verdict::Fair,
+        _ => Verdict::Poor,
+    }
+}
+
 /// What a motion is good for by its limbs, in degrees in the mean, and by all else in its report.
 pub(super) fn verdict(report: &RetargetReport) -> Verdict {
-    let by_limbs = match report.mean_degrees {
-        _ if report.limbs.is_empty() => Verdict::Poor,
-        mean if mean <= 1.0 => Verdict::Good,
-        mean if mean <= 3.0 => Verdict::Fair,
-        _ => Verdict::Poor,
+    let found = findings(report).into_iter().map(|(verdict, _)| verdict);
+    found.max_by_key(|verdict| *verdict as u8).unwrap_or(Verdict::Good)
+}
+
+/// What of a motion is not good, each with its own verdict.
+fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
+    let (what, bounds) = match report.by_names {
+        Some(_) => ("bones", OF_CREATURES),
+        None => ("limbs", OF_LIMBS),
     };
-    let by_sight = report.seen.iter().map(|seen| match limits(seen.aspect) {
-        (_, poor) if seen.mean_degrees > poor => Verdict::Poor,
-        (fair, _) if seen.mean_degrees > fair => Verdict::Fair,
-        _ => Verdict::Good,
-    });
-    let by_guess = if report.guessed.is_empty() {
-        Verdict::Good
-    } else {
-        Verdict::Fair
-    };
-    let is_below = |feet: FootMotion| feet.fraction_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
-    let by_floor = match report.feet {
-        Some(feet) if is_below(feet.target) => Verdict::Poor,
-        _ => Verdict::Good,
-    };
-    let all = by_sight.chain([by_limbs, by_guess, by_floor]);
-    all.max_by_key(|verdict| *verdict as u8).unwrap_or(Verdict::Poor)
+    let mut limbs = format!("{what} {:.1} degrees off in the mean", report.mean_degrees);
+    let worst = |a: &&LimbError, b: &&LimbError| a.mean_degrees.total_cmp(&b.mean_degrees);
+    if let Some(worst) = report.limbs.iter().max_by(worst) {
+        limbs += &format!(", {} {:.1}", worst.bone.as_str(), worst.mean_degrees);
+    }
+    let mut findings = vec![match report.limbs.is_empty() && report.by_names.is_none() {
+        true => (Verdict::Poor, "no limb of both bodies could be compared".to_owned()),
+        false => (graded(report.mean_degrees, bounds), limbs),
+    }];
+    findings.extend(report.seen.iter().map(|seen| {
+        let reason = format!("{seen} {:.1} degrees off in the mean", seen.mean_degrees);
+        (graded(seen.mean_degrees, limits(seen.aspect)), reason)
+    }));
+    findings.extend(report.guessed.iter().map(|guess| {
+        let reason = format!("{} is guessed: {}", guess.bone.as_str(), guess.reason);
+        (Verdict::Fair, reason)
+    }));
+    let is_below = |feet: &FootMotion| feet.fraction_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
+    findings.extend(report.feet.map(|feet| feet.target).filter(is_below).map(|feet| {
+        let (depth, percent) = (100.0 * feet.deepest, 100.0 * feet.fraction_below_floor);
+        let reason = format!("feet up to {depth:.0} cm below the floor, in {percent:.0} % of frames");
+        (Verdict::Poor, reason)
+    }));
+    findings.retain(|(verdict, _)| *verdict != Verdict::Good);
+    findings
 }
 
 impl RetargetReport {
+    /// Why the verdict is not good, the worst first.
+    pub(crate) fn reasons(&self) -> Vec<String> {
+        let mut findings = findings(self);
+        // Whatever is measured on such a body.
+        if self.verdict == Verdict::Poor && verdict(self) != Verdict::Poor {
+            let reason = "how the body is turned as a whole is guessed: up, left, or all of it from few frames";
+            findings.push((Verdict::Poor, reason.to_owned()));
+        }
+        findings.sort_by_key(|(verdict, _)| std::cmp::Reverse(*verdict as u8));
+        findings.into_iter().map(|(_, reason)| reason).collect()
+    }
+
     /// Of arms alone, for a target without legs.
     pub(crate) fn leave_out_legs(&mut self) {
         self.limbs.retain(|limb| !limb.bone.is_of_leg());

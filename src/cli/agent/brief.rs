@@ -122,14 +122,11 @@ fn motion(record: &Record) -> Value {
 
 /// How well a motion is kept on another body.
 fn clip(report: &Report) -> Value {
-    let of_body = report.body().map(|report| (&report.limbs, reasons(report)));
-    let of_robot = report.robot().map(|report| {
-        let criteria = report.criteria.iter().filter(|found| found.verdict != Verdict::Good);
-        let words = criteria.map(|found| format!("{} {:.3}, good up to {}", found.name, found.value, found.good));
-        (&report.limbs, words.collect())
-    });
-    let (limbs, reasons) = of_body.or(of_robot).unzip();
-    let (limbs, reasons) = (limbs.into_iter().flatten(), reasons.unwrap_or_default());
+    let limbs = report.body().map(|report| &report.limbs);
+    let limbs = limbs
+        .or(report.robot().map(|report| &report.limbs))
+        .into_iter()
+        .flatten();
     let worst = |a: &&LimbError, b: &&LimbError| a.mean_degrees.total_cmp(&b.mean_degrees);
     let worst = limbs.max_by(worst).map(|limb| {
         json!({
@@ -146,27 +143,10 @@ fn clip(report: &Report) -> Value {
     if let Some(worst) = worst {
         clip["worst_limb"] = worst;
     }
-    if report.verdict() != Verdict::Good && !reasons.is_empty() {
-        clip["reasons"] = reasons.into();
+    if report.verdict() != Verdict::Good {
+        clip["reasons"] = report.reasons().into();
     }
     clip
-}
-
-/// What of a motion on a character is off.
-fn reasons(report: &RetargetReport) -> Vec<String> {
-    let what = if report.by_names.is_some() { "bones" } else { "limbs" };
-    let mut reasons = vec![format!("{what} {:.1} degrees off in the mean", report.mean_degrees)];
-    // The farthest off is the first.
-    let seen = report.seen.first();
-    reasons.extend(seen.map(|seen| format!("{seen} {:.1} degrees off", seen.mean_degrees)));
-    let guessed = report.guessed.first();
-    reasons.extend(guessed.map(|guessed| format!("guessed: {}: {}", guessed.bone.as_str(), guessed.reason)));
-    let feet = report.feet.filter(|feet| feet.target.fraction_below_floor > 0.0);
-    reasons.extend(feet.map(|feet| {
-        let (percent, depth) = (100.0 * feet.target.fraction_below_floor, 100.0 * feet.target.deepest);
-        format!("feet up to {depth:.0} cm below the floor, in {percent:.0} % of frames")
-    }));
-    reasons
 }
 
 /// Hundredths are enough of an angle.

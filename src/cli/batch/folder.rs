@@ -32,8 +32,8 @@ pub(crate) trait Work: Sync {
         Ok(())
     }
 
-    /// Takes the names of all files, also of those that another shard makes.
-    fn inputs(&mut self, _: Vec<PathBuf>) {}
+    /// Takes all files, also of those that another shard makes.
+    fn inputs(&mut self, _: &[Input]) {}
 
     /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
@@ -126,7 +126,7 @@ impl Many<'_> {
             .chain(self.target);
         let policy = ReplacePolicy::new(all).force(self.force);
         work.check(&policy)?;
-        work.inputs(inputs.iter().map(|input| input.path.clone()).collect());
+        work.inputs(&inputs);
         inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
         refuse_file(folder)?;
         let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
@@ -159,7 +159,6 @@ impl Many<'_> {
             false => report::say(&summary(&counts)),
         }
         work.summary(&records).iter().for_each(|line| report::say(line));
-        tell_failures(&records);
         work.finish(&records, &counts)
     }
 
@@ -287,6 +286,9 @@ impl Run<'_> {
                 return Ok(());
             };
             progress.add(input, outcome);
+            if let Some(error) = record.as_ref().and_then(|record| record.error.as_ref()) {
+                progress.tell_failure(input, error);
+            }
             record.map_or(Ok(()), |record| manifest.add(record))
         };
         for_each(inputs, thread_count(self.many.spread.threads), one, panicked, add)?;
@@ -386,21 +388,4 @@ fn summary(counts: &Counts) -> String {
         "{converted} of {files} files converted, {skipped} done before, {failed} failed: \
          {seconds:.1} s, {megabytes_per_second:.1} MB/s"
     )
-}
-
-/// A table of the files that failed and why, or of the first of them.
-fn tell_failures(records: &[&Record]) {
-    const MOST: usize = 20;
-    let failures = records
-        .iter()
-        .filter_map(|record| Some((&record.input, record.error.as_ref()?)));
-    let failures: Vec<_> = failures.collect();
-    let shown = &failures[..failures.len().min(MOST)];
-    let width = shown.iter().map(|(input, _)| input.chars().count()).max().unwrap_or(0);
-    for (input, error) in shown {
-        report::say(&format!("  {input:width$}  {error}"));
-    }
-    if failures.len() > MOST {
-        report::say(&format!("  and {} more, listed in the manifest", failures.len() - MOST));
-    }
 }

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::inputs::Input;
+use crate::report::PATIENCE;
 use crate::{Failure, report};
 
 /// How to show progress.
@@ -80,8 +81,11 @@ fn tell(counts: &Counts) {
 }
 
 enum Display {
-    Bar(ProgressBar),
-    Json { last: Instant },
+    /// The bar, after a second.
+    Bar(Option<ProgressBar>),
+    Json {
+        last: Instant,
+    },
     None,
 }
 
@@ -94,7 +98,7 @@ impl Progress {
             ..Counts::default()
         };
         let display = match arg {
-            ProgressArg::Auto if io::stderr().is_terminal() => Display::Bar(bar(counts.bytes)),
+            ProgressArg::Auto if io::stderr().is_terminal() && !report::is_quiet() => Display::Bar(None),
             ProgressArg::Json => Display::Json { last: start },
             ProgressArg::Auto | ProgressArg::None => Display::None,
         };
@@ -118,6 +122,10 @@ impl Progress {
                 let Counts {
                     files, done, failed, ..
                 } = self.counts;
+                if bar.is_none() && self.start.elapsed() < PATIENCE {
+                    return;
+                }
+                let bar = bar.get_or_insert_with(|| new_bar(self.counts.bytes, self.start));
                 bar.set_message(format!("{done}/{files} files, {failed} failed"));
                 bar.set_position(self.counts.bytes_done);
             }
@@ -129,6 +137,19 @@ impl Progress {
         }
     }
 
+    /// Says of a file that it failed and why, of the first of many.
+    pub(crate) fn tell_failure(&self, input: &Input, error: &str) {
+        const MOST: usize = 20;
+        match self.counts.failed {
+            0..=MOST => report::fail(&match error.contains(&*input.path.to_string_lossy()) {
+                true => error.to_owned(),
+                false => format!("{}: {error}", input.path.display()),
+            }),
+            failed if failed == MOST + 1 => report::say("further files that fail are listed in the manifest alone"),
+            _ => {}
+        }
+    }
+
     pub(crate) fn counts(&self) -> &Counts {
         &self.counts
     }
@@ -137,9 +158,8 @@ impl Progress {
     pub(crate) fn finish(self) -> Counts {
         let counts = self.now();
         match &self.display {
-            Display::Bar(bar) => bar.finish_and_clear(),
             Display::Json { .. } => print_line(&counts),
-            Display::None => {}
+            Display::Bar(_) | Display::None => {}
         }
         counts
     }
@@ -164,13 +184,15 @@ impl Drop for Progress {
     }
 }
 
-fn bar(bytes: u64) -> ProgressBar {
+fn new_bar(bytes: u64, start: Instant) -> ProgressBar {
     let template = "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left";
     let style = ProgressStyle::with_template(template).expect("the template is a constant");
     // Five updates per second are enough to see, and cost little.
     let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
-    let bar = bar.with_style(style);
+    let bar = bar.with_style(style).with_elapsed(start.elapsed());
     report::set_bar(Some(bar.clone()));
+    // The time that is left runs on while a long file is at work.
+    bar.enable_steady_tick(PATIENCE);
     bar
 }
 

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         progress.add(&inputs[index], outcome);
         in_order.push(index, checked);
         while let Some(checked) = in_order.pop() {
-            report::beside_bar(|| print(&checked, args.json))?;
+            print(&checked, args.json)?;
         }
         Ok(())
     };
@@ -82,16 +82,12 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
     if checked.status == Status::Ok && report::is_quiet() {
         return Ok(());
     }
-    let mut out = io::stdout().lock();
-    for finding in &checked.diagnostics {
+    let findings = checked.diagnostics.iter().map(|finding| {
         let file = Path::new(finding.file.as_ref().unwrap_or(&checked.file));
-        writeln!(
-            out,
-            "{}",
-            report::render(finding.severity, Some(file), &finding.diagnostic)
-        )?;
-    }
-    writeln!(out, "{}", report::visible(&summary(checked)))
+        report::render(finding.severity, Some(file), &finding.diagnostic) + "\n"
+    });
+    let lines: String = findings.collect();
+    report::beside_bar(|| writeln!(io::stdout().lock(), "{lines}{}", report::visible(&summary(checked))))
 }
 
 /// What `--json` prints, as a list.

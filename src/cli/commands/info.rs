@@ -71,8 +71,7 @@ fn make_names_visible(scene: &mut Scene) {
 
 /// The size of the terminal; if the output is not a terminal, the usual width and no limit on the length.
 fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    let is_terminal = out.is_terminal();
+    let is_terminal = io::stdout().is_terminal();
     let size = terminal_size::terminal_size().filter(|_| is_terminal);
     let options = match size {
         Some((Width(width), Height(height))) => ScreenOptions::new()
@@ -81,5 +80,6 @@ fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
             .colour(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())),
         None => ScreenOptions::new().height(usize::MAX),
     };
-    out.write_all(Clip { name, scene }.screen(&options).as_bytes())
+    let screen = Clip { name, scene }.screen(&options);
+    report::beside_bar(|| io::stdout().write_all(screen.as_bytes()))
 }

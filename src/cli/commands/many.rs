@@ -10,10 +10,11 @@ use mocap::retargeting::Report;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use super::robot_reports::Table;
-use super::{made, verify};
+use super::{looks, made, verify};
 use crate::args::{Given, InputArgs, SpreadArgs};
 use crate::batch::folder::{self, Made, Work, verdicts};
 use crate::batch::hash::{sha256, sha256_of};
+use crate::batch::inputs::Input;
 use crate::batch::manifest::Record;
 use crate::batch::outputs::Output;
 use crate::batch::progress::Counts;
@@ -72,7 +73,7 @@ impl Many<'_> {
             extension: extension(job),
             is_dry_run: self.given.is_dry_run(),
             maker,
-            files: Vec::new(),
+            files: BTreeMap::new(),
             looked: OnceLock::new(),
             axes: None,
             report: self.report,
@@ -132,8 +133,9 @@ struct OfJob<'a> {
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
-    /// All files, and the maker that has looked at them, once one is made: files of a skeleton share bones and T-pose.
-    files: Vec<PathBuf>,
+    /// All files by their path below the folder, and the maker that has looked at them, once one is made: files of a
+    /// skeleton share bones and T-pose.
+    files: BTreeMap<String, PathBuf>,
     looked: OnceLock<Maker<'static>>,
     /// The up axes of skeletons, once the clips that stand have told them.
     axes: Option<BTreeMap<String, UpAxis>>,
@@ -147,8 +149,11 @@ impl Work for OfJob<'_> {
         &self.extension
     }
 
-    fn inputs(&mut self, files: Vec<PathBuf>) {
-        self.files = files;
+    fn inputs(&mut self, inputs: &[Input]) {
+        self.files = inputs
+            .iter()
+            .map(|input| (input.relative.clone(), input.path.clone()))
+            .collect();
     }
 
     fn check(&mut self, policy: &ReplacePolicy) -> Result<(), Failure> {
@@ -209,7 +214,9 @@ impl Work for OfJob<'_> {
             Some(_) => "clips on the character",
         };
         let found = self.reports(records);
-        Vec::from_iter(verdicts(what, found.iter().map(Report::verdict)))
+        let mut lines = Vec::from_iter(verdicts(what, found.iter().map(Report::verdict)));
+        lines.extend(records.iter().flat_map(|record| self.doubts(record)));
+        lines
     }
 
     fn finish(&self, records: &[&Record], counts: &Counts) -> Result<(), Failure> {
@@ -233,8 +240,25 @@ impl Work for OfJob<'_> {
 }
 
 impl OfJob<'_> {
+    /// What is not good of a motion.
+    fn doubts(&self, record: &Record) -> Vec<String> {
+        let target = self.job.target.as_ref();
+        let found =
+            target.and_then(|target| Some((target, reports_of(record, target)?, self.files.get(&record.input)?)));
+        let Some((target, reports, input)) = found else {
+            return Vec::new();
+        };
+        let output = record.output.as_ref().filter(|_| !self.is_dry_run);
+        let output = output.map(|output| self.job.write.output.join(output));
+        looks::of_motion(&reports, input, output.as_deref(), target)
+    }
+
     fn looked(&self) -> &Maker<'static> {
-        self.looked.get_or_init(|| self.maker.clone().look_at(&self.files))
+        self.looked.get_or_init(|| {
+            self.maker
+                .clone()
+                .look_at(&Vec::from_iter(self.files.values().cloned()))
+        })
     }
 
     /// What is made of a motion; `None` where it waits for what others say of its up axis.

@@ -7,7 +7,7 @@ use mocap::job::MotionJob;
 use mocap::retarget::{RetargetReport, Verdict};
 use mocap::retargeting::Report;
 
-use super::{MANY, check_json, extension, made, many, output_format, print_job, print_json};
+use super::{MANY, check_json, extension, looks, made, many, output_format, print_job, print_json};
 use crate::args::{Given, RetargetArgs};
 use crate::{Failure, kinds, report, streams};
 
@@ -23,8 +23,8 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
     match args.onto.json {
         true => print_json(&reports)?,
-        false if reports.len() > MOST_TOLD => tell_all(&reports),
-        false => reports.iter().for_each(|found| tell(found)),
+        false if reports.len() > MOST_TOLD => tell_all(&made.clips, &args.output),
+        false => made.clips.iter().for_each(tell),
     }
     let would_be = if given.is_dry_run() { "would be " } else { "" };
     report::say(&format!(
@@ -75,25 +75,29 @@ pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<MotionJob, Failu
 /// More clips than this are told a line each.
 const MOST_TOLD: usize = 3;
 
-/// A line of each clip, the worst first.
-fn tell_all(reports: &[&RetargetReport]) {
-    let mut sorted = reports.to_vec();
+/// A line of each clip, the worst first, and below the reasons and the command that shows it.
+fn tell_all(reports: &[Report], output: &Path) {
+    let mut sorted = Vec::from_iter(reports.iter().filter_map(|found| Some((found, found.body()?))));
     let grade = |found: &RetargetReport| match found.verdict {
         Verdict::Poor => 0,
         Verdict::Fair => 1,
         _ => 2,
     };
-    sorted.sort_by(|a, b| {
+    sorted.sort_by(|(_, a), (_, b)| {
         (grade(a), b.mean_degrees)
             .partial_cmp(&(grade(b), a.mean_degrees))
             .unwrap_or(Ordering::Equal)
     });
-    let width = sorted.iter().map(|found| found.clip.chars().count()).max().unwrap_or(0);
+    let width = sorted
+        .iter()
+        .map(|(_, found)| found.clip.chars().count())
+        .max()
+        .unwrap_or(0);
     report::say(&format!(
         "{:width$}  verdict  degrees off, mean   most  slide cm/s  in the source  frames",
         "clip"
     ));
-    for found in sorted {
+    for (report, found) in sorted {
         let slides = found.feet.as_ref().map(|feet| [feet.target.skate, feet.source.skate]);
         let [slide, of_source] = slides.map_or(["-".to_owned(), "-".to_owned()], |slides| {
             slides.map(|metres| format!("{:.1}", 100.0 * metres))
@@ -106,6 +110,10 @@ fn tell_all(reports: &[&RetargetReport]) {
             found.max_degrees,
             found.frames
         ));
+        if found.verdict != Verdict::Good {
+            report::say(&format!("  {}", report.reasons().join("; ")));
+            report::say(&format!("  {}", looks::clip(output, &found.clip)));
+        }
     }
     report::say("--json has all that is known of each clip");
 }
@@ -132,7 +140,8 @@ fn default_format(args: &RetargetArgs, file: &Path) -> String {
     }
 }
 
-pub(super) fn tell(found: &RetargetReport) {
+pub(super) fn tell(report: &Report) {
+    let Some(found) = report.body() else { return };
     let what = if found.by_names.is_some() { "bones" } else { "limbs" };
     report::say(&format!(
         "{}: {what} {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; path scaled by {:.3}",
@@ -143,6 +152,10 @@ pub(super) fn tell(found: &RetargetReport) {
         found.verdict.as_str(),
         found.scale
     ));
+    if found.verdict != Verdict::Good {
+        let (verdict, reasons) = (found.verdict.as_str(), report.reasons().join("; "));
+        report::say(&format!("{}: {verdict} because {reasons}", found.clip));
+    }
     for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 1.0) {
         report::say(&format!(
             "{}: {} {:.1} degrees off in the mean, {:.1} at tick {}",

@@ -1,6 +1,6 @@
 //! `mocap verify`: compares a written file with its source.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use mocap::Scene;
 use mocap::job::MotionJob;
@@ -40,11 +40,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     if args.json {
         print_json(&Verdict::new(args, &verification))?;
     } else {
-        writeln!(
-            io::stdout().lock(),
-            "{}",
-            report::visible_lines(&summary(&verification))
-        )?;
+        writeln!(report::words(), "{}", summary(&verification))?;
     }
     require(&verification, args.tolerance.max_error.to_metres())
 }

@@ -348,7 +348,7 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
     let name = format!("{} on {}", source.name, body.name);
     let found = &retargeting.clips()[0].report;
     match found.body() {
-        Some(found) => retarget::tell(found),
+        Some(_) => retarget::tell(found),
         None => report::say(&format!(
             "{name}: limbs {:.1} degrees off in the mean",
             found.mean_degrees()

@@ -34,12 +34,13 @@ impl Maker<'_> {
         let maker = several.as_ref().unwrap_or(self);
         let mut left_out = Vec::new();
         for motion in motions {
+            let hear: Hear<'_> = &mut |said: Said<'_>| match said {
+                // Of one among several, a note says which it is of.
+                Said::Note(note) if several.is_some() => hear(Said::Note(&format!("{}: {note}", motion.display()))),
+                said => hear(said),
+            };
             let source = maker.import(motion, hear);
-            let source = source.and_then(|scene| {
-                maker
-                    .with_up_of_others(&scene, motion, hear)
-                    .prepare(scene, motion, hear)
-            });
+            let source = source.and_then(|scene| maker.with_up_of_others(&scene, hear).prepare(scene, motion, hear));
             let added = source.and_then(|source| maker.add(source, motion, &mut target, hear));
             if let Err(error) = added {
                 let error = error.with_path(motion);
@@ -55,7 +56,7 @@ impl Maker<'_> {
     }
 
     /// The maker for a motion that leaves its up axis in doubt, where others of its skeleton leave none.
-    fn with_up_of_others(&self, scene: &Scene, motion: &Path, hear: Hear<'_>) -> Cow<'_, Self> {
+    fn with_up_of_others(&self, scene: &Scene, hear: Hear<'_>) -> Cow<'_, Self> {
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let told = up_of_others(&self.skeletons, scene).filter(|_| is_open);
         let Some(up) = told else { return Cow::Borrowed(self) };
@@ -65,8 +66,7 @@ impl Maker<'_> {
             return Cow::Borrowed(self);
         }
         hear(Said::Note(&format!(
-            "{}: up is {}, because other motions of its skeleton stand along it",
-            motion.display(),
+            "up is {}, because other motions of its skeleton stand along it",
             up.as_str()
         )));
         Cow::Owned(self.clone().up(up))
@@ -101,10 +101,7 @@ impl Maker<'_> {
         }
         let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
         if target.add(source.named(name)).map_err(in_file)?.is_rest_pose_left_out {
-            let file = motion.display();
-            hear(Said::Note(&format!(
-                "{file}: the first frame, a rest pose, is left out"
-            )));
+            hear(Said::Note("the first frame, a rest pose, is left out"));
         }
         Ok(())
     }

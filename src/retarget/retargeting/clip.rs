@@ -123,6 +123,15 @@ impl Report {
         }
     }
 
+    /// Why the verdict is not good, the worst first; nothing where it is.
+    #[doc(hidden)]
+    pub fn reasons(&self) -> Vec<String> {
+        match self {
+            Self::Body(report) => report.reasons(),
+            Self::Robot(report) => report.reasons(),
+        }
+    }
+
     /// The name of the clip.
     pub fn name(&self) -> &str {
         match self {

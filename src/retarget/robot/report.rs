@@ -111,6 +111,29 @@ const FARTHER: f64 = 2.0;
 const FASTER: f64 = 0.05;
 
 impl RobotReport {
+    /// Why the verdict is not good, the worst first.
+    pub(crate) fn reasons(&self) -> Vec<String> {
+        let of = |verdict: Verdict| {
+            let criteria = self.criteria.iter().filter(move |found| found.verdict == verdict);
+            criteria.map(|found| {
+                format!(
+                    "{} is {:.3}, above {}",
+                    found.name.replace('_', " "),
+                    found.value,
+                    found.good
+                )
+            })
+        };
+        let is_poor_by_one = of(Verdict::Poor).next().is_some();
+        let uncompared = (self.verdict == Verdict::Poor && !is_poor_by_one)
+            .then(|| "no limb of both bodies could be compared".to_owned());
+        uncompared
+            .into_iter()
+            .chain(of(Verdict::Poor))
+            .chain(of(Verdict::Fair))
+            .collect()
+    }
+
     /// Whether limbs or feet are clearly farther from those of the source than in `other`.
     pub(super) fn is_worse_than(&self, other: &Self) -> bool {
         let slide = |report: &Self| report.skate.unwrap_or(0.0);

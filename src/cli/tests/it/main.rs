@@ -13,6 +13,7 @@ mod cut;
 mod cut_off;
 #[cfg(feature = "fbx")]
 mod doors;
+mod doubts;
 mod edit_command;
 mod edit_many;
 mod every_step;

@@ -1,0 +1,55 @@
+//! What a user is told of clips that are not good: why, and how to look at them.
+
+use std::path::Path;
+
+use mocap::job::JobTarget;
+use mocap::retarget::Verdict;
+use mocap::retargeting::Report;
+
+/// The clips of a motion that are not good, each with the reasons and the command that shows it. `output` is absent
+/// where it was not written.
+pub(super) fn of_motion(reports: &[Report], input: &Path, output: Option<&Path>, target: &JobTarget) -> Vec<String> {
+    let doubtful = reports.iter().filter(|found| found.verdict() != Verdict::Good);
+    let lines = doubtful.map(|found| {
+        let (verdict, reasons) = (found.verdict().as_str(), found.reasons().join("; "));
+        format!("  {verdict}  {}: {reasons}", input.display())
+    });
+    let mut lines: Vec<String> = lines.collect();
+    if !lines.is_empty() {
+        lines.push(format!("        {}", look(input, output, target)));
+    }
+    lines
+}
+
+/// The command that shows a motion beside what was made of it. Files of robots have no shapes, so the robot moves anew.
+fn look(input: &Path, output: Option<&Path>, target: &JobTarget) -> String {
+    let words = match (target, output) {
+        (JobTarget::Robot(_), _) => vec![quoted(input), "--robot".to_owned(), quoted(target.file())],
+        (_, Some(output)) => vec![quoted(input), quoted(output)],
+        (_, None) => vec![quoted(input), "--character".to_owned(), quoted(target.file())],
+    };
+    format!("mocap view {}", words.join(" "))
+}
+
+/// The command that shows one clip of a file.
+pub(super) fn clip(output: &Path, name: &str) -> String {
+    format!("mocap view {} --clip={}", quoted(output), word(name.to_owned()))
+}
+
+/// A path as a shell and a command take it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    word(match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text,
+    })
+}
+
+/// A word as a shell takes it.
+fn word(text: String) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./+:@%,=".contains(c);
+    match !text.is_empty() && text.chars().all(is_plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}

@@ -1,0 +1,185 @@
+//! What a user is told of many files while they are at work and at the end: failures, doubtful clips.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use crate::at_root;
+use crate::program::{Folder, STATE_HOME, command, words};
+
+/// A motion that a character keeps, one whose trunk is off, and one whose head looks backwards.
+const TAKES: [&str; 3] = ["cmu_short.bvh", "nan_tokens.bvh", "slimevr_headset_root.bvh"];
+
+fn folder() -> Folder {
+    let folder = Folder::of_real(&[]);
+    for name in TAKES {
+        let bytes = fs::read(at_root(&format!("fixtures/real/{name}"))).unwrap();
+        folder.write(&format!("my takes/{name}"), &bytes);
+    }
+    let hero = fs::read(at_root("fixtures/characters/human_default.glb")).unwrap();
+    folder.write("hero.glb", &hero);
+    folder
+}
+
+fn run(folder: &Folder, arguments: &[&str]) -> Output {
+    let mut command = command(arguments);
+    command.current_dir(folder.path("")).output().unwrap()
+}
+
+/// Runs the lines of a shell, in which `mocap` is the program.
+fn shell(folder: &Folder, lines: &str) -> Output {
+    let lines = format!("mocap() {{ {:?} \"$@\"; }}\n{lines}", env!("CARGO_BIN_EXE_mocap"));
+    let mut command = Command::new("bash");
+    command.args(["-c", &lines]).env("XDG_STATE_HOME", STATE_HOME);
+    command.current_dir(folder.path("")).output().unwrap()
+}
+
+/// The commands that are told can be pasted.
+fn are_commands(folder: &Folder, said: &str, count: usize) {
+    let lines = said
+        .lines()
+        .map(str::trim)
+        .filter(|line| line.starts_with("mocap view "));
+    let lines: Vec<&str> = lines.collect();
+    assert_eq!(lines.len(), count, "{said}");
+    for line in lines {
+        let output = shell(folder, &format!("{line} -o look.html"));
+        assert!(output.status.success(), "{line}: {}", words(&output));
+        fs::remove_file(folder.path("look.html")).unwrap();
+    }
+}
+
+#[test]
+fn a_folder_lists_the_clips_that_are_not_good() {
+    let folder = folder();
+    let output = run(
+        &folder,
+        &["retarget", "my takes", "--character", "hero.glb", "-o", "out/"],
+    );
+    let said = words(&output);
+    assert!(output.status.success() && output.stdout.is_empty(), "{said}");
+    assert!(said.contains("1 good, 1 fair, 1 poor"), "{said}");
+    // The angles are those of the manifest.
+    for record in folder.records("out") {
+        let (name, report) = (record["input"].as_str().unwrap(), &record["retarget"][0]);
+        let verdict = report["verdict"].as_str().unwrap();
+        let line = said.lines().find(|line| line.contains(&format!("my takes/{name}: ")));
+        let Some(line) = line else {
+            assert_eq!(verdict, "good", "{said}");
+            continue;
+        };
+        assert!(line.starts_with(&format!("  {verdict}  ")), "{line}");
+        let degrees = report["seen"][0]["mean_degrees"].as_f64().unwrap();
+        assert!(
+            line.contains(&format!(" {degrees:.1} degrees off in the mean")),
+            "{line}"
+        );
+        let aspect = report["seen"][0]["aspect"].as_str().unwrap();
+        assert!(line.contains(aspect), "{line}");
+    }
+    are_commands(&folder, &said, 2);
+}
+
+#[test]
+fn motions_on_a_robot_that_are_not_good_are_listed() {
+    let folder = folder();
+    folder.write("h1.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
+    let arguments = ["robot", "my takes/slimevr_headset_root.bvh", "my takes/cmu_short.bvh"];
+    let arguments = [
+        &arguments[..],
+        &["--robot", "h1.urdf", "-o", "out/", "--trim", "0f..20f"],
+    ]
+    .concat();
+    let output = run(&folder, &arguments);
+    let said = words(&output);
+    assert!(output.status.success(), "{said}");
+    let records = folder.records("out");
+    let doubtful = records.iter().filter(|record| record["robot"]["verdict"] != "good");
+    let doubtful: Vec<&str> = doubtful.map(|record| record["input"].as_str().unwrap()).collect();
+    assert!(!doubtful.is_empty(), "{records:?}");
+    for name in &doubtful {
+        assert!(said.contains(&format!("  my takes/{name}: ")), "{said}");
+    }
+    are_commands(&folder, &said, doubtful.len());
+}
+
+/// Of four motions that go into one file each line says which it is of, and each row why it is not good.
+#[test]
+fn the_notes_of_many_motions_name_their_files() {
+    let folder = folder();
+    folder.write("my takes/again.bvh", &folder.read("my takes/cmu_short.bvh"));
+    let names = ["again.bvh", TAKES[0], TAKES[1], TAKES[2]].map(|name| format!("my takes/{name}"));
+    let mut arguments = vec!["retarget"];
+    arguments.extend(names.iter().map(String::as_str));
+    arguments.extend(["hero.glb", "-o", "all.glb"]);
+    let output = run(&folder, &arguments);
+    let said = words(&output);
+    assert!(output.status.success(), "{said}");
+    let notes = said
+        .lines()
+        .filter(|line| line.contains("unit: ") || line.contains("up: "));
+    let notes: Vec<&str> = notes.collect();
+    assert!(notes.len() >= 8, "{said}");
+    for note in notes {
+        assert!(
+            names.iter().any(|name| note.starts_with(&format!("{name}: "))),
+            "{note}"
+        );
+    }
+    assert!(said.contains("\n  head 117.0 degrees off in the mean; "), "{said}");
+    are_commands(&folder, &said, 2);
+}
+
+/// Before the summary, and not on standard output.
+#[test]
+fn failures_are_told_as_they_happen() {
+    let folder = Folder::with(&["in/good.bvh"]);
+    for number in 0..25 {
+        folder.write(&format!("in/{number}.bvh"), b"HIERARCHY\nnothing");
+    }
+    let output = folder.run("convert in -o out");
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(output.stdout.is_empty());
+    let (before, _) = said.split_once("1 of 26 files converted").unwrap();
+    assert_eq!(before.matches("error: in/").count(), 20, "{said}");
+    assert!(
+        before.contains("further files that fail are listed in the manifest alone"),
+        "{said}"
+    );
+    let folder = Folder::with(&[]);
+    folder.write("in/a.bvh", b"HIERARCHY\nnothing");
+    let output = folder.run("convert in -o out -q");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        words(&output).starts_with("error: in/a.bvh:2:1: "),
+        "{}",
+        words(&output)
+    );
+}
+
+/// What a terminal shows of a command that waits for its input: `script` is one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
+    let folder = Folder::with(&["w.bvh"]);
+    let shown = |options: &str, program: &str| {
+        let line = format!(
+            "(sleep 2.5; cat w.bvh) | {:?} convert - out.glb{options}",
+            env!("CARGO_BIN_EXE_mocap")
+        );
+        let lines = format!("{program} {}", format_args!("'{}'", line.replace('\'', "'\\''")));
+        let lines = match program {
+            "bash -c" => format!("{lines} 2>&1"),
+            _ => format!("{lines} /dev/null"),
+        };
+        let output = shell(&folder, &format!("export TERM=xterm; {lines}"));
+        assert!(output.status.success(), "{options}: {}", words(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said = shown("", "script -qec");
+    assert!(said.contains("convert 1s") || said.contains("convert 2s"), "{said:?}");
+    for (options, program) in [(" -q", "script -qec"), ("", "bash -c")] {
+        let said = shown(options, program);
+        assert!(!said.contains("convert 1s") && !said.contains("convert 2s"), "{said:?}");
+    }
+}

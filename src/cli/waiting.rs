@@ -1,0 +1,69 @@
+//! What stands on a terminal while a command works: which command it is, and for how long it has been at work.
+
+use std::io::{self, IsTerminal};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::args::{Command, Given};
+use crate::report::{self, PATIENCE};
+
+/// How often to look whether a bar is there.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Shows that a command works, until it is dropped. The bar of many files takes its place.
+pub(crate) struct Waiting {
+    is_over: Arc<Mutex<bool>>,
+}
+
+impl Waiting {
+    /// Starts the clock of a command. Commands that run until somebody stops them say themselves what they do.
+    pub(crate) fn start(command: &Command, given: &Given) -> Option<Self> {
+        let is_wanted = command.ends_by_itself() && !report::is_quiet() && !given.has("progress");
+        if !is_wanted || !io::stderr().is_terminal() {
+            return None;
+        }
+        let is_over = Arc::new(Mutex::new(false));
+        let of_thread = Arc::clone(&is_over);
+        let name = std::env::args().skip(1).find(|word| !word.starts_with('-'));
+        let wait = move || wait(&of_thread, name.as_deref().unwrap_or_default());
+        // If the system has no thread to spare, the user sees nothing of the progress.
+        thread::Builder::new().spawn(wait).ok()?;
+        Some(Self { is_over })
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        *self.is_over.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        report::set_bar(None);
+    }
+}
+
+fn wait(is_over: &Mutex<bool>, name: &str) {
+    let start = Instant::now();
+    let mut free_since = start;
+    loop {
+        thread::sleep(LOOK);
+        // Held until the bar is there, so that none comes after the command has ended.
+        let is_over = is_over.lock().unwrap_or_else(PoisonError::into_inner);
+        if *is_over {
+            return;
+        }
+        if report::has_bar() {
+            free_since = Instant::now();
+        } else if free_since.elapsed() >= PATIENCE {
+            let bar = ProgressBar::new_spinner()
+                .with_style(
+                    ProgressStyle::with_template("{spinner} {msg} {elapsed}")
+                        .unwrap_or_else(|_| ProgressStyle::default_spinner()),
+                )
+                .with_message(name.to_owned())
+                .with_elapsed(start.elapsed());
+            report::set_bar(Some(bar.clone()));
+            bar.enable_steady_tick(Duration::from_millis(200));
+        }
+    }
+}
