@@ -118,10 +118,14 @@ fn near_file(path: &Path) -> Option<String> {
     Some(path.with_file_name(near).display().to_string())
 }
 
+/// Whether a file is a robot.
+pub(crate) fn is_robot(path: &Path) -> bool {
+    matches!(Kind::of(path), Some(Kind::Robot))
+}
+
 /// Refuses a robot as a character, on which a motion would be wrong by the axes of its links.
 pub(crate) fn refuse_robot<'a>(characters: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
-    let robots = |path: &&Path| matches!(Kind::of(path), Some(Kind::Robot));
-    match characters.into_iter().find(robots) {
+    match characters.into_iter().find(|path| is_robot(path)) {
         None => Ok(()),
         Some(robot) => {
             let file = robot.display();

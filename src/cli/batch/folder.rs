@@ -111,6 +111,15 @@ impl Many<'_> {
             is_it
         };
         let mut inputs = inputs::find_except(self.paths, self.inputs, |path| known.has(path) || is_target(path))?;
+        if inputs
+            .iter()
+            .all(|input| !input.path.exists() && !input.path.is_symlink())
+            && let Some(missing) = inputs.first()
+        {
+            // Nothing is made, no folder either.
+            let error = io::Error::from(io::ErrorKind::NotFound);
+            return Err(mocap::Error::io(&missing.path, error).into());
+        }
         if let Some(target) = self.target.filter(|_| left_out.get()) {
             report::say(&format!(
                 "{}: motions are put on it, so it is no input",

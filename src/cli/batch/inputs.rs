@@ -11,7 +11,7 @@ use mocap::{Code, Diagnostic, FormatInfo};
 use super::pattern::{Pattern, has_wildcard};
 use super::walk::{Found, Search};
 use crate::args::InputArgs;
-use crate::{Failure, report};
+use crate::{Failure, kinds, report};
 
 /// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -127,6 +127,8 @@ struct Gathered {
     inputs: Vec<Input>,
     /// Tables that are no motion, as most are: lists of clips, reports.
     tables: Vec<PathBuf>,
+    /// Robots, which are no motions.
+    robots: Vec<PathBuf>,
     /// Links to folders that were searched by another path.
     again: Vec<PathBuf>,
 }
@@ -151,7 +153,14 @@ impl Gathered {
         };
         search.run(|found| match found {
             Found::File(path) if has_known_extension(&path) => self.add_file(path, base),
-            Found::File(_) => Ok(()),
+            Found::File(path) => {
+                // MuJoCo's robots have the extension of any XML file.
+                let is_xml = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("xml"));
+                if is_xml && kinds::is_robot(&path) {
+                    self.robots.push(path);
+                }
+                Ok(())
+            }
             Found::Again(path) => {
                 self.again.push(path);
                 Ok(())
@@ -196,6 +205,8 @@ impl Gathered {
             };
             say_skipped(&self.tables, "table, not a motion", "tables and no motions", how);
         }
+        let how = "; mocap robot MOTION --robot FILE puts motions on it";
+        say_skipped(&self.robots, "robot, not a motion", "robots and no motions", how);
         say_skipped(
             &self.again,
             "link to a folder that is searched already",
@@ -203,6 +214,7 @@ impl Gathered {
             "",
         );
         self.tables.clear();
+        self.robots.clear();
         self.again.clear();
     }
 }

@@ -71,6 +71,16 @@ fn one(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> 
             true => print_json(found)?,
             false => tell(found),
         }
+        let (input, output) = (&job.source.inputs[0], &args.output);
+        if !streams::is_standard(output) && !given.is_dry_run() {
+            report::say(&format!(
+                "{} -> {}: {} frames, {} bytes",
+                input.display(),
+                output.display(),
+                found.frames,
+                made.written.len()
+            ));
+        }
     }
     super::require(&maker, &made.clips)
 }

@@ -1,4 +1,4 @@
-//! What a user is told of many files while they are at work and at the end: failures, doubtful clips.
+//! What a user is told of many files while they are at work and at the end: failures, doubtful clips, what is skipped.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -154,6 +154,49 @@ fn failures_are_told_as_they_happen() {
         words(&output).starts_with("error: in/a.bvh:2:1: "),
         "{}",
         words(&output)
+    );
+}
+
+#[test]
+fn a_source_that_is_not_there_makes_no_folder() {
+    let folder = Folder::with(&["takes/w.bvh"]);
+    for arguments in [
+        "convert takez -o out",
+        "convert takez/ -o out",
+        "edit takez -o out/ --step mirror",
+    ] {
+        folder.refuses(arguments, 1, "did you mean takes?");
+    }
+    folder.refuses("convert none.bvh -o out", 1, "none.bvh");
+    // One of several is a failure of one.
+    folder.ends_with(3, "convert takes/w.bvh none.bvh -o out");
+}
+
+#[test]
+fn a_folder_names_the_robots_that_it_leaves_out() {
+    let folder = Folder::with(&["in/w.bvh"]);
+    folder.write(
+        "in/h1.xml",
+        &fs::read(at_root("fixtures/robots/h1_nomesh.xml")).unwrap(),
+    );
+    folder.write("in/notes.xml", b"<notes/>");
+    let said = folder.succeeds("convert in -o out");
+    assert!(
+        said.contains("skipped 1 robot, not a motion: in/h1.xml; mocap robot"),
+        "{said}"
+    );
+}
+
+#[test]
+fn robot_says_what_it_wrote() {
+    let folder = folder();
+    folder.write("h1.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
+    folder.write("w.bvh", &folder.read("my takes/cmu_short.bvh"));
+    let said = folder.succeeds("robot w.bvh --robot h1.urdf -o w.npz --trim 0f..9f");
+    let bytes = folder.read("w.npz").len();
+    assert!(
+        said.contains("w.bvh -> w.npz: ") && said.contains(&format!(" frames, {bytes} bytes")),
+        "{said}"
     );
 }
 
