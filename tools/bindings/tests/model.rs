@@ -1,6 +1,6 @@
 //! What the model says is what the library does.
 
-use mocap::edit::EditStep;
+use mocap::edit::{EditStep, StepKey};
 use mocap::scene::RotationOrder;
 use mocap_bindings::model::{Kind, Model, Shape};
 use serde_json::json;
@@ -36,7 +36,7 @@ fn every_step_and_every_option_is_there_with_its_documentation() {
     assert_eq!(model.steps.len(), EditStep::ALL.len());
     for (step, info) in model.steps.iter().zip(EditStep::ALL) {
         assert_eq!(step.name, info.name);
-        let options = info.keys.iter().map(|key| key.name()).filter(|name| name != "with");
+        let options = info.keys.iter().map(StepKey::name).filter(|name| name != "with");
         assert_eq!(
             Vec::from_iter(options),
             Vec::from_iter(step.options.iter().map(|option| option.name.clone()))

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::RestPoseSource;
+use mocap::files::ReplacePolicy;
 use mocap::job::{JointNames, Maker, MotionJob};
 use mocap::scene::UpAxis;
 use mocap::{Result, WriteOption};
@@ -18,7 +19,7 @@ pub(crate) fn convert(py: Python<'_>, source: PathBuf, target: PathBuf, job: &st
     let mut job = writing_job(job, target)?;
     job.source.inputs = vec![source];
     let done = py.detach(|| {
-        make(&job, |maker, job| {
+        make(&job, &job.policy(), |maker, job| {
             maker.make(&job.source.inputs, &job.write.output, &mut |_| {})
         })
     });
@@ -29,8 +30,12 @@ pub(crate) fn convert(py: Python<'_>, source: PathBuf, target: PathBuf, job: &st
 #[pyfunction]
 pub(crate) fn write_scene(py: Python<'_>, scene: &Scene, target: PathBuf, job: &str) -> PyResult<usize> {
     let job = writing_job(job, target)?;
+    let mut policy = job.policy();
+    if let Some(origin) = &scene.scene().metadata.origin {
+        policy = policy.source_name(&origin.name);
+    }
     let done = py.detach(|| {
-        make(&job, |maker, job| {
+        make(&job, &policy, |maker, job| {
             let mut scene = scene.scene().clone();
             if job.write.skeleton_only {
                 scene.leave_out_meshes();
@@ -59,8 +64,11 @@ fn writing_job(json: &str, output: PathBuf) -> PyResult<MotionJob> {
 }
 
 /// Writes what is made of a job; returns the bytes written.
-fn make(job: &MotionJob, made: impl FnOnce(&Maker<'_>, &MotionJob) -> Result<mocap::job::Made>) -> Result<usize> {
-    let policy = job.policy();
+fn make(
+    job: &MotionJob,
+    policy: &ReplacePolicy,
+    made: impl FnOnce(&Maker<'_>, &MotionJob) -> Result<mocap::job::Made>,
+) -> Result<usize> {
     policy.check_inputs(&job.write.output)?;
     let maker = Maker::new(job, &[], &mut |_| {})?;
     if job.source.frames.rest != RestPoseSource::default()
@@ -68,9 +76,9 @@ fn make(job: &MotionJob, made: impl FnOnce(&Maker<'_>, &MotionJob) -> Result<moc
     {
         return Err(refusal.into());
     }
-    maker.check(&policy, &job.write.output)?;
+    maker.check(policy, &job.write.output)?;
     let made = made(&maker, job)?;
-    made.written.save(&job.write.output, &policy)?;
+    made.written.save(&job.write.output, policy)?;
     Ok(made.written.len())
 }
 

@@ -36,8 +36,6 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 #[pymodule]
 mod _mocap {
-    use pyo3::prelude::*;
-
     #[pymodule_export]
     use super::arrow::{ArrowTable, table};
     #[pymodule_export]
