@@ -185,7 +185,13 @@ impl Drop for Progress {
 }
 
 fn new_bar(bytes: u64, start: Instant) -> ProgressBar {
-    let template = "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left";
+    // A line that is wider than the terminal leaves parts behind when it makes way.
+    const WIDE: u16 = 80;
+    let size = terminal_size::terminal_size_of(io::stderr());
+    let template = match size.is_some_and(|(terminal_size::Width(width), _)| width < WIDE) {
+        true => "{wide_msg}",
+        false => "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left",
+    };
     let style = ProgressStyle::with_template(template).expect("the template is a constant");
     // Five updates per second are enough to see, and cost little.
     let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
