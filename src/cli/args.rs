@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Clean(CleanArgs),
     /// Find where motions can pass into each other, and walk through them: motion graphs
     Graph(GraphArgs),
-    /// Solve rotations from markers of C3D and TRC, or from positions of joints with --joints SET|FILE
+    /// Solve rotations from markers of C3D and TRC, or from positions of joints with --joint-set
     Solve(SolveArgs),
     /// Summarise a file
     Info(InfoArgs),
@@ -194,9 +194,8 @@ pub(crate) struct ConvertArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SolveArgs {
-    /// The joints of the positions: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or a JSON file with a list
-    /// of {"name", "parent", "bone", "points"} [default: markers, whose labels are looked up]
-    #[arg(long, value_name = "SET|FILE", conflicts_with_all = ["joint-set", "markers"])]
+    /// The former name of --joint-set
+    #[arg(long, hide = true, value_name = "SET|FILE", conflicts_with_all = ["joint-set", "markers"])]
     joints: Option<String>,
     /// Smooth the solved motion as a whole: a Butterworth filter of this cut-off in Hz, forwards and backwards
     /// [without a number: 6]

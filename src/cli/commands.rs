@@ -152,6 +152,7 @@ fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<
     if !["svg", "png"].contains(&format.as_str()) {
         return Err(unknown_extension(&picture.output, ".png or .svg"));
     }
+    check_json(picture.json, &picture.output)?;
     streams::check_output(inputs, &picture.output, picture.force)?;
     Ok(format)
 }
@@ -165,10 +166,22 @@ fn drawn(drawing: &Drawing, format: &str) -> Result<Vec<u8>, Failure> {
 }
 
 /// Writes a picture as SVG or PNG.
-fn write_drawing(drawing: &Drawing, path: &Path, format: &str) -> Result<(), Failure> {
-    streams::write(path, &drawn(drawing, format)?)?;
+fn write_drawing(drawing: &Drawing, picture: &PictureArgs, format: &str) -> Result<(), Failure> {
+    let (path, bytes) = (picture.output.as_path(), drawn(drawing, format)?);
+    streams::write(path, &bytes)?;
+    if picture.json {
+        let (width, height) = (drawing.width, drawing.height);
+        return print_picture(path, (width, height), bytes.len());
+    }
     tell_drawing(drawing, path);
     Ok(())
+}
+
+/// What `--json` prints of a picture.
+fn print_picture(path: &Path, (width, height): (u32, u32), bytes: usize) -> Result<(), Failure> {
+    let output = path.display().to_string();
+    let picture = serde_json::json!({"output": output, "width": width, "height": height, "bytes": bytes});
+    Ok(print_json(&picture)?)
 }
 
 fn tell_drawing(drawing: &Drawing, path: &Path) {

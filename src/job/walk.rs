@@ -42,7 +42,7 @@ pub struct Walking {
     /// Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is
     #[cfg_attr(
         feature = "clap",
-        arg(long, value_name = "M/M+...", group = "aim", value_parser = parse_path, allow_hyphen_values = true)
+        arg(long, value_name = "X/Z+...", group = "aim", value_parser = parse_path, allow_hyphen_values = true)
     )]
     #[serde(skip_serializing_if = "is_default")]
     // Not one value for each point on a command line.

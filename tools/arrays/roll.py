@@ -132,7 +132,7 @@ def solve(program, file, bones, folder):
     np.savez(f"{folder}/points.npz", positions=np.stack([file.places[bones[bone]] for bone in order], 1), names=np.array(order),
              fps=file.rate)
     json.dump(joints, open(f"{folder}/set.json", "w"))
-    command = [program, "solve", f"{folder}/points.npz", "--joints", f"{folder}/set.json", "-o", f"{folder}/out.bvh"]
+    command = [program, "solve", f"{folder}/points.npz", "--joint-set", f"{folder}/set.json", "-o", f"{folder}/out.bvh"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])

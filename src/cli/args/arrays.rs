@@ -72,6 +72,9 @@ pub(crate) struct SeriesArgs {
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "sto", "csv", "parquet"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
@@ -189,7 +192,13 @@ pub(crate) struct ArraysArgs {
     #[arg(long)]
     contacts: bool,
     /// Names of the feet: a regular expression [default: the feet of the humanoid; else (?i)foot|toe|ankle]
-    #[arg(long, value_name = "REGEX", requires = "contacts")]
+    #[arg(
+        id = "foot-joints",
+        long,
+        alias = "feet",
+        value_name = "REGEX",
+        requires = "contacts"
+    )]
     feet: Option<String>,
     /// Largest height of a foot in contact above where it rests, such as 3cm [default: 5cm]
     #[arg(long, value_name = "LENGTH", requires = "contacts")]

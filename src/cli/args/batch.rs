@@ -125,4 +125,7 @@ pub(super) fn is_folder(output: &Path) -> bool {
 pub(crate) struct MergeManifestArgs {
     /// The folder of the outputs
     pub(crate) folder: PathBuf,
+    /// Print how many files there are, and how many failed, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }

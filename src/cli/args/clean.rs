@@ -19,7 +19,7 @@ pub(crate) struct CleanArgs {
     #[arg(long, value_name = "PART,...", value_delimiter = ',', value_parser = parse_part)]
     pub(crate) without: Vec<CleanPart>,
     /// Write what each part did, with the measures before and after, as JSON
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) own: OwnArgs,

@@ -20,7 +20,7 @@ pub(crate) struct EditArgs {
     #[command(flatten)]
     pub(crate) steps: Steps,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz
-    #[arg(long, value_name = "FILE")]
+    #[arg(id = "contacts-file", long, alias = "contacts", value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
     /// Draw curves of the changed motion: .svg or .png; the keys of an in-between are marked if it is the last step
     #[arg(long, value_name = "FILE", requires = "joint")]
@@ -61,7 +61,7 @@ impl EditArgs {
     }
 }
 
-/// The steps in the order given: those of --step, and --loop, which is one of them.
+/// The steps in the order given: those of --step, and --loop-frames, which is one of them.
 #[derive(Debug)]
 pub(crate) struct Steps(pub(crate) Vec<EditStep>);
 
@@ -71,7 +71,8 @@ impl clap::Args for Steps {
             .value_name("NAME[:key=value,...]")
             .value_parser(parse_step)
             .help("A step, such as smooth:cut-off=8; steps are applied in the order given");
-        let cut = Arg::new("loop")
+        let cut = Arg::new("loop-frames")
+            .alias("loop")
             .value_name("A..B")
             .value_parser(parse_loop)
             .help("Cut to the loop from frame A to frame B: the step loop:frames=A..B");
@@ -88,7 +89,7 @@ impl clap::Args for Steps {
 
 impl FromArgMatches for Steps {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = ["step", "loop"].into_iter().flat_map(|name| {
+        let given = ["step", "loop-frames"].into_iter().flat_map(|name| {
             let steps = matches.get_many::<EditStep>(name).into_iter().flatten();
             matches.indices_of(name).into_iter().flatten().zip(steps)
         });

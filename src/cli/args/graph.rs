@@ -28,6 +28,9 @@ pub(crate) struct GraphArgs {
     /// lighter is more alike and red dots are transitions, or an array, .npy
     #[arg(long, value_name = "FILE")]
     pub(crate) matrix: Option<PathBuf>,
+    /// Print what is in the graph as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
     #[arg(long)]
     pub(crate) print_job: bool,
@@ -68,7 +71,7 @@ pub(crate) struct WalkArgs {
     /// The graph that mocap graph wrote; the clips that it names are read
     pub(crate) graph: PathBuf,
     /// The file to write, in any format of mocap formats, or - for standard output
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
     #[arg(long, value_name = "FORMAT")]

@@ -65,7 +65,7 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "edit",
-        &["output", "step", "loop", "with", "to", "verify"],
+        &["output", "step", "loop-frames", "with", "to", "verify"],
         [
             (
                 "edit walk.bvh -o held.bvh --step foot-lock --step smooth:cut-off=8",
@@ -112,7 +112,7 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "solve",
-        &["output", "joints", "smooth", "to", "fps", "verify"],
+        &["output", "joint-set", "smooth", "to", "fps", "verify"],
         [
             ("solve trial.c3d trial.glb", "a skeleton from labelled markers"),
             (
@@ -244,14 +244,14 @@ pub const GUIDES: &[Guide] = &[
     ),
     guide(
         "gif",
-        &["output", "width", "height", "rate", "speed", "robot"],
+        &["output", "width", "height", "rate", "playback-speed", "robot"],
         [
             (
                 "gif walk.bvh -o walk.gif --rate 5",
                 "a film with five pictures per second",
             ),
             (
-                "gif walk.bvh -o slow.png --rate 5 --speed 2",
+                "gif walk.bvh -o slow.png --rate 5 --playback-speed 2",
                 "an animated PNG, twice as fast",
             ),
         ],

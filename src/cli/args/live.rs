@@ -14,10 +14,10 @@ pub(crate) struct RecordArgs {
     /// it, as vmc:0.0.0.0:39539 for senders on the network
     pub(crate) source: Listen,
     /// The file to write, in any written format
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// End by itself after so many seconds, instead of at Ctrl-C alone
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
     /// Clean the recording, as `mocap clean` does, before it is written
     #[arg(long)]
@@ -48,7 +48,7 @@ pub(crate) struct PlayArgs {
     #[arg(long)]
     pub(crate) clean: bool,
     /// How many seconds later a stream is sent on, from 0 to 10: the more, the less noise [default: 0.5]
-    #[arg(long, value_name = "S", value_parser = delay, requires = "clean")]
+    #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
     #[command(flatten)]
     pub(crate) read: Reading,
@@ -77,7 +77,7 @@ pub(crate) struct BridgeArgs {
     #[arg(long)]
     pub(crate) clean: bool,
     /// How many seconds later it is sent then, from 0 to 10: the more, the less noise [default: 0.5]
-    #[arg(long, value_name = "S", value_parser = delay, requires = "clean")]
+    #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
 }
 

@@ -15,7 +15,7 @@ use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs};
 pub(crate) struct OwnArgs {
     /// The file to write, in any format of mocap formats, or - for standard output. If it is a folder, or ends in /,
     /// each motion gets a file of its own in it, beside a manifest
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) output: PathBuf,
     /// Format of standard output, or of the outputs in a folder [default: glb]
     #[arg(long, value_name = "FORMAT")]

@@ -15,7 +15,7 @@ pub(crate) struct ViewArgs {
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["html"])]
@@ -81,11 +81,14 @@ impl ViewArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PictureArgs {
     /// The picture to write: .png or .svg; - is standard output
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: png]
     #[arg(long, value_name = "FORMAT", value_parser = ["png", "svg"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
 }
@@ -122,11 +125,14 @@ pub(crate) struct GifArgs {
     /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: gif]
     #[arg(long, value_name = "FORMAT", value_parser = ["gif", "apng", "png"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Width in pixels
@@ -139,7 +145,7 @@ pub(crate) struct GifArgs {
     #[arg(long, value_name = "RATE", default_value_t = mocap::render::MovieOptions::default().frames_per_second)]
     pub(crate) rate: f64,
     /// Playback speed; 1 is real time
-    #[arg(long, value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
+    #[arg(id = "playback-speed", long, alias = "speed", value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
     pub(crate) speed: f64,
     /// Draw the motion on this robot, a .urdf file or an .xml file of MuJoCo
     #[arg(long, value_name = "FILE")]

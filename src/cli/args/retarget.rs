@@ -18,7 +18,7 @@ pub(crate) struct RetargetArgs {
     /// .fbx has any character with its skin, colours and textures, and the motions. The other formats have its skeleton
     /// and the motions. - is standard output. If OUT is a folder, or ends in /, it gets a file
     /// for each motion, with the character, and a manifest; motions may then be folders and wildcards too
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) output: PathBuf,
     /// Format of standard output, or of the outputs in a folder [default: that of a glTF or VRM character, or else glb]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["vrm"]))]

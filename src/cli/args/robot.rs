@@ -30,7 +30,7 @@ pub(crate) struct RobotArgs {
     /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
     /// pickle, as GMR writes it) and .csv have the position of every joint; .glb and the other formats of mocap formats
     /// have the links of the robot as an animated skeleton
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) output: PathBuf,
     /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
     /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, isaaclab, protomotions, mimickit

@@ -23,6 +23,9 @@ pub(crate) struct IndexArgs {
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["mdb"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Add every motion with left and right exchanged too, for motion matching; `mocap find` needs no such copies
     #[arg(long)]
     pub(crate) mirror: bool,
@@ -97,7 +100,7 @@ pub(crate) struct MatchArgs {
     pub(crate) on: PathBuf,
     /// The file to write: the character with the motion; or database.bin, with features.bin beside it, for the
     /// controller of Holden's demonstration of motion matching; - is standard output
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&[]))]
@@ -116,7 +119,7 @@ pub(crate) struct MatchArgs {
 #[group(multiple = false)]
 pub(crate) struct MatchAim {
     /// The path over the ground: points X/Z in metres, as 0/0+0/4+3/4
-    #[arg(long, value_name = "X/Z+..", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X/Z+...", allow_hyphen_values = true)]
     pub(crate) path: Option<PathArg>,
     /// The sticks of a gamepad over time: a table (CSV) or a list (JSON) of seconds, left_x, left_y, right_x, right_y
     #[arg(long, value_name = "FILE")]

@@ -21,6 +21,9 @@ pub(crate) struct SurveyArgs {
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) surveying: Surveying,
+    /// Print the rows of all clips as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Take the rows of files that a .jsonl output of an earlier run has and whose bytes are the same
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,

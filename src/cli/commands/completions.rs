@@ -9,6 +9,7 @@ use clap_mangen::Man;
 
 use crate::args::help::arranged;
 use crate::args::{Args, CompletionsArgs, ManArgs};
+use crate::kinds::nearest;
 use crate::{Failure, report, streams};
 
 const PROGRAM: &str = "mocap";
@@ -31,9 +32,11 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
     }
     let mut found = &command;
     for name in &args.command {
-        found = found
-            .find_subcommand(name)
-            .ok_or_else(|| Failure::Usage(format!("there is no command {}", args.command.join(" "))))?;
+        let names = found.get_subcommands().map(Command::get_name);
+        found = found.find_subcommand(name).ok_or_else(|| {
+            let near = nearest(name, names).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+            Failure::Usage(format!("there is no command {}{near}", args.command.join(" ")))
+        })?;
     }
     let mut page = Vec::new();
     Man::new(found.clone()).render(&mut page)?;

@@ -52,7 +52,7 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
     let of_one = (
-        ["contacts", "curves", "json", "view"].as_slice(),
+        ["contacts-file", "curves", "json", "view"].as_slice(),
         "it is of one motion; name a file, not a folder",
     );
     if args.view
@@ -64,7 +64,7 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
             "--view reads the input and the output again: name files, not -".to_owned(),
         ));
     }
-    own::refuse_beside(&args.own, given, of_one, &["contacts", "curves", "view"])
+    own::refuse_beside(&args.own, given, of_one, &["contacts-file", "curves", "view"])
 }
 
 fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {

@@ -11,6 +11,7 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     if !["gif", "apng", "png"].contains(&format.as_str()) {
         return Err(unknown_extension(&args.output, ".gif, .apng or .png"));
     }
+    super::check_json(args.json, &args.output)?;
     streams::check_output(&[&args.file], &args.output, args.force)?;
     let mut scene = import_drawn(&args.read, &args.file)?;
     args.up.state(&mut scene);
@@ -36,6 +37,9 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         _ => movie.to_apng()?,
     };
     streams::write(&args.output, &bytes)?;
+    if args.json {
+        return super::print_picture(&args.output, (args.width, args.height), bytes.len());
+    }
     report::say(&format!("{}: {movie}, {} bytes", args.output.display(), bytes.len()));
     Ok(())
 }

@@ -24,15 +24,18 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
             Ok(())
         }
         None if args.print_job => print_job(&args.job()),
-        None => make(args.job(), &args.inputs).map(|_| ()),
+        None => write(args.job(), &args.inputs, args.json),
     }
 }
 
 /// Compares the inputs of a job, which may be folders and wildcards.
 pub(super) fn of_job(job: GraphJob, args: &RunArgs) -> Result<(), Failure> {
-    let is_json = args.json;
+    write(job, &args.inputs, args.json)
+}
+
+fn write(job: GraphJob, inputs: &InputArgs, is_json: bool) -> Result<(), Failure> {
     check_json(is_json, &job.write.output)?;
-    let done = make(job, &args.inputs)?;
+    let done = make(job, inputs)?;
     match is_json {
         true => Ok(print_json(&done)?),
         false => Ok(()),

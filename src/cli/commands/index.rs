@@ -8,6 +8,7 @@ use std::path::Path;
 use mocap::files::{ReplacePolicy, check_confined};
 use mocap::matching::{Database, IndexedClip};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
+use serde_json::json;
 
 use crate::args::IndexArgs;
 use crate::batch::gather::gather;
@@ -21,6 +22,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     if super::output_format(&args.output, args.to.as_deref(), "mdb")? != "mdb" {
         return Err(super::unknown_extension(&args.output, ".mdb"));
     }
+    super::check_json(args.json, &args.output)?;
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     let output = args.spread.of_shard(&args.output);
@@ -48,9 +50,14 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     // Another program may have written the file meanwhile.
     check()?;
     streams::write(&output, &bytes)?;
-    let clips = report::counted(database.clips().len(), "clip");
-    let frames = report::counted(database.frames(), "frame");
-    report::say(&format!("{}: {clips}, {frames}", output.display()));
+    let (clips, frames) = (database.clips().len(), database.frames());
+    if args.json {
+        let (output, bytes) = (output.display().to_string(), bytes.len());
+        super::print_json(&json!({"output": output, "bytes": bytes, "clips": clips, "frames": frames}))?;
+    } else {
+        let (clips, frames) = (report::counted(clips, "clip"), report::counted(frames, "frame"));
+        report::say(&format!("{}: {clips}, {frames}", output.display()));
+    }
     counts.verdict()
 }
 

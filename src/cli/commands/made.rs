@@ -18,7 +18,7 @@ use crate::{Failure, kinds, streams};
 pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
 
 /// What is done with an output that is written, and what is written beside it.
-const BESIDE: [&str; 6] = ["verify", "view", "contacts", "curves", "report", "resume"];
+const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
 
 /// A job that is ready, for an output or for many.
 pub(super) fn maker(job: &MotionJob, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {

@@ -2,6 +2,8 @@
 
 use std::io;
 
+use serde_json::json;
+
 use crate::args::MergeManifestArgs;
 use crate::batch::manifest;
 use crate::{Failure, report};
@@ -10,7 +12,10 @@ pub(crate) fn run(args: &MergeManifestArgs) -> Result<(), Failure> {
     let in_folder = |error: io::Error| Failure::Folder(args.folder.clone(), error);
     let records = manifest::merge(&args.folder).map_err(in_folder)?;
     let failed = records.iter().filter(|record| record.error.is_some()).count();
-    report::say(&format!("{} files, {failed} failed", records.len()));
+    match args.json {
+        true => super::print_json(&json!({"files": records.len(), "failed": failed}))?,
+        false => report::say(&format!("{} files, {failed} failed", records.len())),
+    }
     if failed > 0 {
         return Err(Failure::Some);
     }

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
             &joints,
             &options,
         ),
-        &args.picture.output,
+        &args.picture,
         &format,
     )
 }

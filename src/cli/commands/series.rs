@@ -2,10 +2,23 @@
 
 use mocap::Scene;
 use mocap::biomechanics::TimeSeries;
+use serde::Serialize;
 
-use super::import_motion;
+use super::{check_json, import_motion, print_json};
 use crate::args::SeriesArgs;
 use crate::{Failure, report, streams};
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    input: String,
+    output: String,
+    samples: usize,
+    frame_rate: f64,
+    columns: &'a [String],
+    units: &'a [String],
+    notes: &'a [String],
+}
 
 pub(crate) fn forces(args: &SeriesArgs) -> Result<(), Failure> {
     write(args, TimeSeries::ground_forces)
@@ -26,10 +39,22 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
         "parquet" => return Err(super::without_parquet()),
         _ => return Err(super::unknown_extension(&args.output, ".mot, .sto, .csv or .parquet")),
     };
+    check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let scene = import_motion(&args.read, &args.input)?;
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &to_bytes(&series)?)?;
+    if args.json {
+        return Ok(print_json(&Report {
+            input: args.input.display().to_string(),
+            output: args.output.display().to_string(),
+            samples: series.frames(),
+            frame_rate: series.frame_rate,
+            columns: &series.columns,
+            units: &series.units,
+            notes: &series.notes,
+        })?);
+    }
     series.notes.iter().for_each(|note| report::say(note));
     report::say(&format!(
         "{} -> {}: {} samples of {} columns at {} Hz",

@@ -22,7 +22,7 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
 /// Writes the picture.
 pub(crate) fn write(drawing: &Drawing, args: &SheetArgs) -> Result<(), Failure> {
     let format = check_picture(&args.files, &args.picture)?;
-    write_drawing(drawing, &args.picture.output, &format)
+    write_drawing(drawing, &args.picture, &format)
 }
 
 /// The picture.

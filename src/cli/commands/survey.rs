@@ -27,6 +27,7 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
         false => survey(&Work {
             job: &args.job(),
             resume: args.resume,
+            is_json: args.json,
             inputs: &args.inputs,
             spread: &args.spread,
         }),
@@ -35,14 +36,10 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
 
 /// Surveys the inputs of a job, which may be folders and wildcards.
 pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
-    if args.json {
-        return Err(Failure::Usage(
-            "--json would do nothing: write.output names a table, as rows.json".to_owned(),
-        ));
-    }
     survey(&Work {
         job,
         resume: args.resume,
+        is_json: args.json,
         inputs: &args.inputs,
         spread: &args.spread,
     })
@@ -52,6 +49,7 @@ pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
 struct Work<'a> {
     job: &'a SurveyJob,
     resume: bool,
+    is_json: bool,
     inputs: &'a InputArgs,
     spread: &'a SpreadArgs,
 }
@@ -86,6 +84,7 @@ impl Work<'_> {
 
 fn survey(work: &Work<'_>) -> Result<(), Failure> {
     let (surveying, output) = (&work.job.survey, work.output());
+    super::check_json(work.is_json, &work.job.write.output)?;
     let to = work.job.write.to.as_deref();
     let format = output.as_deref().map(|output| format_of(output, to)).transpose()?;
     let inputs = work.inputs()?;
@@ -114,6 +113,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
         report::say(&format!("{}: {clips}", path.display()));
     }
     match (&output, surveying.select) {
+        _ if work.is_json => report::data().write_all((corpus.to_json() + "\n").as_bytes())?,
         (Some(_), _) => {}
         (None, Some(_)) => report::data().write_all(corpus.to_list().as_bytes())?,
         (None, None) => print(&corpus)?,
@@ -133,6 +133,7 @@ pub(crate) fn made(job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> 
     let work = Work {
         job,
         resume: false,
+        is_json: false,
         inputs,
         spread,
     };

@@ -52,7 +52,7 @@ fn searches_and_surveys_say_what_they_found() {
         .iter()
         .map(|row| row["file"].as_str().unwrap())
         .collect();
-    assert_eq!(files, ["cmu_short.bvh", "cmu_12_01_walk.bvh"]);
+    assert_eq!(files, ["cmu_12_01_walk.bvh", "cmu_short.bvh"]);
     folder.succeeds("survey cmu_short.bvh cmu_12_01_walk.bvh -o rows.json");
     assert_eq!(
         rows,

@@ -159,7 +159,7 @@ fn second_motions_are_recorded_and_verified() {
         &output,
         "--step",
         "blend:weight=0.5:0+2:1",
-        "--loop",
+        "--loop-frames",
         "10..100",
         "--step",
         "concat:with=2,blend=0.1",
@@ -232,7 +232,7 @@ fn keys_are_marked_on_the_curves() {
         words(&refused)
     );
     assert_eq!(between(&curves, &[]).status.code(), Some(2));
-    let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--loop", "10-40"]);
+    let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--loop-frames", "10-40"]);
     assert!(
         words(&refused).contains("it must be two frames, such as 10..140"),
         "{}",

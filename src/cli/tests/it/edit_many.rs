@@ -186,8 +186,8 @@ fn what_cannot_be_done_for_many_is_refused() {
     let one = "edit in/a.bvh -o a.glb --step mirror";
     for (command, reason) in [
         (
-            format!("{COMMAND} --contacts c.json"),
-            "--contacts would do nothing: it is of one motion",
+            format!("{COMMAND} --contacts-file c.json"),
+            "--contacts-file would do nothing: it is of one motion",
         ),
         (
             format!("{COMMAND} --json"),

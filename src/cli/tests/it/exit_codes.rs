@@ -237,14 +237,14 @@ fn another_file_is_at_fault() {
     folder.write("own.glb", &points);
     folder.write("empty/notes", b"");
     for (status, arguments) in [
-        (1, "solve none.npy --joints smpl22 -o new.glb"),
-        (1, "solve bad.npy --joints smpl22 -o new.glb"),
-        (1, "solve p.npy --joints smpl22 -o none/new.glb"),
-        (1, "solve own.glb --joints smpl22 -o own.glb --force"),
-        (2, "solve p.npy --joints nonsense -o new.glb"),
-        (2, "solve p.npy --joints smpl22 -o new.glb --clip 7"),
-        (2, "solve p.npy --joints smpl22 -o new.glb --nonsense"),
-        (3, "solve p.npy bad.npy --joints smpl22 -o many/"),
+        (1, "solve none.npy --joint-set smpl22 -o new.glb"),
+        (1, "solve bad.npy --joint-set smpl22 -o new.glb"),
+        (1, "solve p.npy --joint-set smpl22 -o none/new.glb"),
+        (1, "solve own.glb --joint-set smpl22 -o own.glb --force"),
+        (2, "solve p.npy --joint-set nonsense -o new.glb"),
+        (2, "solve p.npy --joint-set smpl22 -o new.glb --clip 7"),
+        (2, "solve p.npy --joint-set smpl22 -o new.glb --nonsense"),
+        (3, "solve p.npy bad.npy --joint-set smpl22 -o many/"),
         (1, "merge-manifest none"),
         (1, "merge-manifest empty"),
         (2, "merge-manifest"),

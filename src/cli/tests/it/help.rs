@@ -242,7 +242,7 @@ fn every_command_has_a_manual_page() {
         assert!(text.contains("Examples:"), "{name}");
     }
     assert!(folder.read("pages/mocap.1").starts_with(b".ie"));
-    folder.refuses("man conver", 2, "there is no command conver");
+    folder.refuses("man conver", 2, "there is no command conver; did you mean convert?");
 }
 
 /// A quiet check names the files alone of which there is something to say.

@@ -79,7 +79,7 @@ const CASES: &[Case] = &[
     set("convert hero.gltf out.usda --force", "out.usda"),
     many("convert heroes -o out --to usda --force", &[]),
     set("convert walk.bvh out.bvh --sidecar --force", "out.bvh"),
-    one("solve points.npy --joints smpl22 -o out.glb"),
+    one("solve points.npy --joint-set smpl22 -o out.glb"),
     one("convert walk.bvh out.bvh --force"),
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),

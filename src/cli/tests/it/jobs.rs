@@ -68,7 +68,7 @@ fn every_command_prints_its_job_or_says_why_it_has_none() {
         ("convert", "a.bvh a.glb"),
         ("edit", "a.bvh -o a.glb --step mirror"),
         ("clean", "a.bvh -o a.glb"),
-        ("solve", "a.npy --joints smpl22 -o a.glb"),
+        ("solve", "a.npy --joint-set smpl22 -o a.glb"),
         ("retarget", "a.bvh hero.gltf -o b.gltf"),
         ("robot", "a.bvh --robot h1.urdf -o a.csv"),
         ("survey", "a.bvh -o rows.csv"),

@@ -2,6 +2,7 @@
 
 mod agent;
 mod angles;
+mod as_json;
 mod batch;
 mod build_note;
 mod c3d_recorded;
@@ -36,6 +37,7 @@ mod limits;
 mod live;
 mod names;
 mod one_answer;
+mod one_meaning;
 mod one_skeleton;
 mod options;
 mod output_sets;

@@ -50,7 +50,7 @@ fn every_command_has_one_ground_and_one_map() {
             "{file}"
         );
         // The contacts are those of the motion that is written.
-        folder.succeeds("edit in.bvh -o out.bvh --step reverse --contacts contacts.json");
+        folder.succeeds("edit in.bvh -o out.bvh --step reverse --contacts-file contacts.json");
         let contacts: Value = serde_json::from_slice(&folder.read("contacts.json")).unwrap();
         let of_edit = contacts["floor"].as_f64().unwrap();
         let written: Value = serde_json::from_slice(&folder.run("skeleton out.bvh --json").stdout).unwrap();

@@ -44,10 +44,10 @@ fn a_command_writes_all_of_its_outputs_or_none() {
     folder.succeeds("index cmu_short.bvh -o moves.mdb");
     let edit = "edit cmu_short.bvh -o out.glb --step mirror";
     let cases = [
-        (format!("{edit} --contacts none/out.json"), 1, "none"),
-        (format!("{edit} --contacts mine.npz"), 1, "output-exists"),
+        (format!("{edit} --contacts-file none/out.json"), 1, "none"),
+        (format!("{edit} --contacts-file mine.npz"), 1, "output-exists"),
         (
-            format!("{edit} --contacts out.json --curves none/out.png --joint Hips"),
+            format!("{edit} --contacts-file out.json --curves none/out.png --joint Hips"),
             1,
             "none",
         ),

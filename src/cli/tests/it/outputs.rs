@@ -123,7 +123,7 @@ fn an_output_that_an_option_names_is_refused() {
             b"{}".to_vec(),
             "solve hand_take.c3d --markers own.glb -o own.glb --force",
         ),
-        (b"[]".to_vec(), "solve p.npy --joints own.glb -o own.glb --force"),
+        (b"[]".to_vec(), "solve p.npy --joint-set own.glb -o own.glb --force"),
         (
             real("moves.mdb"),
             "match own.glb --path 0/0+0/1 --on cmu_short.bvh -o own.glb --force",
@@ -142,7 +142,10 @@ fn an_output_that_an_option_names_is_refused() {
         ("survey own.json -o own.json", "own.json"),
         ("survey cmu_short.bvh own.html -o new.json --html own.html", "own.html"),
         ("clean own.json -o new.glb --report own.json", "own.json"),
-        ("edit own.json -o new.glb --step mirror --contacts own.json", "own.json"),
+        (
+            "edit own.json -o new.glb --step mirror --contacts-file own.json",
+            "own.json",
+        ),
         ("index own.mdb -o own.mdb", "own.mdb"),
     ] {
         folder.write(input, &real("cmu_short.bvh"));

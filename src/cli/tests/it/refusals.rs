@@ -58,8 +58,8 @@ fn two_outputs_of_one_name_are_refused_before_the_first_is_written() {
         "survey w.bvh --sarif s.csv --html s.csv",
         "clean w.bvh -o out.glb --report ./out.glb",
         "clean w.bvh -o out.bvh --report out.bvh.json",
-        "edit w.bvh -o out.npz --step mirror --contacts out.npz",
-        "edit w.bvh -o out.bvh --step mirror --contacts out.bvh.json",
+        "edit w.bvh -o out.npz --step mirror --contacts-file out.npz",
+        "edit w.bvh -o out.bvh --step mirror --contacts-file out.bvh.json",
     ] {
         folder.ends_with(2, arguments);
         assert_eq!(folder.contents().len(), 1, "{arguments}");
