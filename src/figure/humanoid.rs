@@ -140,12 +140,14 @@ impl Humanoid {
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A skeleton with
-    /// a joint for each required bone is a humanoid then.
+    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A joint is one
+    /// bone: another bone that was found at a joint of the map has none then. A skeleton with a joint for each required
+    /// bone is a humanoid.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where no joint has the name.
+    /// [`Code::InvalidValue`] where no joint has the name, or two bones have it.
     pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
+        let mut bone_of = BTreeMap::new();
         for (bone, name) in map {
             let Some(name) = name else {
                 self.bones.remove(&bone);
@@ -167,8 +169,15 @@ impl Humanoid {
                 confidence: Confidence::Sure,
                 reason: "the map says so".to_owned(),
             };
+            if let Some(other) = bone_of.insert(joint.joint, bone) {
+                let (other, bone) = (other.as_str(), bone.as_str());
+                let message = format!("the map names {name:?} as {other} and as {bone}: a joint is one bone");
+                return Err(Diagnostic::new(Code::InvalidValue, message).into());
+            }
             self.bones.insert(bone, joint);
         }
+        self.bones
+            .retain(|bone, found| bone_of.get(&found.joint).is_none_or(|own| own == bone));
         if !self.found && self.missing().is_empty() {
             self.found = true;
             self.reason = "the map says so".to_owned();

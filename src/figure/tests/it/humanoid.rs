@@ -495,3 +495,31 @@ fn feet_are_on_the_floor_and_sides_alike() {
     let still = Figure::new(&scene);
     assert!(still.ground(&scene).is_none() && still.asymmetry.is_some());
 }
+
+/// A joint that a map names is that bone alone. It was two, and the T-pose panicked.
+#[test]
+fn a_joint_of_a_map_is_one_bone() {
+    let scene = import("real/cmu_12_01_walk.bvh");
+    let map = |bones: &[(HumanoidBone, &str)]| {
+        let bones = bones.iter().map(|(bone, name)| (*bone, Some((*name).to_owned())));
+        Humanoid::of(&scene).with_map(&scene, bones.collect())
+    };
+    let found = names(&scene, &Humanoid::of(&scene));
+    assert_eq!(found[&HumanoidBone::Neck], "Neck");
+    let mapped = map(&[(HumanoidBone::Head, "Neck")]).unwrap();
+    let bones = names(&scene, &mapped);
+    assert_eq!(bones[&HumanoidBone::Head], "Neck");
+    assert!(!bones.contains_key(&HumanoidBone::Neck));
+    assert!(Figure::with_bones(&scene, mapped).t_pose(&scene).is_some());
+    // Both may move, and a bone is found no more where it is named.
+    let mapped = map(&[(HumanoidBone::Neck, "Spine1"), (HumanoidBone::Head, "Neck")]).unwrap();
+    let bones = names(&scene, &mapped);
+    assert_eq!(
+        [&bones[&HumanoidBone::Neck], &bones[&HumanoidBone::Head]],
+        ["Spine1", "Neck"]
+    );
+    assert!(Figure::with_bones(&scene, mapped).t_pose(&scene).is_some());
+    let error = map(&[(HumanoidBone::Neck, "Neck"), (HumanoidBone::Head, "Neck")]).unwrap_err();
+    let message = "the map names \"Neck\" as neck and as head: a joint is one bone";
+    assert_eq!(error.diagnostic().message, message);
+}
