@@ -260,7 +260,8 @@ impl JobTarget {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for passes that there are not, and as [`BoneMap::bones`].
-    pub(super) fn options(&self) -> Result<RetargetingOptions> {
+    #[doc(hidden)]
+    pub fn options(&self) -> Result<RetargetingOptions> {
         let (map, scale, feet) = shared!(self, kind => (&kind.map, kind.scale, kind.feet));
         let bones = map.as_ref().map(BoneMap::bones).transpose()?;
         let options = RetargetingOptions::new()

@@ -409,7 +409,8 @@ impl Writing {
     }
 
     /// How the clips of a character are stored, whose file is passed through.
-    pub(super) fn gltf(&self) -> GltfOptions {
+    #[doc(hidden)]
+    pub fn gltf(&self) -> GltfOptions {
         self.smaller.gltf().buffer(self.buffer())
     }
 

@@ -15,8 +15,10 @@ mod answer;
 mod clips;
 mod controllers;
 mod failure;
+mod given;
 mod keys;
 mod laboratory;
+mod names;
 mod options;
 mod request;
 mod robot_streams;
@@ -53,7 +55,7 @@ fn remember_panics() {
 /// Makes room for the next input, a request or a file of `length` bytes. Null where there is no memory for it.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_input(length: usize) -> *mut u8 {
-    mocap::spell_options(options::spelling);
+    mocap::spell_options(names::spelling);
     with_state(|state| state.input(length)).unwrap_or(std::ptr::null_mut())
 }
 

@@ -17,8 +17,8 @@ use serde_json::Value;
 use crate::answer::SceneAt;
 use crate::failure::{Failure, Finding};
 use crate::laboratory::{self, Columns};
-use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, options_of};
-use crate::robot_streams;
+use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, WriteOptions};
+use crate::robot_streams::{self, StreamOptions};
 use crate::scenes::{Entry, Scenes};
 use crate::state::State;
 use crate::writing::{in_metres, write};
@@ -129,7 +129,7 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
     match parsed(request)? {
         Request::Read { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
-            let options: ReadOptions = options_of("read", options)?;
+            let options = ReadOptions::of("read", options)?;
             let scene = options.importer().read_among(file, &others)?;
             keep(scenes, Entry::new(scene, None), &[])
         }
@@ -137,11 +137,11 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             let (file, others) = memory_files(&names, files)?;
             keep(
                 scenes,
-                read_character(&options_of("readCharacter", options)?, file, &others)?,
+                read_character(&ReadOptions::of("readCharacter", options)?, file, &others)?,
                 &[],
             )
         }
-        Request::Convert { scene, options } => convert(scenes, scene, options_of("convert", options)?),
+        Request::Convert { scene, options } => convert(scenes, scene, &ConvertOptions::of(options)?),
         Request::Edit {
             scene,
             steps,
@@ -153,10 +153,10 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             scene,
             character,
             options,
-        } => retarget(scenes, scene, character, &options_of("retarget", options)?),
+        } => retarget(scenes, scene, character, &RetargetOptions::of(options)?),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
-        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options_of("write", options)?),
+        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &WriteOptions::of(options)?),
     }
 }
 
@@ -165,7 +165,7 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
     match parsed(request)? {
         OtherRequest::Check { files: names, options } => {
             let (file, others) = memory_files(&names, files)?;
-            check(&options_of("check", options)?, file, &others)
+            check(&ReadOptions::of("check", options)?, file, &others)
         }
         OtherRequest::Run { job, files: names } => run(&job, &names, files),
         OtherRequest::Table { scene, columns } => laboratory::table(&scenes.get(scene)?.scene, columns),
@@ -175,9 +175,7 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
             let robot =
                 robot.ok_or_else(|| Failure::argument("a robot is what readCharacter returns of URDF or MJCF"))?;
             let source = &scenes.get(scene)?.scene;
-            let begun = state
-                .robot_streams
-                .add(source, robot, &options_of("robotStream", options)?)?;
+            let begun = state.robot_streams.add(source, robot, &StreamOptions::of(options)?)?;
             Ok((json(&begun)?, Vec::new()))
         }
         OtherRequest::RobotPush { stream } => {
@@ -259,13 +257,13 @@ fn keep(scenes: &mut Scenes, entry: Entry, assumptions: &[Assumption]) -> Result
 
 /// The bodies of links are pictures, as the meshes of a glTF file are.
 fn robot_importer(options: &ReadOptions) -> Importer {
-    options.importer().robot_meshes(options.gltf_meshes)
+    options.importer().robot_meshes(options.has_gltf_meshes())
 }
 
 /// As `mocap retarget` reads its character: glTF and VRM files are passed through, others give their skeleton.
 fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Entry, Failure> {
     // Where the meshes of the file are wanted, a mesh of the skeleton does no harm.
-    let importer = match options.gltf_meshes {
+    let importer = match options.has_gltf_meshes() {
         true => options.importer(),
         false => options.importer().skeleton_mesh(SkeletonMesh::None),
     };
@@ -276,7 +274,7 @@ fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryF
                 Err(error) if error.code() == Code::UnknownFormat => {
                     Ok(Entry::new(options.importer().read_among(file, others)?, None))
                 }
-                robot => Ok(Entry::of_robot(robot?, options.gltf_meshes)),
+                robot => Ok(Entry::of_robot(robot?, options.has_gltf_meshes())),
             }
         }
         Err(error) => Err(error.into()),
@@ -314,9 +312,9 @@ fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>])
     Ok((json(&checked)?, Vec::new()))
 }
 
-fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<Answer, Failure> {
-    let (names, bones) = (options.names()?, options.bones.clone());
-    let conversion = options.conversion()?;
+fn convert(scenes: &mut Scenes, number: u32, options: &ConvertOptions) -> Result<Answer, Failure> {
+    let (names, bones) = (options.names()?, options.bones().clone());
+    let conversion = options.conversion();
     let entry = scenes.get(number)?;
     let mut scene = entry.scene.clone();
     let assumptions = conversion.apply(&mut scene)?;
@@ -475,11 +473,14 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     let (source, assumptions) = in_metres(entry)?;
     let mut retargeting = Retargeting::onto(onto, options.retargeting()?)?;
     let source = SourceMotion::converted(source);
-    retargeting.add(match &options.name {
+    retargeting.add(match options.name() {
         Some(name) => source.named(name),
         None => source,
     })?;
-    let limb_angles = options.limb_angles.then(|| retargeting.limb_angles(0)).flatten();
+    let limb_angles = options
+        .keeps_limb_angles()
+        .then(|| retargeting.limb_angles(0))
+        .flatten();
     let humanoid = retargeting.humanoid().cloned();
     let (mut provenance, mut reports) = (Vec::new(), Vec::new());
     // What it records is recorded when a file is written.

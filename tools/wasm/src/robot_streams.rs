@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::glam::Mat4;
-use mocap::job::Feet;
-use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, SmoothRobotStream};
+use mocap::job::{Feet, RobotTarget};
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, SmoothRobotStream};
 use mocap::{Pose, Scene};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::request::{Answer, json};
 
 /// Bytes of a matrix of 16 numbers of 32 bits.
@@ -26,30 +28,42 @@ pub(crate) struct RobotStreams {
     last: u32,
 }
 
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
 pub(crate) struct StreamOptions {
+    robot: RobotTarget,
+    own: OwnStreamOptions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+struct OwnStreamOptions {
     fps: Option<f64>,
-    passes: Option<u8>,
-    feet: Feet,
-    floor: Floor,
     bones: HumanoidMap,
     character_bones: HumanoidMap,
 }
 
 impl StreamOptions {
+    pub(crate) fn of(options: Value) -> Result<Self, Failure> {
+        let mut given = Given::new("robotStream", options)?;
+        let made = Self {
+            robot: given.take()?,
+            own: given.take()?,
+        };
+        given.end()?;
+        Ok(made)
+    }
+
     fn of_robot(&self, source: &Scene) -> Result<RobotOptions, Failure> {
         let options = RobotOptions::new();
-        let passes = self.passes.unwrap_or(options.passes);
+        let passes = self.robot.passes.unwrap_or(options.passes);
         if !matches!(passes, 1 | 2) {
             return Err(Failure::argument(format!("passes must be 1 or 2, got {passes}")));
         }
-        let bones = Humanoid::of(source).with_map(source, self.bones.clone())?;
+        let bones = Humanoid::of(source).with_map(source, self.own.bones.clone())?;
         Ok(options
             .passes(passes)
-            .lock_feet(self.feet == Feet::Lock)
-            .floor(self.floor)
-            .map(self.character_bones.clone())
+            .lock_feet(self.robot.feet == Feet::Lock)
+            .floor(self.robot.floor)
+            .map(self.own.character_bones.clone())
             .source(Some(bones)))
     }
 }
@@ -71,7 +85,7 @@ impl RobotStreams {
         options: &StreamOptions,
     ) -> Result<StreamAt<'_>, Failure> {
         let rate = source.animations.first().map(|animation| animation.ticks_per_second);
-        let fps = options.fps.or(rate);
+        let fps = options.own.fps.or(rate);
         let fps =
             fps.ok_or_else(|| Failure::argument("the scene has no motion whose rate could be taken: give fps"))?;
         let stream = RobotRetargeter::new(source, robot, &options.of_robot(source)?)?.stream(source, fps)?;

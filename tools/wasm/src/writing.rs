@@ -2,7 +2,7 @@
 
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::dump::SceneView;
-use mocap::gltf::{self, BufferPlace};
+use mocap::gltf;
 use mocap::job::RobotFormat;
 use mocap::render::{Clip, Drawing, SheetOptions};
 use mocap::scene::{Assumption, UpAxis};
@@ -94,7 +94,7 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
             "shellDistance would do nothing: give maxError too, or compress, or leave it out",
         ));
     }
-    let character = entry.character.as_ref().filter(|_| !options.skeleton_only);
+    let character = entry.character.as_ref().filter(|_| !options.is_skeleton_only());
     if let Some(character) = character.filter(|_| row.keeps_characters) {
         let written = character.with_clips(&entry.scene, &entry.provenance, false, &options.gltf())?;
         return file(written, Vec::new());
@@ -104,11 +104,10 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
         false => on_skeleton(entry)?,
     };
     // The bodies of links are for pictures.
-    if options.skeleton_only || entry.robot.is_some() {
+    if options.is_skeleton_only() || entry.robot.is_some() {
         scene.leave_out_meshes();
     }
-    // The page gets one file.
-    let mut exporter = options.exporter().buffer(BufferPlace::Embedded);
+    let mut exporter = options.exporter();
     if let Some(humanoid) = &entry.humanoid {
         exporter = exporter.humanoid(humanoid.clone());
     }

@@ -414,7 +414,7 @@ fn other_languages_call_what_the_table_tries() {
         ("tools/python/src/convert.rs", "maker.make("),
         ("tools/wasm/src/writing.rs", "FormatInfo::of_output("),
         ("tools/wasm/src/request.rs", "name_joints("),
-        ("tools/wasm/src/options.rs", ".t_pose_first("),
+        ("tools/wasm/src/options.rs", ".conversion()"),
     ] {
         assert!(
             fs::read_to_string(at_root(file)).unwrap().contains(call),
