@@ -101,6 +101,8 @@ pub use mocap_corpus::{matching, survey};
 pub use mocap_edit::{self as edit, graph};
 #[doc(inline)]
 pub use mocap_figure::{self as figure, Conversion, convert};
+#[doc(hidden)]
+pub use mocap_formats::Contents;
 #[cfg(feature = "gltf")]
 #[doc(inline)]
 pub use mocap_formats::vrma;

@@ -47,3 +47,59 @@ try {
 
 // @ts-expect-error an axis that there is not
 mocap.read("", "a.bvh").convert({ up: "x" });
+
+// Each line has a mistake: a misspelt option, a wrong word, an option of another kind.
+const scene = mocap.read("", "a.bvh");
+// @ts-expect-error
+mocap.read("", "a.bvh", { rootOfset: "add" });
+// @ts-expect-error
+mocap.read("", "a.bvh", { rootOffset: "ad" });
+// @ts-expect-error
+mocap.read("", "a.bvh", { format: "bhv" });
+// @ts-expect-error a file, not its name
+mocap.read("", "a.npz", { body: "SMPL.pkl" });
+// @ts-expect-error
+scene.convert({ fps: 30 });
+// @ts-expect-error
+scene.convert({ firstFrame: "yes" });
+// @ts-expect-error
+scene.convert({ rest: "tpose" });
+// @ts-expect-error
+scene.convert({ unit: "miles" });
+// @ts-expect-error
+scene.toGlb({ maxEror: 0.001 });
+// @ts-expect-error
+scene.toGlb({ compress: "meshopt" });
+// @ts-expect-error a unit that there is not
+scene.toGlb({ maxError: "1 inch" });
+// @ts-expect-error
+scene.toBvh({ channels: 6 });
+// @ts-expect-error
+scene.write("bhv");
+// @ts-expect-error
+scene.edit(["miror"]);
+// @ts-expect-error
+scene.edit([{ step: "smooth", cutoff: 8 }]);
+// @ts-expect-error
+scene.edit([{ step: "smooth", part: "wings" }]);
+// @ts-expect-error an option of another step
+scene.edit([{ step: "mirror", "cut-off": 8 }]);
+// @ts-expect-error
+scene.retarget(scene, { feet: "off" });
+// @ts-expect-error
+scene.robotStream(scene, { passes: 3 });
+mocap.run({ source: { inputs: ["a.bvh"], frames: { trim: "0..1" } }, steps: ["fill", { step: "trim", range: "0f..9f" }], write: { output: "a.glb", smaller: { "max-error": "1mm" } } }, []);
+mocap.run({ source: { inputs: ["a.bvh"] }, target: { character: { file: "hero.vrm", scale: 1.1 } }, write: { output: "a.vrm" } }, []);
+mocap.run({ source: { inputs: ["a.bvh"] }, survey: { where: "skate < 1" }, write: { output: "a.csv" } }, []);
+// @ts-expect-error
+mocap.run({ sorce: { inputs: ["a.bvh"] }, write: { output: "a.glb" } }, []);
+// @ts-expect-error
+mocap.run({ source: { inputs: ["a.bvh"] }, write: { output: "a.glb", smaller: { maxError: 0.001 } } }, []);
+// @ts-expect-error
+mocap.run({ source: { inputs: ["a.bvh"], space: { up: "x" } }, write: { output: "a.glb" } }, []);
+// @ts-expect-error an option of a robot
+mocap.run({ source: { inputs: ["a.bvh"] }, target: { character: { file: "hero.vrm", passes: 1 } }, write: { output: "a.vrm" } }, []);
+// @ts-expect-error a survey has no steps
+mocap.run({ source: { inputs: ["a.bvh"] }, survey: {}, steps: ["mirror"] }, []);
+// @ts-expect-error
+mocap.run({ source: { inputs: ["a.bvh"] }, steps: [{ step: "turn", by: "left" }], write: { output: "a.glb" } }, []);

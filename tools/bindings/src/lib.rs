@@ -2,7 +2,11 @@
 
 mod docs;
 pub mod model;
+#[allow(dead_code, reason = "the module for WebAssembly uses the rest of it")]
+#[path = "../../wasm/src/names.rs"]
+mod names;
 mod python;
+mod typescript;
 
 use model::Model;
 
@@ -20,5 +24,6 @@ pub struct Generated {
 /// # Panics
 /// Where the schema of jobs has a form that [`Model`] does not know.
 pub fn files() -> Vec<Generated> {
-    python::files(&Model::new())
+    let model = Model::new();
+    [python::files(&model), typescript::files(&model)].concat()
 }

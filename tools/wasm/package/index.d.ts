@@ -1,3 +1,10 @@
+import type {
+  Axis, BoneNames, CharacterTargetOptions, EditStep, Job, ReadingOptions, RobotFormatName, RobotTargetOptions, SmallerOptions, SourceFramesOptions,
+  SourceSpaceOptions, StepName, Unit, WrittenExtension, WritingBvhOptions,
+} from "./options.js";
+
+export * from "./options.js";
+
 declare global {
   // Without `lib: ["esnext.disposable"]` TypeScript does not know it; with it, this says the same again.
   interface SymbolConstructor {
@@ -13,47 +20,17 @@ export interface File {
 
 export type Bytes = Uint8Array | ArrayBuffer | string;
 
-export type Axis = "y" | "z" | "-y" | "-z";
-
-/** Metres in one unit of length, or a name. */
-export type Unit = number | "m" | "dm" | "cm" | "mm" | "inch" | "cmu";
-
 /** A time: seconds from the start, or a frame of the file, from 0. */
 export type Moment = { seconds: number } | { frame: number };
 
 /** The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. */
 export type Bones = Record<string, string | null>;
 
-export interface ReadOptions {
-  /** How a BVH root's OFFSET and its position channels combine. Default: `"auto"`. */
-  rootOffset?: "auto" | "replace" | "add";
-  /** Frames per second in place of the file's own: the motion keeps its frames, and is slower or faster. */
-  retime?: number;
-  /** Read the rows of a BVH file beyond its `Frames:`. */
-  allRows?: boolean;
+export interface ReadOptions extends ReadingOptions {
   /** Whether a track that never changes is one key. Default: true. */
   collapseKeys?: boolean;
-  /** Whether a warning is an error. */
-  strict?: boolean;
   /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
   hash?: boolean;
-  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "trc" | "fbx" | "usd" | "mclip" | "vmd" | "pmx" | "npz" | "npy" | "torch" | "pickle" | "csv" | "parquet" | "mot";
-  /** The animation to keep of several: its index from 0, or its name. */
-  clip?: number | string;
-  /**
-   * The body on which arrays of rotations are put, such as those of SMPL: a model of SMPL, SMPL-H or SMPL-X, or a file with a
-   * figure in any format. Default: a body of generic proportions.
-   */
-  body?: File;
-  /** The joints of a file of positions, from which rotations are solved. A name that is none of these is that of one of the files, a JSON. */
-  joints?: "smpl22" | "smpl24" | "coco17" | "h36m" | "mediapipe33" | "openpose25" | (string & {});
-  /** The lengths of a skeleton that is solved from positions of joints. Default: `"median"`. */
-  lengths?: "median" | "moving";
-  /** Solves a skeleton from markers: `"auto"` by the labels of known sets, `"auto:NAME"` of that subject, or the name of
-   * one of the files, a JSON. */
-  markers?: "auto" | (string & {});
-  /** Markers of somebody who stands, some of which the motion may not have. */
-  static?: File;
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
   skeletonMesh?: "skinned" | "segmented" | "none";
   /** Read the meshes of a glTF file. */
@@ -62,11 +39,7 @@ export interface ReadOptions {
   morphTargets?: boolean;
 }
 
-export interface ConvertOptions {
-  /** The unit of the file. Default: the one it states, else the one in which the figure has the size of a person. */
-  unit?: Unit;
-  /** The up axis of the file. Default: the one it states, else from the feet to the head. */
-  up?: Axis;
+export interface ConvertOptions extends SourceSpaceOptions, SourceFramesOptions {
   /** The unit of the result. Default: metres. */
   outUnit?: Unit;
   /** The up axis of the result. Default: `"y"`. */
@@ -78,48 +51,23 @@ export interface ConvertOptions {
   first?: Moment;
   /** The last moment to keep. */
   last?: Moment;
-  /** Frames per second of the result, at the same speed. */
-  frameRate?: number;
-  /** `"auto"` drops it if it is a rest pose. Default: `"keep"`. */
-  firstFrame?: "keep" | "drop" | "auto";
-  /** The rest pose: that of the file, the T-pose, the T-pose with the arms 45 degrees down, or the pose of a frame, from 0. */
-  rest?: "zero" | "t-pose" | "a-pose" | `frame:${number}`;
-  /** Put the T-pose before the first frame, on the floor. */
-  tPoseFirst?: boolean;
   /** What joints are called in the result: the names of a program or of a collection, or one for each bone. */
-  names?: "vrm" | "mixamo" | "unreal" | "cmu" | Bones;
-  /** The root's motion over the ground. Default: `"keep"`. */
-  root?: "keep" | "inPlace" | "extract";
+  names?: BoneNames | Bones;
 }
 
 /** How far a file may be from the scene. */
-export interface ErrorOptions {
-  /** The largest distance of any joint from its position, in metres. */
-  maxError?: number;
-  /** Points at this distance from each joint keep `maxError` too, as a skin does. In metres; default 0, none; in FBX 0.03. */
-  shellDistance?: number;
-}
+export type ErrorOptions = Omit<SmallerOptions, "compress">;
 
 export interface GlbOptions extends ErrorOptions {
+  /** How keys are stored. Default: `"none"`, as 32-bit floats. */
+  compress?: SmallerOptions["compress"];
   /** Write constant tracks as animation channels too. */
   keepConstant?: boolean;
   /** Leave out the meshes, the materials and all else beside the skeleton and its motion; in FBX the skin. */
   skeletonOnly?: boolean;
-  /** How keys are stored. Default: `"none"`, as 32-bit floats. */
-  compress?: "none" | "int16";
 }
 
-export interface BvhOptions {
-  /** The order of the rotation channels. Default: that of each joint in its file. */
-  order?: "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
-  /** Decimals of every number. Default: as many as are needed. */
-  digits?: number;
-  /** Which joints have position channels. Default: those that need them. */
-  channels?: "auto" | "3" | "6";
-}
-
-/** A step as text, `"smooth:cut-off=8"`, or its name with its options; docs/editing.md has them all. */
-export type EditStep = string | { step: string; [option: string]: unknown };
+export type BvhOptions = WritingBvhOptions;
 
 export interface EditOptions {
   /** The second motions of those steps that take one, in their order. */
@@ -128,11 +76,7 @@ export interface EditOptions {
   bones?: Bones;
 }
 
-export interface RetargetOptions {
-  /** The length of steps: in the proportion of the legs, as in the source, or a factor. Default: `"auto"`. */
-  scale?: "auto" | "none" | number;
-  /** Whether feet are held still where those of the source stand. Default: `"lock"`. */
-  feet?: "lock" | "free";
+export interface RetargetOptions extends CharacterTargetOptions {
   /** Bones of the motion. */
   bones?: Bones;
   /** Bones of the character. */
@@ -337,7 +281,7 @@ export class Scene {
   toPng(options?: { name?: string }): Uint8Array;
   /**
    * The numbers of a motion on a robot, where this is one: `retarget` onto what `readCharacter` returns of URDF or MJCF. `write`
-   * makes files of them too: `"csv"`, `"pkl"`, `"gmr"`, `"unitree-csv"`, `"mimickit"`, `"twist"`.
+   * makes files of them too, in a layout of `RobotFormatName`.
    */
   robotMotion(): RobotMotion;
   /** The clip for the player of `mocap view`, as the drop page shows it. */
@@ -357,10 +301,10 @@ export class Scene {
   /** As `mocap dump --raw --json`. */
   toJson(): string;
   /**
-   * As those above, with warnings and assumptions: "csv", "json", "png", or the extension of a written format, as
-   * `mocap formats` lists them. A `.gltf` has its buffer within. An option that has no effect on the format is an error.
+   * As those above, with warnings and assumptions: "csv", "json", "png", the extension of a written format, or the layout
+   * of a robot. A `.gltf` has its buffer within. An option that has no effect on the format is an error.
    */
-  write(format: string, options?: GlbOptions | BvhOptions): Written;
+  write(format: WrittenExtension | RobotFormatName | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
   free(): void;
   [Symbol.dispose](): void;
 }
@@ -424,13 +368,9 @@ export interface RobotMotion {
   positions: Float64Array;
 }
 
-export interface RobotStreamOptions {
+export interface RobotStreamOptions extends RobotTargetOptions {
+  /** Poses a second. Default: the rate of the first animation. */
   fps?: number;
-  passes?: 1 | 2;
-  /** Whether feet are held still where those of the source stand. Default: `"lock"`. */
-  feet?: "lock" | "free";
-  /** Where the floor is: under the feet that stand, at height 0 of the source, or where the source has it. */
-  floor?: "auto" | "z=0" | "keep";
   /** Bones of the motion. */
   bones?: Bones;
   /** Links of the robot. */
@@ -508,11 +448,11 @@ export class Mocap {
   openClip(bytes: Bytes, name?: string): PackedClip;
   /**
    * Does a job on files in memory, as `mocap run` does it on a disk: `{source: {inputs: ["walk.bvh"]}, steps: ["mirror"],
-   * write: {output: "walk.glb"}}`. `mocap run --schema` prints what a job may hold, `--print-job` the job of a command line.
+   * write: {output: "walk.glb"}}`. `mocap run --print-job` prints the job of a command line.
    * Nothing is written: the files of the output are in the answer. A job with `graph` compares motions to a motion graph, one
    * with `walk: {seconds: 60}` makes a walk over it, of the clips at once or of a graph and its clips.
    */
-  run(job: object, files: File[]): JobReport;
+  run(job: Job, files: File[]): JobReport;
   /** The steps of `Scene.edit`, with what each does and takes. */
   readonly steps: StepInfo[];
   /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
@@ -523,7 +463,7 @@ export class Mocap {
 }
 
 export interface StepInfo {
-  name: string;
+  name: StepName;
   help: string;
   /** Whether it takes a second motion, of `EditOptions.others`. */
   takesOther: boolean;

@@ -1,7 +1,8 @@
 // What was dropped or chosen, as items: the files that belong together.
 
-/** Files that are read for themselves, and those that others refer to. */
-const MOTION = /\.(bvh|amc|c3d|trc|glb|gltf|vrm|vrma|fbx|mclip|usda|usdz|vmd|pmx|urdf|xml|mjcf)$/i;
+import { MOTION } from "./formats.js";
+
+/** Files that others refer to. */
 const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2|stl|obj|dae)$/i;
 const ROBOT = /\.(urdf|xml|mjcf)$/i;
 const MESH = /\.(stl|obj|dae)$/i;

@@ -5,6 +5,7 @@
 
 #![allow(unsafe_code, reason = "inputs and answers of the module are addresses")]
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use mocap::bvh::{BvhOptions, Channels};
@@ -583,5 +584,66 @@ fn options_of_a_stream_are_checked() {
         (json!({"require": "good"}), "require is not an option of robotStream"),
     ] {
         assert_eq!(message(&begun(options).unwrap_err()), expected);
+    }
+}
+
+/// The options of an interface of TypeScript and of those that it extends, by their names.
+fn declared(types: &str, name: &str) -> BTreeSet<String> {
+    let (_, rest) = types.split_once(&format!("export interface {name} ")).unwrap();
+    let (head, rest) = rest.split_once("{\n").unwrap();
+    let (body, _) = rest.split_once("\n}").unwrap();
+    let options = body
+        .lines()
+        .filter_map(|line| line.strip_prefix("  ")?.split_once("?: "));
+    let mut options: BTreeSet<String> = options.map(|(name, _)| name.to_owned()).collect();
+    let extended = head.trim().strip_prefix("extends ").unwrap_or_default().split(", ");
+    for other in extended.filter(|other| !other.is_empty()) {
+        // This one lacks an option, which the interface has itself.
+        let other = if other == "ErrorOptions" {
+            "SmallerOptions"
+        } else {
+            other
+        };
+        options.append(&mut declared(types, other));
+    }
+    options
+}
+
+#[test]
+fn the_types_have_the_options_that_calls_take() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/package");
+    let types = ["index.d.ts", "options.d.ts"].map(|file| std::fs::read_to_string(format!("{folder}/{file}")).unwrap());
+    let types = types.concat();
+    let scene = read(WALK, "a.bvh", &json!({})).unwrap();
+    let mut writing = declared(&types, "GlbOptions");
+    writing.append(&mut declared(&types, "WritingBvhOptions"));
+    writing.insert("name".to_owned());
+    for (request, options) in [
+        (
+            json!({"call": "read", "files": ["a.bvh"]}),
+            declared(&types, "ReadOptions"),
+        ),
+        (
+            json!({"call": "convert", "scene": scene}),
+            declared(&types, "ConvertOptions"),
+        ),
+        (json!({"call": "write", "scene": scene, "format": "glb"}), writing),
+        (
+            json!({"call": "retarget", "scene": scene, "character": scene}),
+            declared(&types, "RetargetOptions"),
+        ),
+    ] {
+        let mut request = request;
+        request["options"] = json!({"colour": 1});
+        let walk = fixture(WALK);
+        let files: &[&[u8]] = if request["call"] == "read" { &[&walk] } else { &[] };
+        let error = call(&request, files).unwrap_err();
+        let taken = error["help"]
+            .as_str()
+            .unwrap()
+            .strip_prefix("its options are ")
+            .unwrap();
+        let taken: BTreeSet<String> = taken.split(", ").map(str::to_owned).collect();
+        assert_eq!(taken, options, "{request}");
     }
 }

@@ -1,0 +1,1202 @@
+// Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.
+
+import type { File } from "./index.js";
+
+/** How the files of a job are read. */
+export interface ReadingOptions {
+  /** Read all rows of the motion, including those beyond the declared number of frames. */
+  allRows?: boolean;
+  /**
+   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
+   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   */
+  body?: File;
+  /** The animation to use, by name or by its number from 0, of a file that has several. */
+  clip?: Clips;
+  /** Format of the input. Default: found from its contents, or else from its extension. */
+  format?: Format;
+  /**
+   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
+   * a JSON file. Default: an array with the joints of SMPL is solved.
+   */
+  joints?: string;
+  /**
+   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
+   * their positions are.
+   */
+  lengths?: Lengths;
+  /**
+   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
+   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   */
+  markers?: string;
+  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
+  retime?: number;
+  /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
+  rootOffset?: RootOffset;
+  /** A file of markers of somebody who stands, which may have more markers than the motion. */
+  static?: File;
+  /** Treat every warning as an error. */
+  strict?: boolean;
+}
+
+/** The unit and the up axis of the inputs. */
+export interface SourceSpaceOptions {
+  /** Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
+  unit?: Unit;
+  /** The axis of the input that points up; auto: from the feet to the head. */
+  up?: SourceUp;
+}
+
+/** Which frames of the inputs are taken, before their unit and axes are changed. */
+export interface SourceFramesOptions {
+  /** Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it. Default: `"keep"`. */
+  firstFrame?: "auto" | "drop" | "keep";
+  /** Frames per second to write, at the same speed; for an input that states no valid rate, its rate. */
+  frameRate?: number;
+  /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
+  rest?: RestPoseSource;
+  /**
+   * What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root. Default:
+   * `"keep"`.
+   */
+  root?: "keep" | "inPlace" | "extract";
+  /** Put the T-pose before the first frame, on the floor. */
+  tPoseFirst?: boolean;
+}
+
+/** Fewer keys and bits, within a largest error. */
+export interface SmallerOptions {
+  /** How to store the keys. Default with a largest error: int16, otherwise none. */
+  compress?: "none" | "int16";
+  /**
+   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
+   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   */
+  maxError?: Length;
+  /**
+   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
+   * joints and end sites alone.
+   */
+  shellDistance?: Length;
+}
+
+/** Options of BVH. */
+export interface WritingBvhOptions {
+  /** Which joints have position channels. Default: `"auto"`. */
+  channels?: Channels;
+  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  digits?: number;
+  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
+  order?: RotationOrder;
+}
+
+/** A character. */
+export interface CharacterTargetOptions {
+  /**
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
+   */
+  feet?: Feet;
+  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  scale?: Scale;
+}
+
+/** A robot. */
+export interface RobotTargetOptions {
+  /**
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
+   */
+  feet?: Feet;
+  /**
+   * Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0, at height
+   * 0 of the motion's file; keep, where the motion has it in the mean, with no height changed. Default: `"auto"`.
+   */
+  floor?: Floor;
+  /**
+   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so that joints
+   * move smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   */
+  passes?: 1 | 2;
+}
+
+/** The extensions of the formats that are written. */
+export type WrittenExtension = "bvh" | "vrma" | "glb" | "gltf" | "trc" | "fbx" | "usda" | "usdz" | "mclip" | "vmd";
+
+/** The layouts of the numbers of a motion on a robot. */
+export type RobotFormatName =
+  | "npz"
+  | "pkl"
+  | "csv"
+  | "qpos"
+  | "gmr"
+  | "unitree-csv"
+  | "mjlab"
+  | "isaaclab"
+  | "protomotions"
+  | "mimickit"
+  | "twist"
+  | "dynamics";
+
+/** One piece of work, as `mocap run` takes it. Its kind has only the options that do something in it. */
+export type Job = MotionJob | SurveyJob | GraphJob | WalkJob;
+
+/** an angle of 0 degrees or more. */
+export type Angle = number | `${number}`;
+
+/** Which joint is which bone: in a file, or here. */
+export type BoneMap = string | Record<string, string | null>;
+
+/**
+ * Names of the joints of a humanoid, as a program or a collection of motions has them.
+ * `"vrm"`: The bones of the VRM 1.0 humanoid, such as `leftUpperLeg`.
+ * `"mixamo"`: The skeletons of Mixamo, such as `mixamorig:LeftUpLeg`.
+ * `"unreal"`: The mannequin of Unreal Engine, such as `thigh_l`.
+ * `"cmu"`: BVH files of the CMU database, such as `LeftUpLeg`, with `LowerBack` as the spine.
+ */
+export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu";
+
+/**
+ * Which joints have position channels.
+ * `"auto"`: The ROOT, and joints whose position differs from their OFFSET in some frame.
+ * `"3"`: Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
+ * `"6"`: Every joint.
+ */
+export type Channels = "auto" | "3" | "6";
+
+/** A character. */
+export interface CharacterTarget {
+  /**
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
+   */
+  feet?: Feet;
+  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  file?: string;
+  /**
+   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
+   * does not name are searched for.
+   */
+  map?: BoneMap | null;
+  /**
+   * Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is the worst of
+   * all: between a limb of the motion and that of the character in any frame, and in the mean a roll of a limb, a line of the
+   * trunk, a palm.
+   */
+  "max-angle"?: Angle | null;
+  /** The names of the clips, in the order of the motions. Default: the names in the files. */
+  "names-of-clips"?: string[];
+  /** Leave out the animations that the character has; by default they stay. */
+  "replace-animations"?: boolean;
+  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  scale?: Scale;
+}
+
+/** Which animations of a file to keep. */
+export type Clips = number | string;
+
+/**
+ * How the keys of animations are stored.
+ * `"none"`: 32-bit floats, which every client reads.
+ * `"int16"`: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads wrong values.
+ * `"meshopt"`: As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
+ * `"meshopt-khr"`: As streams of version 1 of `KHR_meshopt_compression`, a little smaller, which the file then requires.
+ * Needs the feature `meshopt`.
+ */
+export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
+
+/**
+ * How the skeleton of a file without meshes is drawn.
+ * `"segmented"`: One mesh per node.
+ * `"skinned"`: One mesh with bones.
+ * `"none"`: No mesh.
+ */
+export type DrawnMesh = "segmented" | "skinned" | "none";
+
+/**
+ * Where the rotations of the rest pose are.
+ * `"rotation"`: In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
+ * `"pre-rotation"`: In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2
+ * turns animated joints by it twice.
+ */
+export type FbxRest = "rotation" | "pre-rotation";
+
+/**
+ * A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
+ * `"blender"`: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is named.
+ * `"unreal"`: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+ * `"unity"`: Unity: metres with +Y up.
+ * `"maya"`: Maya: centimetres with +Y up, the rest pose as joint orient.
+ * `"motionbuilder"`: MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+ */
+export type FbxTarget = "blender" | "unreal" | "unity" | "maya" | "motionbuilder";
+
+/**
+ * Where the images of textures are.
+ * `"embedded"`: In the file itself.
+ * `"beside"`: In files of their own beside it.
+ */
+export type FbxTextures = "embedded" | "beside";
+
+/**
+ * The version of a file.
+ * `"7.4"`: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+ * `"7.5"`: 7.5, of FBX 2016 and newer.
+ */
+export type FbxVersion = "7.4" | "7.5";
+
+/**
+ * What happens to feet that stand.
+ * `"lock"`: They are held where the source's feet stand.
+ * `"free"`: They are left as they come.
+ */
+export type Feet = "lock" | "free";
+
+/**
+ * What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU database.
+ * `"auto"`: Drop it if it is a rest pose, and the motion jumps after it.
+ * `"yes"`: Drop it.
+ * `"no"`: Keep it.
+ */
+export type FirstFrame = "auto" | "yes" | "no";
+
+/**
+ * Where the floor of a motion on a robot is.
+ * `"auto"`: Under the feet that stand: one that stands up to 6 cm too high is brought down with all of the robot, and a robot
+ * that would be below the floor is raised.
+ * `"z=0"`: At height 0 of the source's file; a robot that would be below it is raised.
+ * `"keep"`: Where the source has it in the mean, with every height as in the source, also below it.
+ */
+export type Floor = "auto" | "z=0" | "keep";
+
+/**
+ * A file format, by the name that users type.
+ * `"bvh"`: Biovision Hierarchy: `bvh`.
+ * `"gltf"`: glTF 2.0, `.glb` and `.gltf`: `gltf`.
+ * `"vrma"`: VRM animation: `vrma`.
+ * `"asf-amc"`: Acclaim skeleton and motion: `asf-amc`.
+ * `"c3d"`: C3D, markers over time: `c3d`.
+ * `"trc"`: TRC, markers over time in text: `trc`.
+ * `"fbx"`: Autodesk FBX: `fbx`.
+ * `"usd"`: Universal Scene Description: `usd`.
+ * `"vmd"`: MikuMikuDance motion: `vmd`.
+ * `"pmx"`: MikuMikuDance model: `pmx`.
+ * `"bip"`: Biped of 3ds Max: `bip`.
+ * `"urdf"`: Unified Robot Description Format: `urdf`.
+ * `"mjcf"`: The model of a robot for MuJoCo: `mjcf`.
+ * `"mclip"`: Packed clip of this crate: `mclip`.
+ * `"npz"`: Arrays of NumPy: `npz`.
+ * `"npy"`: One array of NumPy: `npy`.
+ * `"torch"`: Tensors of PyTorch: `torch`.
+ * `"pickle"`: Arrays in a pickle of Python: `pickle`.
+ * `"csv"`: Tables of text: `csv`.
+ * `"parquet"`: Tables of columns: `parquet`.
+ * `"mot"`: Joint angles of OpenSim: `mot`.
+ */
+export type Format =
+  | "bvh"
+  | "gltf"
+  | "vrma"
+  | "asf-amc"
+  | "c3d"
+  | "trc"
+  | "fbx"
+  | "usd"
+  | "vmd"
+  | "pmx"
+  | "bip"
+  | "urdf"
+  | "mjcf"
+  | "mclip"
+  | "npz"
+  | "npy"
+  | "torch"
+  | "pickle"
+  | "csv"
+  | "parquet"
+  | "mot";
+
+/** Compares motions, and writes their motion graph. */
+export interface GraphJob {
+  /** How their moments are compared. */
+  graph: Graphing;
+  /**
+   * The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
+   * lighter is more alike and red dots are transitions, or an array, .npy.
+   */
+  matrix?: string | null;
+  /** How the inputs are read. */
+  read?: Reading;
+  /** The inputs, and what is known of them. */
+  source?: GraphSources;
+  /** The graph. */
+  write?: WritingFile;
+  steps?: never;
+  survey?: never;
+  target?: never;
+  verify?: never;
+  walk?: never;
+}
+
+/** What a motion graph is made of. */
+export interface GraphSources {
+  /** The motion files. */
+  inputs?: string[];
+  /** The unit and the up axis of the inputs. */
+  space?: SourceSpace;
+}
+
+/** How the moments of motions are compared. */
+export interface Graphing {
+  /**
+   * Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any motion
+   * file, glTF, VRM or FBX file of a humanoid.
+   */
+  on?: string | null;
+  /** Frames per second at which clips are compared. Default: `30.0`. */
+  rate?: number;
+  /**
+   * The largest distance at which a figure may pass from one moment to another: of its joints in the mean, such as 6cm.
+   * Default: `"0.06m"`.
+   */
+  threshold?: Length;
+  /** Keep the transitions too that lead out of the largest strongly connected component, or into it from outside. */
+  whole?: boolean;
+  /** The length of the window that is compared, and of a transition, in seconds. Default: `0.3333333333333333`. */
+  window?: number;
+}
+
+/** What a job retargets its motions to. Each kind has only its own options. */
+export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
+
+/** What the joints of a humanoid are called in the output. */
+export type JointNames = BoneNames | string | Record<string, string | null>;
+
+/** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
+export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
+
+/**
+ * What the lengths of a skeleton are that is made from points.
+ * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
+ * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
+ */
+export type Lengths = "median" | "moving";
+
+/** Reads motions, changes them, retargets them, and writes the result. */
+export interface MotionJob {
+  /** How the inputs are read. */
+  read?: Reading;
+  /** The inputs, and what is known of them. */
+  source?: Sources;
+  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
+  steps?: EditStep[];
+  /** What the motions are retargeted to. Default: they keep their skeletons. */
+  target?: JobTarget | null;
+  /** Whether the output is compared with its source. */
+  verify?: boolean;
+  /** The output. */
+  write?: Writing;
+  graph?: never;
+  matrix?: never;
+  survey?: never;
+  walk?: never;
+}
+
+/**
+ * The axis of joints' frames at rest that points along their bones.
+ * `"y"`: +Y, as Blender draws bones; joints bend about +X.
+ * `"x"`: +X, as in Unreal; joints bend about +Z.
+ * `"none"`: Frames are those of the input.
+ */
+export type OutBoneAxis = "y" | "x" | "none";
+
+/** The unit and the up axis of an output. */
+export interface OutSpace {
+  /** Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the input's; glTF is in metres. */
+  "out-unit"?: Unit | null;
+  /** Up axis of the output. Default: the input's; glTF has +Y up. */
+  "out-up"?: OutUp | null;
+}
+
+/**
+ * The up axis of an output.
+ * `"y"`: +Y.
+ * `"z"`: +Z.
+ */
+export type OutUp = "y" | "z";
+
+/** How the files of a job are read. */
+export interface Reading {
+  /** Read all rows of the motion, including those beyond the declared number of frames. */
+  "all-rows"?: boolean;
+  /**
+   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
+   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   */
+  body?: string | null;
+  /** The animation to use, by name or by its number from 0, of a file that has several. */
+  clip?: Clips;
+  /** Format of the input. Default: found from its contents, or else from its extension. */
+  from?: Format | null;
+  /**
+   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
+   * a JSON file. Default: an array with the joints of SMPL is solved.
+   */
+  joints?: string | null;
+  /**
+   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
+   * their positions are.
+   */
+  lengths?: Lengths | null;
+  /**
+   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
+   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   */
+  markers?: string | null;
+  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
+  retime?: number | null;
+  /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
+  "root-offset"?: RootOffset;
+  /** The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the only one. */
+  skeleton?: string | null;
+  /** A file of markers of somebody who stands, which may have more markers than the motion. */
+  static?: string | null;
+  /** Treat every warning as an error. */
+  strict?: boolean;
+}
+
+/**
+ * The worst verdict that a motion on a robot may have.
+ * `"good"`: Only good ones.
+ * `"fair"`: Good and fair ones.
+ */
+export type RequiredVerdict = "good" | "fair";
+
+/** zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N. */
+export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
+
+/** A robot. */
+export interface RobotTarget {
+  /**
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
+   */
+  feet?: Feet;
+  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  file?: string;
+  /**
+   * Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0, at height
+   * 0 of the motion's file; keep, where the motion has it in the mean, with no height changed. Default: `"auto"`.
+   */
+  floor?: Floor;
+  /**
+   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
+   * does not name are searched for.
+   */
+  map?: BoneMap | null;
+  /** The names of the clips, in the order of the motions. Default: the names in the files. */
+  "names-of-clips"?: string[];
+  /**
+   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so that joints
+   * move smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   */
+  passes?: number | null;
+  /** Fail after writing, with the exit code 1, where the verdict of a motion is worse than this. */
+  require?: RequiredVerdict | null;
+  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  scale?: Scale;
+  /** With one pass: keep joints within the velocities too that the file of the robot allows. */
+  "velocity-limits"?: boolean;
+}
+
+/**
+ * What to do with the root's motion over the ground.
+ * `"keep"`: Leave it in the root joint.
+ * `"in-place"`: Remove it.
+ * `"extract"`: Move it to a new joint above the root.
+ */
+export type RootMotion = "keep" | "in-place" | "extract";
+
+/**
+ * How a root's OFFSET and its position channels combine.
+ * `"auto"`: Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
+ * else replace.
+ * `"replace"`: The position channels replace the OFFSET, as in Assimp and Blender.
+ * `"add"`: The position channels are added to the OFFSET.
+ */
+export type RootOffset = "auto" | "replace" | "add";
+
+/** The order of a node's three rotations about its axes. */
+export type RotationOrder = "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
+
+/** auto (in the proportion of the legs), none (as in the source), or a factor above 0. */
+export type Scale = number | "auto" | "none" | `${number}`;
+
+/**
+ * By what clips are chosen.
+ * `"quality"`: No bad clips, and no twins.
+ * `"diversity"`: Clips that are far apart.
+ */
+export type SelectBy = "quality" | "diversity";
+
+/** The skeleton of a file alone. */
+export interface SkeletonTarget {
+  /**
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
+   */
+  feet?: Feet;
+  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  file?: string;
+  /**
+   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
+   * does not name are searched for.
+   */
+  map?: BoneMap | null;
+  /** Largest allowed angle in degrees, as for a character. */
+  "max-angle"?: Angle | null;
+  /** The names of the clips, in the order of the motions. Default: the names in the files. */
+  "names-of-clips"?: string[];
+  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  scale?: Scale;
+}
+
+/** Fewer keys and bits, within a largest error. */
+export interface Smaller {
+  /** How to store the keys. Default with a largest error: int16, otherwise none. */
+  compress?: Compression | null;
+  /**
+   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
+   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   */
+  "max-error"?: Length | null;
+  /**
+   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
+   * joints and end sites alone.
+   */
+  "shell-distance"?: Length | null;
+}
+
+/** Which frames of the inputs are taken, before their unit and axes are changed. */
+export interface SourceFrames {
+  /** Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it. Default: `"no"`. */
+  "drop-first-frame"?: FirstFrame;
+  /** Frames per second to write, at the same speed; for an input that states no valid rate, its rate. */
+  fps?: number | null;
+  /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
+  rest?: RestPoseSource;
+  /**
+   * What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root. Default:
+   * `"keep"`.
+   */
+  root?: RootMotion;
+  /** Put the T-pose before the first frame, on the floor. */
+  "t-pose-first"?: boolean;
+  /** Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out. */
+  trim?: TimeRange | null;
+}
+
+/** The bones of the inputs, where the guess is wrong or not wanted. */
+export type SourceMap = BoneMap;
+
+/** The unit and the up axis of the inputs. */
+export interface SourceSpace {
+  /** Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
+  unit?: Unit;
+  /** The axis of the input that points up; auto: from the feet to the head. */
+  up?: SourceUp;
+}
+
+/** The up axis of the inputs. */
+export type SourceUp = Axis;
+
+/** What a job works on. */
+export interface Sources {
+  /** Which frames of the inputs are taken. */
+  frames?: SourceFrames;
+  /** The motion files. */
+  inputs?: string[];
+  /** Which joint of the inputs is which bone, where the guess is wrong: a JSON file, or the name of each. */
+  map?: SourceMap;
+  /** The unit and the up axis of the inputs. */
+  space?: SourceSpace;
+  /** The second motions, which steps join, blend or layer with the first; a step counts them from 2. */
+  with?: string[];
+}
+
+/** What is to be known of motions: a row for each clip, in the report and in the table that is written. */
+export interface SurveyJob {
+  /** How the inputs are read. */
+  read?: Reading;
+  /** The inputs. */
+  source?: SurveySources;
+  /** How they are surveyed. */
+  survey: Surveying;
+  /** The table. */
+  write?: WritingFile;
+  graph?: never;
+  matrix?: never;
+  steps?: never;
+  target?: never;
+  verify?: never;
+  walk?: never;
+}
+
+/** What a survey works on. */
+export interface SurveySources {
+  /** The motion files, and `.jsonl` files of earlier surveys. */
+  inputs?: string[];
+}
+
+/** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
+export interface Surveying {
+  /** By what to select: quality leaves out bad clips and twins first. Default: quality,diversity. */
+  by?: SelectBy[];
+  /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
+  "fail-on"?: string | null;
+  /** Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map. */
+  html?: string | null;
+  /** Write the findings as SARIF, which code hosts show beside files. */
+  sarif?: string | null;
+  /** Keep so many clips, or so many per cent, which are as different as can be. */
+  select?: string | null;
+  /**
+   * The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a kind off;
+   * once for each kind.
+   */
+  threshold?: string[];
+  /** Keep the rows for which this holds, as "skate < 1 and not twin". */
+  where?: string | null;
+}
+
+/** A..B in seconds, or Af..Bf in frames; either end may be left out. */
+export type TimeRange = `${string}..${string}`;
+
+/** auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
+export type Unit = number | "auto" | "m" | "dm" | "cmu" | "inch" | "cm" | "mm";
+
+/** auto, y, z, -y or -z. */
+export type Axis = "auto" | "y" | "z" | "-y" | "-z";
+
+/** A walk over a motion graph, which is changed, retargeted and written as a motion of a file is. */
+export interface WalkJob {
+  /** How the moments of the inputs are compared. Default: the input is the file of a graph. */
+  graph?: Graphing | null;
+  /** How the clips are read. */
+  read?: Reading;
+  /** The graph, or with `graph` the clips. */
+  source?: WalkSources;
+  /** What changes the walk, in this order. */
+  steps?: EditStep[];
+  /** What the walk is retargeted to. Default: it keeps its skeleton. */
+  target?: JobTarget | null;
+  /** Where the walk goes. */
+  walk: Walking;
+  /** The output. */
+  write?: Writing;
+  matrix?: never;
+  survey?: never;
+  verify?: never;
+}
+
+/** What a walk is made of. */
+export interface WalkSources {
+  /** The file of the graph, or the clips. */
+  inputs?: string[];
+  /** The unit and the up axis of the clips. */
+  space?: SourceSpace;
+  /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
+  with?: string[];
+}
+
+/** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
+export interface Walking {
+  /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
+  path?: [number, number][] | null;
+  /** Walk for so long, where it was seldom. */
+  seconds?: number | null;
+  /** The number that a walk of some seconds depends on: another gives another walk. Default: `1`. */
+  seed?: number;
+  /** Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip. */
+  through?: string[];
+}
+
+/** What a job writes, and how. What a format does not take is refused. */
+export interface Writing {
+  /**
+   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
+   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+   */
+  "bone-axis"?: OutBoneAxis | null;
+  /** Options of BVH. */
+  bvh?: WritingBvh;
+  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
+  embed?: boolean;
+  /** Options of FBX. */
+  fbx?: WritingFbx;
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
+  "keep-constant"?: boolean;
+  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
+  mesh?: DrawnMesh | null;
+  /**
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
+   * `mocap skeleton --json` prints. Default: those of the input.
+   */
+  names?: JointNames | null;
+  /**
+   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
+   * folder, which is there or ends in /. Default: `""`.
+   */
+  output?: string;
+  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
+  "skeleton-only"?: boolean;
+  /** Fewer keys and bits. */
+  smaller?: Smaller;
+  /** The unit and the up axis of the output. */
+  space?: OutSpace;
+  /** The format by one of its extensions, where the extension of the output is another; for a robot also qpos. */
+  to?: string | null;
+}
+
+/** Options of BVH. */
+export interface WritingBvh {
+  /** Which joints have position channels. Default: `"auto"`. */
+  channels?: Channels;
+  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  digits?: number | null;
+  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
+  order?: RotationOrder | null;
+  /** Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too. */
+  sidecar?: boolean;
+}
+
+/** Options of FBX. */
+export interface WritingFbx {
+  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
+  "fbx-rest"?: FbxRest | null;
+  /** Version of the file. Default: `"7.5"`. */
+  "fbx-version"?: FbxVersion;
+  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
+  target?: FbxTarget | null;
+  /** Where the images of textures are. Default: `"embedded"`. */
+  textures?: FbxTextures;
+}
+
+/** The one file of a survey or of a motion graph. */
+export interface WritingFile {
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
+  output?: string;
+  /** The format by its extension, where the extension of the output is another. */
+  to?: string | null;
+}
+
+/** The names of the steps of `mocap edit`. */
+export type StepName =
+  | "foot-lock"
+  | "mirror"
+  | "smooth"
+  | "despike"
+  | "fill"
+  | "clean"
+  | "loop"
+  | "concat"
+  | "blend"
+  | "layer"
+  | "warp"
+  | "in-between"
+  | "trim"
+  | "resample"
+  | "drop-first-frame"
+  | "in-place"
+  | "root-motion"
+  | "reverse"
+  | "rest"
+  | "t-pose-first"
+  | "bone-axis"
+  | "reach"
+  | "pin"
+  | "look-at"
+  | "ground"
+  | "turn";
+
+/** A step as text, `"smooth:cut-off=8"`, or its name with its options. */
+export type EditStep =
+  | StepName
+  | `${StepName}:${string}`
+  | FootLockStep
+  | MirrorStep
+  | SmoothStep
+  | DespikeStep
+  | FillStep
+  | CleanStep
+  | LoopStep
+  | ConcatStep
+  | BlendStep
+  | LayerStep
+  | WarpStep
+  | InBetweenStep
+  | TrimStep
+  | ResampleStep
+  | DropFirstFrameStep
+  | InPlaceStep
+  | RootMotionStep
+  | ReverseStep
+  | RestStep
+  | TPoseFirstStep
+  | BoneAxisStep
+  | ReachStep
+  | PinStep
+  | LookAtStep
+  | GroundStep
+  | TurnStep;
+
+/** Holds feet still in contact and above the floor. */
+export interface FootLockStep {
+  step: "foot-lock";
+  /** Seconds in which a shift eases out after a contact, and in before one. Default: 0.2. */
+  blend?: number;
+  /** The largest height of a foot in contact above the level of rest, in metres. Default: 0.05. */
+  height?: number;
+  /** The largest speed of a foot in contact, in metres per second. Default: 0.25. */
+  speed?: number;
+  /** How many times as high or as fast a foot in contact must be to leave. Default: 1.6. */
+  release?: number;
+  /** The shortest contact, in seconds; shorter ones are dropped. Default: 0.08. */
+  shortest?: number;
+  /** The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05. */
+  gap?: number;
+  /** The height of the floor along the up axis, in metres. Default: where the feet rest. */
+  floor?: number;
+  /**
+   * The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way, and keeps
+   * a part of its slide. Default: `None`, no foot slides.
+   */
+  "largest-change"?: number;
+}
+
+/**
+ * Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right one does
+ * then. A figure that walks forward still walks forward.
+ */
+export interface MirrorStep {
+  step: "mirror";
+}
+
+/**
+ * Filters rotations and positions, of all joints or of some. Rotations are averaged in the tangent space of each, so that no
+ * axis is preferred, and a joint may rotate as far as it likes. The first and the last frame stay, and everything outside a
+ * range and its ease.
+ */
+export interface SmoothStep {
+  step: "smooth";
+  /** The filter. Default: Butterworth. */
+  filter?: "butterworth" | "gaussian";
+  /** The cut-off in Hz. Default: 6, which keeps a walk. */
+  "cut-off"?: number;
+  /** The part of the body. Default: everything, unless joints are named. */
+  part?: "upper" | "legs" | "arms" | "head";
+  /** Joints by their names or by those of bones, each without what is below it; with a part, they come to it. */
+  joints?: string[];
+  /** The part of the motion. Default: the whole. */
+  range?: string;
+  /** Seconds before and after the range in which the filter comes and goes. Default: 0.2. */
+  ease?: number;
+}
+
+/**
+ * Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the frames
+ * before and after.
+ */
+export interface DespikeStep {
+  step: "despike";
+  /** How many times farther off its neighbours than the frames around it a frame must be. Default: 8. */
+  threshold?: number;
+  /** The smallest jump of a rotation, in degrees. Default: 3. */
+  angle?: number;
+  /** The smallest jump of a position, as a fraction of the distance between the ends of the skeleton. Default: 0.02. */
+  distance?: number;
+  /** The longest spike, in frames. Default: 3. */
+  longest?: number;
+}
+
+/**
+ * Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them when markers
+ * were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and after it.
+ */
+export interface FillStep {
+  step: "fill";
+  /** The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5. */
+  longest?: number;
+  /** The shortest, in seconds. Default: 0, two equal frames. */
+  shortest?: number;
+}
+
+/**
+ * Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is clean stays
+ * as it is. Without a body, floor and contacts are left out.
+ */
+export interface CleanStep {
+  step: "clean";
+  /** Frames that are held, doubled or dropped. Default: `true`. */
+  time?: boolean;
+  /** Rotations that jump away and back. Default: `true`. */
+  flips?: boolean;
+  /** Noise of rotations and positions. Default: `true`. */
+  noise?: boolean;
+  /** Lengths of bones that breathe. Default: `true`. */
+  lengths?: boolean;
+  /** Height and slope of the floor, and the drift of the body. Default: `true`. */
+  floor?: boolean;
+  /** Feet that slide while they stand. Default: `true`. */
+  contacts?: boolean;
+}
+
+/**
+ * Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance that the
+ * figure went. Joints rotate at the seam as fast before it as after it.
+ */
+export interface LoopStep {
+  step: "loop";
+  /** The first and the last frame of the loop. Default: those that fit best. */
+  frames?: [number, number];
+  /** The shortest loop to look for, in seconds. Default: 0.6. */
+  shortest?: number;
+  /** The longest loop to look for, in seconds. Default: 4. */
+  longest?: number;
+  /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
+  blend?: number;
+  /** Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`. */
+  "in-place"?: boolean;
+}
+
+/**
+ * Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a motion that
+ * is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s, are a
+ * warning of the scene, `PosesApart`. `within` lets the end of the first and the beginning of the second go where the two are
+ * more alike nearby: by the distance of motion graphs, of windows of a third of a second.
+ */
+export interface ConcatStep {
+  step: "concat";
+  /** The second motion among those of a job, counted from 2. Default: the next. */
+  with?: number;
+  /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
+  blend?: number;
+  /** Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`. */
+  align?: boolean;
+  /**
+   * Seconds of the end of the first and of the beginning of the second within which they are joined, where they are most
+   * alike. Default: 0, all of both stays.
+   */
+  within?: number;
+}
+
+/**
+ * Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are aligned in
+ * time by dynamic time warping of their poses, so that a step meets a step, and the result is as long as its fraction of
+ * both. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures stand, are a warning of the
+ * scene, `PosesApart`. `within` lets one of the two begin later, and one end earlier, where the two are more alike: by the
+ * distance of motion graphs, of windows of a third of a second. The second motion then begins where the first does, and looks
+ * where it looks.
+ */
+export interface BlendStep {
+  step: "blend";
+  /** The second motion among those of a job, counted from 2. Default: the next. */
+  with?: number;
+  /** The fraction of the second motion. Default: 0.5 all the time. */
+  weight?: number | [number, number][];
+  /**
+   * Seconds at the beginning and at the end of both within which they begin and end, where they are most alike. Default: 0,
+   * all of both is mixed.
+   */
+  within?: number;
+}
+
+/**
+ * Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which has the same
+ * joints, at the same time. Where the second motion ends, its last pose stays.
+ */
+export interface LayerStep {
+  step: "layer";
+  /** The second motion among those of a job, counted from 2. Default: the next. */
+  with?: number;
+  /** The part of the body. Default: the spine and all above it. */
+  part?: "upper" | "legs" | "arms" | "head";
+}
+
+/** Makes parts of a motion faster or slower, or bends its path over the ground. */
+export interface WarpStep {
+  step: "warp";
+  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. */
+  moments?: [number, number][];
+  /** How many times as fast all of the motion is to be, above 0. */
+  speed?: number;
+  /** The points over the ground at which the figure is to be, in metres, each with or without its time. */
+  path?: { seconds?: number | null; at: [number, number] }[];
+  /** Where the figure looks: along the path, or as it did. Default: along. */
+  facing?: "along" | "kept";
+}
+
+/** Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those. */
+export interface InBetweenStep {
+  step: "in-between";
+  /** The frames whose poses stay. The first and the last frame always do. */
+  keys?: number[];
+  /** Every so many frames stay, besides those. Default: 0, no others. */
+  every?: number;
+  /** How the others are computed. Default: squad. */
+  interpolation?: "slerp" | "squad";
+}
+
+/** Keeps a part of a motion. */
+export interface TrimStep {
+  step: "trim";
+  /** The first and the last moment to keep. Default: the whole motion. */
+  range?: string;
+}
+
+/** Gives a motion another frame rate at the same speed. */
+export interface ResampleStep {
+  step: "resample";
+  /** Frames per second. Default: 30. */
+  rate?: number;
+}
+
+/** Drops the first frame, which is a rest pose in some files; by default only where it is one. */
+export interface DropFirstFrameStep {
+  step: "drop-first-frame";
+  /** Whether it is dropped also where it is no rest pose. Default: `false`. */
+  always?: boolean;
+}
+
+/** Keeps the root above where it begins: its height and its rotation stay. */
+export interface InPlaceStep {
+  step: "in-place";
+}
+
+/** Moves the motion of the root over the ground to a new joint above it. */
+export interface RootMotionStep {
+  step: "root-motion";
+}
+
+/** Plays a motion backwards: its last frame is its first. Twice, it is what it was. */
+export interface ReverseStep {
+  step: "reverse";
+}
+
+/** Makes the T-pose or the A-pose the rest pose. The motion does not change. */
+export interface RestStep {
+  step: "rest";
+  /** The pose. Default: the T-pose. */
+  pose?: "t-pose" | "a-pose";
+}
+
+/** Puts the T-pose before the first frame: on the floor, where the motion begins. */
+export interface TPoseFirstStep {
+  step: "t-pose-first";
+}
+
+/**
+ * Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the axis about
+ * which the joint bends. Nothing moves, neither at rest nor in motion.
+ */
+export interface BoneAxisStep {
+  step: "bone-axis";
+  /** The axis that points along the bone. Default: +Y. */
+  axis?: "y" | "x";
+}
+
+/**
+ * Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within the part it
+ * is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the limb bends about the
+ * axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its rotation in the world. Everything
+ * else stays.
+ */
+export interface ReachStep {
+  step: "reach";
+  /** The limb. Default: the right hand. */
+  limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
+  /** The target. It must be given. */
+  to: string | [number, number, number];
+  /** A point that goes along with the target, from its origin in metres along its axes. Default: its origin. */
+  offset?: [number, number, number];
+  /** The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle. */
+  tip?: string;
+  /** The part in which it is at the target. Default: the whole motion. */
+  range?: string;
+  /** Seconds before the part in which it goes there. Default: 0.4. */
+  "ease-in"?: number;
+  /** Seconds after the part in which it goes back. Default: 0.4. */
+  "ease-out"?: number;
+}
+
+/**
+ * Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move and rotate,
+ * or next to it where the limb is too short for that. It is held in a given part of the motion, or in every part in which it
+ * is near and slow beside it. Two bones are turned as by `Reach`; everything else stays. Feet on the floor are for
+ * `FootLock`, which lets them roll.
+ */
+export interface PinStep {
+  step: "pin";
+  /** The limb. Default: the right hand. */
+  limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
+  /** What it touches. Default: the world, where it is. */
+  to?: string | [number, number, number];
+  /** The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle. */
+  tip?: string;
+  /** The part in which it touches. Default: found. */
+  range?: string;
+  /** The largest distance from the target of a contact that is found, in metres. Default: 0.3, from joint to joint. */
+  distance?: number;
+  /** The largest speed in the frame of the target of a contact that is found, in metres per second. Default: 0.25. */
+  speed?: number;
+  /** Seconds in which the change comes before a contact, and goes after it. Default: 0.2. */
+  blend?: number;
+}
+
+/**
+ * Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between the eyes, or
+ * from the joint of the head, goes through it. The neck takes a fraction of the rotation, the head the rest. Beyond the
+ * limit, an angle from where the trunk faces, the head stays behind smoothly; at what is behind its back the figure does not
+ * look.
+ */
+export interface LookAtStep {
+  step: "look-at";
+  /** The target. It must be given. */
+  at: string | [number, number, number];
+  /** The fraction of the rotation that the neck takes. Default: 0.4. */
+  neck?: number;
+  /** The largest angle from where the trunk faces at which it looks at the target, in degrees. Default: 80. */
+  limit?: number;
+  /** The part in which it looks there. Default: the whole motion. */
+  range?: string;
+  /** Seconds before the part in which it turns there. Default: 0.4. */
+  "ease-in"?: number;
+  /** Seconds after the part in which it turns back. Default: 0.4. */
+  "ease-out"?: number;
+}
+
+/**
+ * Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean` does, and
+ * then the height, however small. `docs/cleaning.md` says how they are found, and what counts as a hill, as stairs and as a
+ * treadmill, which stay.
+ */
+export interface GroundStep {
+  step: "ground";
+}
+
+/**
+ * Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it looks in a
+ * direction there. Everything that the animation moves goes along.
+ */
+export interface TurnStep {
+  step: "turn";
+  /** The angle in degrees, counterclockwise as seen from above. */
+  by?: number;
+  /** The axis of the scene along which the figure looks in the first frame. */
+  facing?: "x" | "-x" | "y" | "-y" | "z" | "-z";
+}
