@@ -6,11 +6,15 @@ pub mod model;
 #[path = "../../wasm/src/names.rs"]
 mod names;
 mod python;
+mod tables;
 mod typescript;
 
 use model::Model;
 
-/// A file that is written here.
+/// The root of the repository.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A file that is written here, or in which a table is.
 #[derive(Clone, Debug)]
 pub struct Generated {
     /// Its path from the root of the repository.
@@ -22,8 +26,8 @@ pub struct Generated {
 /// The generated files of all languages.
 ///
 /// # Panics
-/// Where the schema of jobs has a form that [`Model`] does not know.
+/// Where the schema of jobs has a form that [`Model`] does not know, or a document has no place for its table.
 pub fn files() -> Vec<Generated> {
     let model = Model::new();
-    [python::files(&model), typescript::files(&model)].concat()
+    [python::files(&model), typescript::files(&model), tables::files(&model)].concat()
 }

@@ -347,7 +347,7 @@ fn alias(name: &str, docs: &str, kind: &str) -> String {
 
 /// Documentation before a declaration. A line of its own is a paragraph.
 fn comment(docs: &str, indent: &str) -> String {
-    let docs = docs.replace("*/", "* /");
+    let docs = docs.replace("*/", "* /").replace("`None`", "none");
     let lines = docs.lines().flat_map(|line| wrapped(line, WIDTH - indent.len() - 7));
     let lines: Vec<String> = lines.collect();
     match lines.as_slice() {

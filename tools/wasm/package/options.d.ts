@@ -874,7 +874,7 @@ export interface FootLockStep {
   floor?: number;
   /**
    * The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way, and keeps
-   * a part of its slide. Default: `None`, no foot slides.
+   * a part of its slide. Default: none, no foot slides.
    */
   "largest-change"?: number;
 }

@@ -124,15 +124,3 @@ fn odd_motions_are_changed_or_refused() {
         }
     }
 }
-
-#[test]
-fn the_documentation_has_every_step() {
-    let page = std::fs::read_to_string("../../docs/editing.md").unwrap();
-    for step in EditStep::ALL {
-        assert!(
-            page.contains(&format!("| `{}` |", step.name)),
-            "docs/editing.md has no row for {}",
-            step.name
-        );
-    }
-}
