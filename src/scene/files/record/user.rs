@@ -1,5 +1,5 @@
 //! The record of outputs of a user: a file of JSON lines, each with the path of an output, its size, its hash and the
-//! names of its inputs. The last line of a path counts.
+//! names of its inputs.
 //!
 //! A line is appended by one call, so that several processes can write at once. A line that cannot be read is ignored.
 
@@ -56,7 +56,8 @@ pub struct UserRecord {
 /// What was read of the record.
 #[derive(Default)]
 struct Known {
-    lines: HashMap<String, Line>,
+    /// The lines of each path, the last of which is the newest.
+    lines: HashMap<String, Vec<Line>>,
     /// Bytes of the file that were read.
     read: u64,
     /// When lines were last moved to the older ones.
@@ -181,19 +182,26 @@ impl UserRecord {
         }
     }
 
-    /// What is known of the file at `path`.
+    /// What is known of the file at `path`. A process that was killed has noted an output that it did not write, so any
+    /// line of the path may be that of the file.
     pub fn find(&self, path: &Path) -> Recorded {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.catch_up(self);
-        let Some(line) = path.to_str().and_then(|path| known.lines.get(path)) else {
+        let lines = path.to_str().and_then(|path| known.lines.get(path));
+        let Some((newest, lines)) = lines.and_then(|lines| Some((lines.last()?, lines))) else {
             return Recorded::Unknown;
         };
         let length = fs::metadata(path).map_or(0, |found| found.len());
-        let is_same = || File::open(path).and_then(|mut file| (self.hash)(&mut file));
-        match length == line.bytes && is_same().is_ok_and(|(_, found)| found == line.sha256) {
-            true => Recorded::Unchanged(line.from.clone()),
-            false => Recorded::Changed {
-                is_shorter: length < line.bytes,
+        let sha256 = match lines.iter().any(|line| line.bytes == length) {
+            true => File::open(path).and_then(|mut file| (self.hash)(&mut file)),
+            false => Ok((length, String::new())),
+        };
+        let is_same =
+            |line: &&Line| line.bytes == length && sha256.as_ref().is_ok_and(|(_, found)| *found == line.sha256);
+        match lines.iter().rev().find(is_same) {
+            Some(line) => Recorded::Unchanged(line.from.clone()),
+            None => Recorded::Changed {
+                is_shorter: length < newest.bytes,
             },
         }
     }
@@ -223,7 +231,7 @@ impl Known {
 
     fn take(&mut self, bytes: &[u8]) {
         for line in lines(bytes).filter_map(|text| serde_json::from_str::<Line>(text).ok()) {
-            self.lines.insert(line.path.clone(), line);
+            self.lines.entry(line.path.clone()).or_default().push(line);
         }
     }
 }

@@ -48,6 +48,21 @@ fn a_file_is_known_by_its_path_and_its_bytes() {
     assert_eq!(one.find(&copy), Recorded::Unknown);
 }
 
+/// It notes an output before it gets its name.
+#[test]
+fn a_process_that_is_killed_leaves_the_former_output_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = record(folder.path());
+    let path = folder.path().join("out.bvh");
+    fs::write(&path, "motion").unwrap();
+    note(&record, &path, b"motion");
+    note(&record, &path, b"killed");
+    note(&record, &path, b"again");
+    assert_eq!(record.find(&path), unchanged());
+    fs::write(&path, "edited").unwrap();
+    assert_eq!(record.find(&path), Recorded::Changed { is_shorter: false });
+}
+
 #[test]
 fn a_line_that_was_cut_off_spoils_no_other() {
     let folder = tempfile::tempdir().unwrap();
