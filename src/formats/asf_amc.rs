@@ -36,7 +36,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::AsfAmc,
     name: "Acclaim ASF/AMC",
     description: "Acclaim skeleton and motion",
-    extensions: &["amc", "asf"],
+    extensions: Format::AsfAmc.extensions(),
     reading: "good",
     writing: "no",
     sniff,

@@ -9,7 +9,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
     name: "BIP",
     description: "3ds Max Biped, which is refused with advice",
-    extensions: &["bip"],
+    extensions: Format::Bip.extensions(),
     reading: "no: the format is not documented; the error says what to export instead",
     writing: "no",
     // Without a specification, only the extension identifies the format.

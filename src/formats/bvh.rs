@@ -30,7 +30,7 @@ pub const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bvh,
     name: "BVH",
     description: "Biovision hierarchy",
-    extensions: &["bvh"],
+    extensions: Format::Bvh.extensions(),
     reading: "excellent",
     writing: "excellent",
     sniff,

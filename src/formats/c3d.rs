@@ -28,7 +28,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::C3d,
     name: "C3D",
     description: "C3D markers",
-    extensions: &["c3d"],
+    extensions: Format::C3d.extensions(),
     reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "no",
     sniff,

@@ -24,7 +24,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,
     name: "FBX",
     description: "Autodesk FBX: skeleton, animation, skinned meshes",
-    extensions: &["fbx"],
+    extensions: Format::Fbx.extensions(),
     reading: "good: skeleton, animation, skinned meshes with colours and textures",
     writing: "good: binary 7.5",
     sniff,

@@ -15,7 +15,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
     name: "a packed clip",
     description: "packed clip of this program",
-    extensions: &["mclip"],
+    extensions: Format::Mclip.extensions(),
     reading: "excellent: its poses at a tick, too",
     writing: "excellent",
     sniff: PackedClip::sniff,

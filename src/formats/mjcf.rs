@@ -39,7 +39,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "MJCF",
     description: "robot, for MuJoCo",
     // `.xml` may be anything: the contents decide.
-    extensions: &["mjcf"],
+    extensions: Format::Mjcf.extensions(),
     reading: "good: links, joints, limits, shapes of robots",
     writing: "no",
     sniff: |bytes| begins_with_element(bytes, "mujoco"),

@@ -31,7 +31,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Trc,
     name: "TRC",
     description: "TRC markers",
-    extensions: &["trc"],
+    extensions: Format::Trc.extensions(),
     reading: "good: markers, from which `mocap solve` makes a skeleton",
     writing: "good: positions of markers or joints",
     sniff,

@@ -26,7 +26,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Urdf,
     name: "URDF",
     description: "robot, for ROS",
-    extensions: &["urdf"],
+    extensions: Format::Urdf.extensions(),
     reading: "good: links, joints, limits, shapes of robots",
     writing: "no",
     sniff: |bytes| begins_with_element(bytes, "robot"),

@@ -24,7 +24,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,
     name: "USD",
     description: "Universal Scene Description: UsdSkel, as text or as an archive",
-    extensions: &["usda", "usdz"],
+    extensions: Format::Usd.extensions(),
     reading: "fair: skeletons and animations of UsdSkel; .usdc is refused with the command that makes .usda of it",
     writing: "good: UsdSkel, with skins, materials and textures",
     sniff,

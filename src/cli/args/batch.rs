@@ -67,9 +67,7 @@ fn names_file(output: &Path) -> bool {
 
 /// Whether an output has the extension of a format that is read, and no folder of that name is there.
 fn names_source(output: &Path) -> bool {
-    let extension = output.extension().unwrap_or_default();
-    let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
-    !is_folder(output) && ReplacePolicy::SOURCE_EXTENSIONS.iter().any(is_its)
+    !is_folder(output) && ReplacePolicy::is_source(output)
 }
 
 /// Which files to read.

@@ -16,15 +16,19 @@ use super::record::{self, Recorded};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::scene::Format;
 
 /// Of files that say who wrote them: glTF, FBX and USD.
 const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda", "usdz"];
 
+/// Of files that may be somebody's source, beside those of formats: characters, USD that is not read, databases.
+const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
+
 /// Which files an output may replace.
 ///
-/// An input is never replaced, also not through a link. A file with one of the
-/// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
-/// [`force`](Self::force). There are exceptions, so that a command can be run again:
+/// An input is never replaced, also not through a link. A file with the extension of a format may be somebody's source
+/// ([`is_source`](Self::is_source)), and is replaced only with [`force`](Self::force).
+/// There are exceptions, so that a command can be run again:
 ///
 /// - an empty file, and a file whose bytes are the first bytes of the output or all of them;
 /// - an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is no table of points;
@@ -64,13 +68,11 @@ pub struct ReplacePolicy {
 }
 
 impl ReplacePolicy {
-    /// Extensions, in lower case, of files that may be somebody's source: of all formats that are read, and of
-    /// VRM.
-    pub const SOURCE_EXTENSIONS: &[&str] = &[
-        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "usda", "usdz", "usdc", "usd", "vmd",
-        "pmx", "bip", "urdf", "mjcf", "mclip", "npz", "npy", "pt", "pth", "pkl", "pickle", "mdb", "csv", "parquet",
-        "mot", "sto",
-    ];
+    /// Whether the extension of a file is that of a format, so that the file may be somebody's source.
+    pub fn is_source(path: &Path) -> bool {
+        let mut formats = Format::ALL.into_iter();
+        formats.any(|format| has_extension(path, format.extensions())) || has_extension(path, OTHER_SOURCES)
+    }
 
     /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too; `-` is the
     /// file that standard input reads, if it is one.
@@ -296,8 +298,8 @@ impl ReplacePolicy {
         if has_extension(&target, &["csv"]) {
             return has_points(&target);
         }
-        let is_source = |path: &Path| has_extension(path, Self::SOURCE_EXTENSIONS);
-        (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
+        (Self::is_source(path) || Self::is_source(&target))
+            && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
     }
 
     fn is_output(&self, asset: &Asset) -> bool {
@@ -320,7 +322,7 @@ pub fn has_provenance(path: &Path) -> bool {
 
 /// Whether the name of a file says that it is no picture or page, of which nobody knows who wrote it.
 fn is_told(path: &Path) -> bool {
-    has_extension(path, &["bin"]) || has_extension(path, ReplacePolicy::SOURCE_EXTENSIONS)
+    has_extension(path, &["bin"]) || ReplacePolicy::is_source(path)
 }
 
 /// Whether the record is needed to know an output of this name: others are replaced anyway, or have a mark.

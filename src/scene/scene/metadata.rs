@@ -46,9 +46,10 @@ pub struct Metadata {
     pub mmd: Option<Box<MmdModel>>,
 }
 
-/// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.
+/// Declares [`Format`] from one line for each: its documentation, the variant, the name that users type, and the
+/// extensions of its files in lower case.
 macro_rules! formats {
-    ($(#[$about:meta] $variant:ident $name:literal)*) => {
+    ($(#[$about:meta] $variant:ident $name:literal [$($extension:literal),+])*) => {
         /// A file format, by the name that users type.
         ///
         /// ```
@@ -74,53 +75,59 @@ macro_rules! formats {
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
+
+            /// The extensions of its files in lower case, without the dot.
+            #[doc(hidden)]
+            pub const fn extensions(self) -> &'static [&'static str] {
+                match self { $(Self::$variant => &[$($extension),+],)* }
+            }
         }
     };
 }
 
 formats! {
     /// Biovision Hierarchy:
-    Bvh "bvh"
+    Bvh "bvh" ["bvh"]
     /// glTF 2.0, `.glb` and `.gltf`:
-    Gltf "gltf"
+    Gltf "gltf" ["glb", "gltf"]
     /// VRM animation:
-    Vrma "vrma"
+    Vrma "vrma" ["vrma"]
     /// Acclaim skeleton and motion:
-    AsfAmc "asf-amc"
+    AsfAmc "asf-amc" ["amc", "asf"]
     /// C3D, markers over time:
-    C3d "c3d"
+    C3d "c3d" ["c3d"]
     /// TRC, markers over time in text:
-    Trc "trc"
+    Trc "trc" ["trc"]
     /// Autodesk FBX:
-    Fbx "fbx"
+    Fbx "fbx" ["fbx"]
     /// Universal Scene Description:
-    Usd "usd"
+    Usd "usd" ["usda", "usdz"]
     /// MikuMikuDance motion:
-    Vmd "vmd"
+    Vmd "vmd" ["vmd"]
     /// MikuMikuDance model:
-    Pmx "pmx"
+    Pmx "pmx" ["pmx"]
     /// Biped of 3ds Max:
-    Bip "bip"
+    Bip "bip" ["bip"]
     /// Unified Robot Description Format:
-    Urdf "urdf"
+    Urdf "urdf" ["urdf"]
     /// The model of a robot for MuJoCo:
-    Mjcf "mjcf"
+    Mjcf "mjcf" ["mjcf"]
     /// Packed clip of this crate:
-    Mclip "mclip"
+    Mclip "mclip" ["mclip"]
     /// Arrays of NumPy:
-    Npz "npz"
+    Npz "npz" ["npz"]
     /// One array of NumPy:
-    Npy "npy"
+    Npy "npy" ["npy"]
     /// Tensors of PyTorch:
-    Torch "torch"
+    Torch "torch" ["pt", "pth"]
     /// Arrays in a pickle of Python:
-    Pickle "pickle"
+    Pickle "pickle" ["pkl", "pickle"]
     /// Tables of text:
-    Csv "csv"
+    Csv "csv" ["csv"]
     /// Tables of columns:
-    Parquet "parquet"
+    Parquet "parquet" ["parquet"]
     /// Joint angles of OpenSim:
-    Mot "mot"
+    Mot "mot" ["mot", "sto"]
 }
 
 impl fmt::Display for Format {
