@@ -160,7 +160,7 @@ static void check_jobs(const char *path)
     CHECK(survey != NULL && strstr(survey, "\"verdict\":\"") != NULL);
     mocap_text_free(survey);
     CHECK(mocap_run("{\"wirte\": {}}") == NULL);
-    CHECK(strstr(mocap_error_text(), "unknown field `wirte`") != NULL);
+    CHECK(strstr(mocap_error_text(), "did you mean write?") != NULL);
     CHECK(mocap_run(NULL) == NULL);
 }
 
