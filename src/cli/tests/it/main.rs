@@ -37,6 +37,8 @@ mod limits;
 mod live;
 mod names;
 mod one_answer;
+// The table has the options of `pack`.
+#[cfg(feature = "parquet")]
 mod one_meaning;
 mod one_skeleton;
 mod options;
