@@ -75,8 +75,8 @@ fn an_option_takes_the_same_value_in_every_command() {
 fn the_table_of_options_is_that_of_the_program() {
     let mut text = String::from(
         "# Options\n\nEach option of the program, with its value and the commands that have it. An option has one meaning: where \
-         several commands\nhave it, it takes the same value in each. `MOCAP_WRITE=1 cargo test -p mocap-cli one_meaning` writes \
-         this table, and a test holds it.\n\n| option | value | commands | meaning |\n|---|---|---|---|\n",
+         several commands\nhave it, it takes the same value in each. `MOCAP_WRITE=1 cargo test -p mocap-cli \
+         --features parquet one_meaning` writes\nthis table, and a test holds it.\n\n| option | value | commands | meaning |\n|---|---|---|---|\n",
     );
     for (option, uses) in uses() {
         if option == "help" || option == "version" {
@@ -107,7 +107,7 @@ fn the_table_of_options_is_that_of_the_program() {
     let written = fs::read_to_string(DOCUMENT).unwrap();
     assert!(
         written == text,
-        "MOCAP_WRITE=1 cargo test -p mocap-cli one_meaning writes {DOCUMENT}"
+        "MOCAP_WRITE=1 cargo test -p mocap-cli --features parquet one_meaning writes {DOCUMENT}"
     );
 }
 
