@@ -21,7 +21,8 @@ pub(super) fn of_motion(reports: &[Report], input: &Path, output: Option<&Path>,
     lines
 }
 
-/// The command that shows a motion beside what was made of it. Files of robots have no shapes, so the robot moves anew.
+/// The command that shows a motion beside its output. The file of a robot's motion has no shapes: the command takes the
+/// robot itself.
 fn look(input: &Path, output: Option<&Path>, target: &JobTarget) -> String {
     let words = match (target, output) {
         (JobTarget::Robot(_), _) => vec![quoted(input), "--robot".to_owned(), quoted(target.file())],

@@ -87,7 +87,7 @@ impl Arrays {
     /// several times as large as the arrays. There is always one.
     #[doc(hidden)]
     pub fn tables(&self, clip: &str) -> impl Iterator<Item = RecordBatch> {
-        /// The rows of a row group of Parquet, so that the file is the same as that of the whole table.
+        /// A row group of Parquet has so many rows, so parts make the same file as the whole table.
         const ROWS: usize = 1 << 20;
         let starts = (0..self.rows().max(1)).step_by(ROWS);
         starts.map(move |start| self.table_of(clip, start..(start + ROWS).min(self.rows())))

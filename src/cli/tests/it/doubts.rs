@@ -58,7 +58,7 @@ fn a_folder_lists_the_clips_that_are_not_good() {
     let said = words(&output);
     assert!(output.status.success() && output.stdout.is_empty(), "{said}");
     assert!(said.contains("1 good, 1 fair, 1 poor"), "{said}");
-    // The angles are those of the manifest.
+    // The manifest has the same angles.
     for record in folder.records("out") {
         let (name, report) = (record["input"].as_str().unwrap(), &record["retarget"][0]);
         let verdict = report["verdict"].as_str().unwrap();

@@ -16,7 +16,7 @@ const DIFFERENT: [(&str, &str); 2] = [
     ),
     (
         "threshold",
-        "the amount from which something counts: a distance of poses, or that of a defect",
+        "how much is too much: the distance of two poses, or the size of a defect",
     ),
 ];
 

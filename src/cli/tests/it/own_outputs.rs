@@ -1,4 +1,4 @@
-//! A command can be run again: its outputs are known by the record of outputs, in formats without a place for a mark too.
+//! A command can be run again: the record of outputs knows its outputs, also in formats that can hold no mark.
 //! What is somebody's, or was changed since, stays.
 
 use std::fs;
@@ -211,7 +211,7 @@ fn a_record_that_cannot_be_used_stops_nothing() {
     let again = |what: &str| {
         let _ = fs::remove_file(folder.path("out.bvh"));
         succeeds(&folder, "convert walk.bvh out.bvh");
-        // The same bytes lose nothing.
+        // An output with the same bytes loses nothing.
         let output = run(&folder, "convert walk.bvh out.bvh");
         assert!(output.status.success(), "{what}: {}", words(&output));
         refuses(&folder, "convert walk.bvh walk_2.bvh --digits 3", "walk_2.bvh", "");
