@@ -218,7 +218,7 @@ impl ReplacePolicy {
             || !has_changed && !self.may_be_source(path);
         if is_ours {
             if is_told(path) {
-                record::may_replace(path);
+                record::may_replace(path, &self.noted_sources());
             }
             return Ok(());
         }

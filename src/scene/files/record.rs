@@ -5,7 +5,7 @@ pub(crate) mod user;
 
 use std::collections::HashSet;
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -70,9 +70,17 @@ fn real_path(target: &Path) -> Option<PathBuf> {
     Some(fs::canonicalize(folder_of(target)).ok()?.join(name))
 }
 
-/// Takes the path of an earlier output that an output may replace.
-pub(super) fn may_replace(path: &Path) {
-    if record().is_some() {
+/// Takes the path of an earlier output that an output may replace; both are made from `sources`.
+pub(super) fn may_replace(path: &Path, sources: &[&str]) {
+    if let Some(record) = record() {
+        // A process may be killed between its note and the rename. The file that is there must then not look like an
+        // output that somebody has changed.
+        if find(path) == Recorded::Unknown
+            && let Ok(Target::File(target)) = Target::of(path)
+            && let Some((path, mut earlier)) = real_path(&target).zip(File::open(&target).ok())
+        {
+            record.note(&path, &mut earlier, sources);
+        }
         let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
         paths.get_or_insert_default().insert(path.to_owned());
     }

@@ -106,6 +106,27 @@ fn heroes_are_replaced_by_the_commands_that_wrote_them() {
     }
 }
 
+/// A command notes the new file, and may be killed before it has its name. The earlier file came from another computer:
+/// its mark alone says who wrote it.
+#[test]
+fn an_earlier_output_stays_known_where_a_command_is_killed() {
+    let elsewhere = folder();
+    succeeds(&elsewhere, "convert walk.bvh walk.gltf");
+    let folder = folder();
+    let restore = || {
+        for name in ["walk.gltf", "walk.bin"] {
+            folder.write(name, &elsewhere.read(name));
+        }
+    };
+    restore();
+    let trimmed = "convert walk.bvh walk.gltf --trim 0f..3f";
+    succeeds(&folder, trimmed);
+    let made = folder.read("walk.bin");
+    restore();
+    succeeds(&folder, trimmed);
+    assert!(folder.read("walk.bin") == made);
+}
+
 /// The motion of the input is broken, which nobody hears: nothing was read.
 #[test]
 fn what_is_not_replaced_is_refused_before_the_work() {
