@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use mocap::glam::{Vec2, Vec3};
 use mocap::matching::{Controller, Database, Moves};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::{Binding, Conversion, Pose};
 
 /// Runs, of which the fastest counts: another program may be in the way of the others.
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let clip = &database.clips()[0].row.file;
     let motion = mocap::import(clip)?;
-    let clips = Retargeting::new(motion, hero.clone(), RetargetingOptions::new())?.into_clips();
+    let clips = Retargeter::new(motion, hero.clone(), RetargetOptions::new())?.into_clips();
     let animation = &clips[0].animation;
     let binding = Binding::new(&hero, animation);
     let mut pose = Pose::rest(&hero);

@@ -27,7 +27,7 @@
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] | |
 //! | change a motion: lock feet, mirror, smooth, loop, blend | [`edit`] | `edit` |
 //! | walk through many clips: motion graphs | [`graph`] | `edit` |
-//! | retarget files to a character, a skeleton or a robot | [`Retargeting`] | `retarget` |
+//! | retarget files to a character, a skeleton or a robot | [`Retargeter`] | `retarget` |
 //! | retarget single poses as they come | [`retarget`], [`robot`] | `retarget` |
 //! | receive or send motion over a network: the VMC protocol | [`live`] | `live` |
 //! | see a motion: a page with a player, pictures, curves | [`render`] | `render` |
@@ -107,7 +107,7 @@ pub use mocap_formats::Contents;
 #[doc(inline)]
 pub use mocap_formats::vrma;
 #[doc(inline)]
-pub use mocap_formats::{FormatInfo, WriteOption, Written, WrittenFile, bvh, dump, fbx, gltf};
+pub use mocap_formats::{Export, ExportFile, FormatInfo, WriteOption, bvh, dump, fbx, gltf};
 #[doc(inline)]
 pub use mocap_io::{Clips, Exporter, Importer, MemoryFile, convert::convert, import::import};
 #[cfg(feature = "jobs")]
@@ -121,7 +121,7 @@ pub use mocap_render as render;
 pub use mocap_retarget::live;
 #[cfg(feature = "retarget")]
 #[doc(inline)]
-pub use mocap_retarget::{self as retarget, Retargeting, retargeting, robot};
+pub use mocap_retarget::{self as retarget, Retargeter, retargeting, robot};
 #[doc(hidden)]
 pub use mocap_scene::error::{nearest, spell_options, spelled};
 #[cfg(feature = "edit")]

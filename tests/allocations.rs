@@ -8,8 +8,8 @@ use std::cell::Cell;
 use mocap::compress::PackedClip;
 use mocap::glam::{Mat4, Quat, Vec2, Vec3};
 use mocap::matching::{Controller, Database, IndexedClip, Moves, Trajectory};
-use mocap::retarget::{RetargetOptions, Retargeter};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
 use mocap::{Binding, Conversion, LoopMode, Player, Pose, Trs, Updater};
 
@@ -123,7 +123,7 @@ fn playing_into_a_pose_allocates_nothing() {
 fn a_pose_on_another_skeleton_takes_none() {
     let read = |file: &str| mocap::import(format!("fixtures/skeletons/{file}")).unwrap();
     let (source, target) = (read("xsens_names_tpose.bvh"), read("human_default.gltf"));
-    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
     let binding = Binding::new(&source, &source.animations[0]);
     let (mut from, mut to) = (Pose::rest(&source), Pose::rest(&target));
     let rest = to.clone();
@@ -156,7 +156,7 @@ fn a_frame_of_motion_matching_takes_none() {
     let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
     let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
     Conversion::new().apply(&mut hero).unwrap();
-    let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new()).unwrap();
+    let clips = Retargeter::new(walk, hero.clone(), RetargetOptions::new()).unwrap();
     let mut moves = Moves::new(&hero).unwrap();
     moves.add(&database.clips()[0], &clips.clips()[0].animation).unwrap();
     let mut controller = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z).unwrap();

@@ -28,7 +28,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use mocap::edit::{EditStep, Smooth};
-use mocap::job::{Length, Reading, SourceMap, SourceSpace, Writing};
+use mocap::job::{InputOptions, Length, OutputOptions, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
@@ -174,7 +174,7 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) write: Writing,
+    pub(crate) write: OutputOptions,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
     /// Steps between reading and writing.
@@ -185,7 +185,7 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
     #[command(flatten)]
@@ -259,7 +259,7 @@ pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub(crate) tolerance: ToleranceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -270,7 +270,7 @@ pub(crate) struct InfoArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -288,7 +288,7 @@ pub(crate) struct SkeletonArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -353,7 +353,7 @@ pub(crate) struct PoseArgs {
     #[arg(long)]
     pub(crate) spreadsheet: bool,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -365,7 +365,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
@@ -388,7 +388,7 @@ pub(crate) struct DumpArgs {
     #[arg(long, conflicts_with = "sections")]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -46,9 +46,9 @@ use std::path::{Path, PathBuf};
 
 use mocap::figure::Figure;
 use mocap::files::check_distinct;
-use mocap::job::{Maker, Reading, SourceMap};
+use mocap::job::{InputOptions, Maker, SourceMap};
 use mocap::render::Drawing;
-use mocap::retargeting::{Report, Retargeting, RetargetingOptions};
+use mocap::retargeting::{Report, RetargetOptions, Retargeter};
 use mocap::robot::add_links;
 use mocap::scene::Scene;
 use mocap::{Importer, SkeletonMesh};
@@ -58,12 +58,12 @@ use crate::args::PictureArgs;
 use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
-fn import_motion(read: &Reading, file: &Path) -> mocap::Result<Scene> {
+fn import_motion(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
     import_told(&read.importer().skeleton_mesh(SkeletonMesh::None), file)
 }
 
 /// As [`import_motion`], with the meshes of the file, for a picture.
-fn import_drawn(read: &Reading, file: &Path) -> mocap::Result<Scene> {
+fn import_drawn(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
     import_told(
         &read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
         file,
@@ -73,7 +73,7 @@ fn import_drawn(read: &Reading, file: &Path) -> mocap::Result<Scene> {
 /// A motion on a robot, with its links to be drawn.
 fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     let robot = Importer::new().import_robot(robot)?;
-    let done = Retargeting::new(scene, robot.clone(), RetargetingOptions::new());
+    let done = Retargeter::new(scene, robot.clone(), RetargetOptions::new());
     let mut moved = done.map_err(|error| error.with_path(file))?.scene();
     add_links(&robot, &mut moved);
     Ok(moved)

@@ -13,7 +13,7 @@ pub use crate::batch::for_each;
 pub use crate::batch::inputs::{Input, find};
 pub use crate::batch::pattern::{Fit, Pattern};
 pub use crate::batch::shard::Shard;
-pub use crate::batch::walk::{Found, Search};
+pub use crate::batch::walk::{Entry, Search};
 pub use crate::build_note::note;
 
 pub mod line {

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::ProgressBar;
-use mocap::job::Said;
+use mocap::job::Notice;
 use mocap::{Diagnostic, Error};
 pub(crate) use mocap::{visible, visible_json};
 use serde::Serialize;
@@ -63,11 +63,11 @@ impl Voice<'_> {
     }
 
     /// Passes on what a job says.
-    pub(crate) fn hear(&mut self, said: Said<'_>) {
+    pub(crate) fn hear(&mut self, said: Notice<'_>) {
         match said {
-            Said::Warnings(path, found) => self.warnings(path, found),
-            Said::Note(note) => self.say(note),
-            Said::Step(step) => self.say(&step.to_string()),
+            Notice::Warnings(path, found) => self.warnings(path, found),
+            Notice::Note(note) => self.say(note),
+            Notice::Step(step) => self.say(&step.to_string()),
             _ => {}
         }
     }

@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
-use mocap::job::Reading;
-use mocap::{Code, Diagnostic, Error, Importer, MemoryFile, Scene, Written};
+use mocap::job::InputOptions;
+use mocap::{Code, Diagnostic, Error, Export, Importer, MemoryFile, Scene};
 
 use crate::args::{ForceArgs, Given};
 use crate::{Failure, report};
@@ -56,7 +56,7 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
 
 /// What of the motions of a job is not on a disk: standard input, where it is one of them.
 pub(crate) fn given<'a>(
-    read: &Reading,
+    read: &InputOptions,
     mut motions: impl Iterator<Item = &'a PathBuf>,
 ) -> mocap::Result<&'static [MemoryFile<'static>]> {
     match motions.any(|motion| is_standard(motion)) {
@@ -122,7 +122,7 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// Writes the files of an output and the files that a user named besides, all or none, as `policy` allows; what goes to
 /// standard output goes there. With `--dry-run` says what it would write, unless `policy` refuses it.
 pub(crate) fn save(
-    written: &Written,
+    written: &Export,
     output: &Path,
     besides: &[(&Path, &[u8])],
     policy: &ReplacePolicy,

@@ -37,7 +37,7 @@ use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
 
 use self::activity::Activity;
-pub use self::corpus::{Corpus, Examined};
+pub use self::corpus::{ClipRecord, Corpus};
 use self::defects::Findings;
 pub use self::filter::Condition;
 pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
@@ -51,11 +51,11 @@ impl Thresholds {
     /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
     ///
     /// The [module](crate::survey) has an example.
-    pub fn examine(&self, scene: &Scene, file: &str) -> Vec<Examined> {
+    pub fn examine(&self, scene: &Scene, file: &str) -> Vec<ClipRecord> {
         let mut clips = Vec::new();
         examine_each(scene, &Figure::new(scene), file, self, |row, motion| {
             let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
-            clips.push(Examined {
+            clips.push(ClipRecord {
                 row,
                 fingerprint,
                 clips: scene.animations.len().max(1),

@@ -16,7 +16,7 @@ use super::pair::pair;
 use super::pose_distance::Poses;
 use super::quantity::centimetres;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
@@ -44,12 +44,12 @@ step! {
     /// [`Code::NoMotion`] without one of the animations.
     Blend {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
-        with: Option<usize> = None, Takes::Input;
+        with: Option<usize> = None, ValueKind::Input;
         /// The fraction of the second motion. Default: 0.5 all the time.
-        weight: BlendWeight = BlendWeight::Constant(0.5), Takes::Weights;
+        weight: BlendWeight = BlendWeight::Constant(0.5), ValueKind::Weights;
         /// Seconds at the beginning and at the end of both within which they begin and end, where they are most alike.
         /// Default: 0, all of both is mixed.
-        within: f64 = 0.0, Takes::Seconds;
+        within: f64 = 0.0, ValueKind::Seconds;
     }
 }
 

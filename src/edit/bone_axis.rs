@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::frames_report::converted;
 use super::quantity::degrees;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
@@ -43,7 +43,7 @@ step! {
     /// than along another; [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     BoneAxis {
         /// The axis that points along the bone. Default: +Y.
-        axis: AlongBone = AlongBone::default(), Takes::OneOf(&["y", "x"]);
+        axis: AlongBone = AlongBone::default(), ValueKind::OneOf(&["y", "x"]);
     }
 }
 

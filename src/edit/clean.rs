@@ -32,7 +32,7 @@ use super::floor;
 use super::quantity::counted;
 use super::step::step;
 use super::work::Work;
-use super::{Step, StepInput, StepKey, Takes, flips};
+use super::{Step, StepInput, StepKey, ValueKind, flips};
 
 step! {
     /// Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
@@ -53,17 +53,17 @@ step! {
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     Clean {
         /// Frames that are held, doubled or dropped. Default: `true`.
-        time: bool = true, Takes::Flag;
+        time: bool = true, ValueKind::Flag;
         /// Rotations that jump away and back. Default: `true`.
-        flips: bool = true, Takes::Flag;
+        flips: bool = true, ValueKind::Flag;
         /// Noise of rotations and positions. Default: `true`.
-        noise: bool = true, Takes::Flag;
+        noise: bool = true, ValueKind::Flag;
         /// Lengths of bones that breathe. Default: `true`.
-        lengths: bool = true, Takes::Flag;
+        lengths: bool = true, ValueKind::Flag;
         /// Height and slope of the floor, and the drift of the body. Default: `true`.
-        floor: bool = true, Takes::Flag;
+        floor: bool = true, ValueKind::Flag;
         /// Feet that slide while they stand. Default: `true`.
-        contacts: bool = true, Takes::Flag;
+        contacts: bool = true, ValueKind::Flag;
     }
 }
 

@@ -16,7 +16,7 @@ use super::inertia::{Seam, onward};
 use super::pair::pair;
 use super::quantity::{centimetres, degrees, metres};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
@@ -41,14 +41,14 @@ step! {
     /// [`Code::NoMotion`] without one of the animations.
     Concat {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
-        with: Option<usize> = None, Takes::Input;
+        with: Option<usize> = None, ValueKind::Input;
         /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        blend: f64 = 0.3, Takes::Seconds;
+        blend: f64 = 0.3, ValueKind::Seconds;
         /// Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`.
-        align: bool = true, Takes::Flag;
+        align: bool = true, ValueKind::Flag;
         /// Seconds of the end of the first and of the beginning of the second within which they are joined, where they
         /// are most alike. Default: 0, all of both stays.
-        within: f64 = 0.0, Takes::Seconds;
+        within: f64 = 0.0, ValueKind::Seconds;
     }
 }
 

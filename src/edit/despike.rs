@@ -14,7 +14,7 @@ use super::flips;
 use super::frames::Frames;
 use super::quantity::{counted, degrees};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
@@ -42,14 +42,14 @@ step! {
     /// negative; [`Code::LimitExceeded`] for a spike that is too long to look for in a long motion.
     Despike {
         /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
-        threshold: f64 = 8.0, Takes::Factor;
+        threshold: f64 = 8.0, ValueKind::Factor;
         /// The smallest jump of a rotation, in degrees. Default: 3.
-        angle: f64 = 3.0, Takes::Degrees;
+        angle: f64 = 3.0, ValueKind::Degrees;
         /// The smallest jump of a position, as a fraction of the distance between the ends of the skeleton. Default:
         /// 0.02.
-        distance: f64 = 0.02, Takes::Fraction;
+        distance: f64 = 0.02, ValueKind::Fraction;
         /// The longest spike, in frames. Default: 3.
-        longest: usize = 3, Takes::Count;
+        longest: usize = 3, ValueKind::Count;
     }
 }
 

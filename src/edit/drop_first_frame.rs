@@ -6,7 +6,7 @@ use mocap_scene::scene::Scene;
 
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Drops the first frame, which is a rest pose in some files; by default only where it is one.
@@ -29,7 +29,7 @@ step! {
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     DropFirstFrame {
         /// Whether it is dropped also where it is no rest pose. Default: `false`.
-        always: bool = false, Takes::Flag;
+        always: bool = false, ValueKind::Flag;
     }
 }
 

@@ -12,7 +12,7 @@ use super::bridge::bridge;
 use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
@@ -33,9 +33,9 @@ step! {
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
     Fill {
         /// The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
-        longest: f64 = 0.5, Takes::Seconds;
+        longest: f64 = 0.5, ValueKind::Seconds;
         /// The shortest, in seconds. Default: 0, two equal frames.
-        shortest: f64 = 0.0, Takes::Seconds;
+        shortest: f64 = 0.0, ValueKind::Seconds;
     }
 }
 

@@ -8,7 +8,7 @@ use mocap_scene::scene::Scene;
 use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::{centimetres, counted};
 use crate::step::step;
-use crate::{ContactOptions, Step, StepInput, StepKey, Takes};
+use crate::{ContactOptions, Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Holds feet still in contact and above the floor.
@@ -19,22 +19,22 @@ step! {
     /// As [`foot_lock`](crate::foot_lock()).
     FootLock {
         /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
-        blend: f64 = FootLockOptions::default().blend, Takes::Seconds;
+        blend: f64 = FootLockOptions::default().blend, ValueKind::Seconds;
         /// The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
-        height: f64 = ContactOptions::default().height, Takes::Metres;
+        height: f64 = ContactOptions::default().height, ValueKind::Metres;
         /// The largest speed of a foot in contact, in metres per second. Default: 0.25.
-        speed: f64 = ContactOptions::default().speed, Takes::MetresPerSecond;
+        speed: f64 = ContactOptions::default().speed, ValueKind::MetresPerSecond;
         /// How many times as high or as fast a foot in contact must be to leave. Default: 1.6.
-        release: f64 = ContactOptions::default().release, Takes::Factor;
+        release: f64 = ContactOptions::default().release, ValueKind::Factor;
         /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
-        shortest: f64 = ContactOptions::default().shortest, Takes::Seconds;
+        shortest: f64 = ContactOptions::default().shortest, ValueKind::Seconds;
         /// The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
-        gap: f64 = ContactOptions::default().gap, Takes::Seconds;
+        gap: f64 = ContactOptions::default().gap, ValueKind::Seconds;
         /// The height of the floor along the up axis, in metres. Default: where the feet rest.
-        floor: Option<f32> = None, Takes::Metres;
+        floor: Option<f32> = None, ValueKind::Metres;
         /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives
         /// way, and keeps a part of its slide. Default: `None`, no foot slides.
-        largest_change: Option<f64> = None, Takes::Metres;
+        largest_change: Option<f64> = None, ValueKind::Metres;
     }
 }
 

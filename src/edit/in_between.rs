@@ -13,7 +13,7 @@ use super::body::metres_per_unit;
 use super::frames::{Frames, between};
 use super::quantity::{centimetres, degrees};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 /// How poses between two keys are computed.
 ///
@@ -47,11 +47,11 @@ step! {
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
     InBetween {
         /// The frames whose poses stay. The first and the last frame always do.
-        keys: Vec<usize> = Vec::new(), Takes::Frames;
+        keys: Vec<usize> = Vec::new(), ValueKind::Frames;
         /// Every so many frames stay, besides those. Default: 0, no others.
-        every: usize = 0, Takes::Count;
+        every: usize = 0, ValueKind::Count;
         /// How the others are computed. Default: squad.
-        interpolation: KeyInterpolation = KeyInterpolation::default(), Takes::OneOf(&["slerp", "squad"]);
+        interpolation: KeyInterpolation = KeyInterpolation::default(), ValueKind::OneOf(&["slerp", "squad"]);
     }
 }
 

@@ -12,7 +12,7 @@ use super::layer_part::LayerPart;
 use super::pair::pair;
 use super::quantity::counted;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which
@@ -33,9 +33,9 @@ step! {
     /// As [`Concat`](crate::Concat), and [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid).
     Layer {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
-        with: Option<usize> = None, Takes::Input;
+        with: Option<usize> = None, ValueKind::Input;
         /// The part of the body. Default: the spine and all above it.
-        part: LayerPart = LayerPart::default(), Takes::OneOf(LayerPart::NAMES);
+        part: LayerPart = LayerPart::default(), ValueKind::OneOf(LayerPart::NAMES);
     }
 }
 

@@ -60,13 +60,13 @@ pub use self::layer_part::LayerPart;
 pub use self::limb::Limb;
 pub use self::list::EditReport;
 #[doc(hidden)]
-pub use self::lock::{Followed, SolePoint, follow_feet};
+pub use self::lock::{FootGuide, SolePoint, follow_feet};
 pub use self::lock::{FootLockOptions, FootLockReport, foot_lock};
 #[doc(hidden)]
 pub use self::sequence::Fitted;
 #[doc(hidden)]
 pub use self::step::StepDocs;
-pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
+pub use self::step::{Step, StepInfo, StepInput, StepKey, ValueKind};
 pub use self::target::ReachTarget;
 #[doc(hidden)]
 pub use self::value::metres;

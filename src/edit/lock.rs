@@ -28,7 +28,7 @@ use serde::Serialize;
 
 use self::follow::Follow;
 #[doc(hidden)]
-pub use self::follow::Followed;
+pub use self::follow::FootGuide;
 use self::hold::Hold;
 use self::legs::Legs;
 #[doc(hidden)]
@@ -190,7 +190,7 @@ pub fn follow_feet(
     scene: &mut Scene,
     animation: usize,
     figure: &Figure,
-    followed: &Followed<'_>,
+    followed: &FootGuide<'_>,
 ) -> Result<FootLockReport> {
     let pivots: Vec<NodeId> = followed
         .soles

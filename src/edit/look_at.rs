@@ -21,7 +21,7 @@ use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between
@@ -46,17 +46,17 @@ step! {
     /// of [`Reach`](crate::Reach), for a fraction that is not from 0 to 1, and for a limit that is negative.
     LookAt {
         /// The target. It must be given.
-        at: Option<ReachTarget> = None, Takes::Target;
+        at: Option<ReachTarget> = None, ValueKind::Target;
         /// The fraction of the rotation that the neck takes. Default: 0.4.
-        neck: f64 = 0.4, Takes::Fraction;
+        neck: f64 = 0.4, ValueKind::Fraction;
         /// The largest angle from where the trunk faces at which it looks at the target, in degrees. Default: 80.
-        limit: f64 = 80.0, Takes::Degrees;
+        limit: f64 = 80.0, ValueKind::Degrees;
         /// The part in which it looks there. Default: the whole motion.
-        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
         /// Seconds before the part in which it turns there. Default: 0.4.
-        ease_in: f64 = 0.4, Takes::Seconds;
+        ease_in: f64 = 0.4, ValueKind::Seconds;
         /// Seconds after the part in which it turns back. Default: 0.4.
-        ease_out: f64 = 0.4, Takes::Seconds;
+        ease_out: f64 = 0.4, ValueKind::Seconds;
     }
 }
 

@@ -18,7 +18,7 @@ use super::inertia::{self, Seam};
 use super::pose_distance::Poses;
 use super::quantity::{degrees, metres};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
@@ -39,16 +39,16 @@ step! {
     /// an option is not valid.
     Loop {
         /// The first and the last frame of the loop. Default: those that fit best.
-        frames: Option<[usize; 2]> = None, Takes::FrameRange;
+        frames: Option<[usize; 2]> = None, ValueKind::FrameRange;
         /// The shortest loop to look for, in seconds. Default: 0.6.
-        shortest: f64 = 0.6, Takes::Seconds;
+        shortest: f64 = 0.6, ValueKind::Seconds;
         /// The longest loop to look for, in seconds. Default: 4.
-        longest: f64 = 4.0, Takes::Seconds;
+        longest: f64 = 4.0, ValueKind::Seconds;
         /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        blend: f64 = 0.3, Takes::Seconds;
+        blend: f64 = 0.3, ValueKind::Seconds;
         /// Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default:
         /// `false`.
-        in_place: bool = false, Takes::Flag;
+        in_place: bool = false, ValueKind::Flag;
     }
 }
 

@@ -21,7 +21,7 @@ use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::target::{Found, ReachTarget};
 use super::window::Window;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
@@ -45,21 +45,21 @@ step! {
     /// As [`Reach`](crate::Reach); [`Code::InvalidValue`] also with neither a target nor a part.
     Pin {
         /// The limb. Default: the right hand.
-        limb: Limb = Limb::default(), Takes::OneOf(Limb::NAMES);
+        limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
         /// What it touches. Default: the world, where it is.
-        to: Option<ReachTarget> = None, Takes::Target;
+        to: Option<ReachTarget> = None, ValueKind::Target;
         /// The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle.
-        tip: Option<String> = None, Takes::Name;
+        tip: Option<String> = None, ValueKind::Name;
         /// The part in which it touches. Default: found.
-        range: Option<TimeRange> = None, Takes::TimeRange;
+        range: Option<TimeRange> = None, ValueKind::TimeRange;
         /// The largest distance from the target of a contact that is found, in metres. Default: 0.3, from joint to
         /// joint.
-        distance: f64 = 0.3, Takes::Metres;
+        distance: f64 = 0.3, ValueKind::Metres;
         /// The largest speed in the frame of the target of a contact that is found, in metres per second. Default:
         /// 0.25.
-        speed: f64 = 0.25, Takes::MetresPerSecond;
+        speed: f64 = 0.25, ValueKind::MetresPerSecond;
         /// Seconds in which the change comes before a contact, and goes after it. Default: 0.2.
-        blend: f64 = 0.2, Takes::Seconds;
+        blend: f64 = 0.2, ValueKind::Seconds;
     }
 }
 

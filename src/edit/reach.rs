@@ -14,7 +14,7 @@ use super::limb::{Limb, LimbChain};
 use super::step::step;
 use super::target::ReachTarget;
 use super::window::Window;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within
@@ -43,19 +43,19 @@ step! {
     /// that the motion does not have, and a number that is not finite.
     Reach {
         /// The limb. Default: the right hand.
-        limb: Limb = Limb::default(), Takes::OneOf(Limb::NAMES);
+        limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
         /// The target. It must be given.
-        to: Option<ReachTarget> = None, Takes::Target;
+        to: Option<ReachTarget> = None, ValueKind::Target;
         /// A point that goes along with the target, from its origin in metres along its axes. Default: its origin.
-        offset: [f64; 3] = [0.0; 3], Takes::Point;
+        offset: [f64; 3] = [0.0; 3], ValueKind::Point;
         /// The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle.
-        tip: Option<String> = None, Takes::Name;
+        tip: Option<String> = None, ValueKind::Name;
         /// The part in which it is at the target. Default: the whole motion.
-        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
         /// Seconds before the part in which it goes there. Default: 0.4.
-        ease_in: f64 = 0.4, Takes::Seconds;
+        ease_in: f64 = 0.4, ValueKind::Seconds;
         /// Seconds after the part in which it goes back. Default: 0.4.
-        ease_out: f64 = 0.4, Takes::Seconds;
+        ease_out: f64 = 0.4, ValueKind::Seconds;
     }
 }
 

@@ -6,7 +6,7 @@ use mocap_scene::scene::Scene;
 
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Gives a motion another frame rate at the same speed.
@@ -28,7 +28,7 @@ step! {
     /// [`Conversion::apply`] for a rate that is not possible.
     Resample {
         /// Frames per second. Default: 30.
-        rate: f64 = 30.0, Takes::Hertz;
+        rate: f64 = 30.0, ValueKind::Hertz;
     }
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frames_report::converted;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 /// A pose of a figure that stands: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ step! {
     /// this animation.
     Rest {
         /// The pose. Default: the T-pose.
-        pose: StandingPose = StandingPose::default(), Takes::OneOf(&["t-pose", "a-pose"]);
+        pose: StandingPose = StandingPose::default(), ValueKind::OneOf(&["t-pose", "a-pose"]);
     }
 }
 

@@ -20,7 +20,7 @@ use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::target::node_named;
 use super::window::Window;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 /// A low-pass filter without a shift in time.
 ///
@@ -96,17 +96,17 @@ step! {
     /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of what is no humanoid.
     Smooth {
         /// The filter. Default: Butterworth.
-        filter: SmoothFilter = SmoothFilter::default(), Takes::OneOf(&["butterworth", "gaussian"]);
+        filter: SmoothFilter = SmoothFilter::default(), ValueKind::OneOf(&["butterworth", "gaussian"]);
         /// The cut-off in Hz. Default: 6, which keeps a walk.
-        cut_off: f64 = 6.0, Takes::Hertz;
+        cut_off: f64 = 6.0, ValueKind::Hertz;
         /// The part of the body. Default: everything, unless joints are named.
-        part: Option<LayerPart> = None, Takes::OneOf(LayerPart::NAMES);
+        part: Option<LayerPart> = None, ValueKind::OneOf(LayerPart::NAMES);
         /// Joints by their names or by those of bones, each without what is below it; with a part, they come to it.
-        joints: Vec<String> = Vec::new(), Takes::Names;
+        joints: Vec<String> = Vec::new(), ValueKind::Names;
         /// The part of the motion. Default: the whole.
-        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
         /// Seconds before and after the range in which the filter comes and goes. Default: 0.2.
-        ease: f64 = 0.2, Takes::Seconds;
+        ease: f64 = 0.2, ValueKind::Seconds;
     }
 }
 

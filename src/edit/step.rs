@@ -229,8 +229,8 @@ impl StepInfo {
     /// Its options with what each takes.
     pub(super) fn keys_with_values(&self) -> String {
         let key = |key: &StepKey| match key.takes {
-            Takes::Moments => key.takes.symbol().to_owned(),
-            Takes::OneOf(words) => format!("{}={}", key.name(), words.join("|")),
+            ValueKind::Moments => key.takes.symbol().to_owned(),
+            ValueKind::OneOf(words) => format!("{}={}", key.name(), words.join("|")),
             takes => format!("{}={}", key.name(), takes.symbol()),
         };
         self.keys.iter().map(key).collect::<Vec<_>>().join(", ")
@@ -246,11 +246,11 @@ pub struct StepKey {
     /// The name of the field.
     pub field: &'static str,
     /// What it takes.
-    pub takes: Takes,
+    pub takes: ValueKind,
 }
 
 impl StepKey {
-    pub(super) const fn new(field: &'static str, takes: Takes) -> Self {
+    pub(super) const fn new(field: &'static str, takes: ValueKind) -> Self {
         Self { field, takes }
     }
 
@@ -263,7 +263,7 @@ impl StepKey {
     #[doc(hidden)]
     pub fn example(&self) -> String {
         match self.takes {
-            Takes::Moments => self.takes.example().to_owned(),
+            ValueKind::Moments => self.takes.example().to_owned(),
             takes => format!("{}={}", self.name(), takes.example()),
         }
     }
@@ -274,7 +274,7 @@ impl StepKey {
 /// [`StepInfo`](crate::StepInfo) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Takes {
+pub enum ValueKind {
     /// A time.
     Seconds,
     /// A length.
@@ -319,7 +319,7 @@ pub enum Takes {
     Input,
 }
 
-impl Takes {
+impl ValueKind {
     /// As the help of the command line has it.
     pub const fn symbol(self) -> &'static str {
         match self {
@@ -346,7 +346,7 @@ impl Takes {
     }
 }
 
-impl Takes {
+impl ValueKind {
     /// A value of it, as text.
     pub(super) const fn example(self) -> &'static str {
         match self {
@@ -374,7 +374,7 @@ impl Takes {
     }
 }
 
-impl fmt::Display for Takes {
+impl fmt::Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let example = self.example();
         match self {

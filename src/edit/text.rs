@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 
 use super::step::WITH;
 use super::value::{parsed, print, scalar};
-use super::{EditStep, StepInfo, StepKey, Takes};
+use super::{EditStep, StepInfo, StepKey, ValueKind};
 
 /// The text of a step with these options.
 pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
@@ -17,7 +17,7 @@ pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
             let key = step.keys.iter().find(|key| key.name() == *name)?;
             let text = print(key.takes, &keys[name])?;
             Some(match key.takes {
-                Takes::Moments => text,
+                ValueKind::Moments => text,
                 _ => format!("{name}={text}"),
             })
         })
@@ -32,7 +32,7 @@ pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
 pub(super) fn parse(text: &str) -> Result<EditStep> {
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));
     let step = named(name)?;
-    let moments = step.keys.iter().find(|key| key.takes == Takes::Moments);
+    let moments = step.keys.iter().find(|key| key.takes == ValueKind::Moments);
     let mut keys = Map::new();
     for part in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
         let Some((key, value)) = part.split_once('=') else {
@@ -78,7 +78,7 @@ fn with_keys(step: StepInfo, keys: Map<String, Value>, stated: &str) -> Result<E
     if let Some(given) = keys.get(WITH).filter(|given| !given.is_null())
         && given.as_u64().is_none_or(|given| given < 2)
     {
-        return refuse(not_taken(WITH, Takes::Input, stated, given));
+        return refuse(not_taken(WITH, ValueKind::Input, stated, given));
     }
     let step_of = EditStep::with_keys(step.name, keys, stated);
     step_of.unwrap_or_else(|| refuse(format!("there is no step {:?}", step.name)))
@@ -145,7 +145,7 @@ pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Re
     })
 }
 
-fn not_taken(key: &str, takes: Takes, stated: &str, value: &Value) -> String {
+fn not_taken(key: &str, takes: ValueKind, stated: &str, value: &Value) -> String {
     let found = print(takes, value).unwrap_or_else(|| value.to_string());
     format!("{key} takes {takes}, got {found:?} in the step {stated:?}")
 }

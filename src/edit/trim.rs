@@ -6,7 +6,7 @@ use mocap_scene::scene::Scene;
 
 use super::frames_report::{FramesReport, converted};
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Keeps a part of a motion.
@@ -30,7 +30,7 @@ step! {
     /// [`Conversion::apply`] for a part that the motion does not have.
     Trim {
         /// The first and the last moment to keep. Default: the whole motion.
-        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
     }
 }
 

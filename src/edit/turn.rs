@@ -15,7 +15,7 @@ use super::carrier::{Carrier, move_all};
 use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
-use super::{Step, StepInput, StepKey, Takes};
+use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it
@@ -37,9 +37,9 @@ step! {
     /// and for a direction that is not level; [`Code::NotHumanoid`] for a direction of a skeleton that looks nowhere.
     Turn {
         /// The angle in degrees, counterclockwise as seen from above.
-        by: Option<f64> = None, Takes::Degrees;
+        by: Option<f64> = None, ValueKind::Degrees;
         /// The axis of the scene along which the figure looks in the first frame.
-        facing: Option<Axis> = None, Takes::OneOf(&["x", "-x", "y", "-y", "z", "-z"]);
+        facing: Option<Axis> = None, ValueKind::OneOf(&["x", "-x", "y", "-y", "z", "-z"]);
     }
 }
 

@@ -2,25 +2,25 @@
 
 use serde_json::{Map, Number, Value};
 
-use super::Takes;
+use super::ValueKind;
 
 /// The value of a text; what it cannot be read as stays text, which the step refuses.
-pub(super) fn parsed(takes: Takes, text: &str) -> Value {
+pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
     let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
     match takes {
-        Takes::FrameRange => list("..", scalar),
-        Takes::Frames => list("+", scalar),
-        Takes::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
-        Takes::Weights => list("+", |part| match part.split_once(':') {
+        ValueKind::FrameRange => list("..", scalar),
+        ValueKind::Frames => list("+", scalar),
+        ValueKind::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
+        ValueKind::Weights => list("+", |part| match part.split_once(':') {
             Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
             None => Value::from(part),
         }),
-        Takes::Path => list("+", point),
-        Takes::Target if text.split('/').count() == 3 => list("/", scalar),
-        Takes::Point => list("/", scalar),
-        Takes::Name | Takes::Target => Value::from(text),
-        Takes::Names => text.split('+').map(|name| Value::from(name.trim())).collect(),
-        Takes::Metres => {
+        ValueKind::Path => list("+", point),
+        ValueKind::Target if text.split('/').count() == 3 => list("/", scalar),
+        ValueKind::Point => list("/", scalar),
+        ValueKind::Name | ValueKind::Target => Value::from(text),
+        ValueKind::Names => text.split('+').map(|name| Value::from(name.trim())).collect(),
+        ValueKind::Metres => {
             let number = metres(text).and_then(Number::from_f64);
             number.map_or_else(|| scalar(text), Value::Number)
         }
@@ -68,26 +68,26 @@ pub(super) fn scalar(text: &str) -> Value {
 }
 
 /// The text of a value; `None` for an empty list. What does not have the form of `takes` is printed as it is.
-pub(super) fn print(takes: Takes, value: &Value) -> Option<String> {
+pub(super) fn print(takes: ValueKind, value: &Value) -> Option<String> {
     let joined = |separator: &str, item: fn(&Value) -> String| match value {
         Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),
         other => Some(word(other)),
     };
     match takes {
-        Takes::FrameRange => joined("..", word),
-        Takes::Frames | Takes::Names => joined("+", word),
-        Takes::Weights => joined("+", |pair| joined_pair(pair, ":")),
-        Takes::Moments => joined(",", |pair| joined_pair(pair, "=")),
-        Takes::Path => joined("+", |point| {
+        ValueKind::FrameRange => joined("..", word),
+        ValueKind::Frames | ValueKind::Names => joined("+", word),
+        ValueKind::Weights => joined("+", |pair| joined_pair(pair, ":")),
+        ValueKind::Moments => joined(",", |pair| joined_pair(pair, "=")),
+        ValueKind::Path => joined("+", |point| {
             let at = joined_pair(&point["at"], "/");
             match &point["seconds"] {
                 Value::Null => at,
                 seconds => format!("{}:{at}", short(seconds)),
             }
         }),
-        Takes::Target | Takes::Point => Some(joined_pair(value, "/")),
+        ValueKind::Target | ValueKind::Point => Some(joined_pair(value, "/")),
         // A command line wants the unit.
-        Takes::Metres if value.is_number() => Some(format!("{}m", word(value))),
+        ValueKind::Metres if value.is_number() => Some(format!("{}m", word(value))),
         _ => Some(word(value)),
     }
 }

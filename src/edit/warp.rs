@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::warp_path::{PathFacing, PathPoint, WarpPathReport, warp_path};
 use super::warp_time::{WarpTimeReport, warp_time};
-use super::{Step, StepDocs, StepInput, StepKey, Takes};
+use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///
@@ -132,10 +132,10 @@ impl Step for Warp {
     const NAME: &'static str = "warp";
     const HELP: &'static str = "move moments, or change the speed, or bend the path over the ground to points";
     const KEYS: &'static [StepKey] = &[
-        StepKey::new("moments", Takes::Moments),
-        StepKey::new("speed", Takes::Factor),
-        StepKey::new("path", Takes::Path),
-        StepKey::new("facing", Takes::OneOf(&["along", "kept"])),
+        StepKey::new("moments", ValueKind::Moments),
+        StepKey::new("speed", ValueKind::Factor),
+        StepKey::new("path", ValueKind::Path),
+        StepKey::new("facing", ValueKind::OneOf(&["along", "kept"])),
     ];
     type Report = WarpReport;
 

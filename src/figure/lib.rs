@@ -70,7 +70,7 @@ pub use self::humanoid::{
 pub use self::limb_angles::LimbAngles;
 #[doc(hidden)]
 pub use self::name_joints::apply_names;
-pub use self::name_joints::{Naming, name_joints};
+pub use self::name_joints::{NamingReport, name_joints};
 #[doc(hidden)]
 pub use self::poses::is_at_rest_alike;
 #[cfg(feature = "robots")]

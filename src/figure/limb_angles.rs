@@ -4,7 +4,7 @@ use mocap_scene::scene::{HumanoidBone, NodeId};
 
 /// How far the directions of a limb are apart at each tick.
 ///
-/// `Retargeter` has an example.
+/// `PoseRetargeter` has an example.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbAngles {
     /// The bone.

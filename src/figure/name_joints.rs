@@ -20,7 +20,7 @@ const MOST_LISTED: usize = 8;
 /// [`name_joints`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct Naming {
+pub struct NamingReport {
     /// The nodes with another name, each with its earlier name, in their order.
     pub renamed: Vec<(NodeId, String)>,
     /// The bones for which there is no name, and the names that their joints keep.
@@ -49,7 +49,7 @@ pub struct Naming {
 /// [`Code::NotHumanoid`] where no bones are found; [`Code::InvalidValue`] where a name is empty or has control
 /// characters, where two bones have one name, and where a joint that keeps its name has one of the new ones.
 /// `scene` is then unchanged.
-pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<Naming> {
+pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<NamingReport> {
     if !humanoid.found {
         let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
         return Err(Diagnostic::new(Code::NotHumanoid, message)
@@ -58,7 +58,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
     }
     check(names)?;
     let humanoid = humanoid.clone().with_sides_of_the_body();
-    let mut naming = Naming::default();
+    let mut naming = NamingReport::default();
     let mut wanted: BTreeMap<NodeId, &str> = BTreeMap::new();
     for (&bone, joint) in &humanoid.bones {
         match names.get(&bone).and_then(Option::as_deref) {
@@ -176,7 +176,7 @@ pub fn apply_names(scene: &mut Scene, joints: &[NamedJoint]) -> Vec<(NodeId, Str
 }
 
 /// What a user wants to know of it, as a sentence.
-impl fmt::Display for Naming {
+impl fmt::Display for NamingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "names: {} nodes have another name", self.renamed.len())?;
         if !self.unnamed.is_empty() {

@@ -66,7 +66,7 @@ pub use self::tracks::{Bend, Values};
 #[cfg(feature = "gltf")]
 pub use self::write::{Document, GltfOptions, GltfReport};
 pub use crate::provenance::Provenance;
-pub use crate::{Achieved, Renamed};
+pub use crate::{Deviation, NodeRename};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Gltf,

@@ -4,7 +4,7 @@
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::Scene;
 
-use crate::{FormatInfo, ReadOptions, Source, WriteOptions, Written};
+use crate::{Export, FormatInfo, ReadOptions, Source, WriteOptions};
 
 /// The reader of a row, where the build has the feature.
 macro_rules! reader {
@@ -42,7 +42,7 @@ pub(crate) fn read(_: &Source<'_>, _: &ReadOptions) -> Result<Scene> {
 
 /// Stands in a row for the writer. [`FormatInfo::write`] has the error with the name of the format.
 #[allow(dead_code, reason = "a build with all features leaves nothing out")]
-pub(crate) fn write(_: &Scene, _: &WriteOptions) -> Result<Written> {
+pub(crate) fn write(_: &Scene, _: &WriteOptions) -> Result<Export> {
     Err(Diagnostic::new(Code::MissingFeature, "this build does not write the format").into())
 }
 

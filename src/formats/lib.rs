@@ -99,7 +99,7 @@ pub use self::option::WriteOption;
 pub use self::option::words;
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
-pub use self::written::{Achieved, Renamed, Written, WrittenFile};
+pub use self::written::{Deviation, Export, ExportFile, NodeRename};
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;
 
@@ -142,7 +142,7 @@ pub struct FormatInfo {
     /// Reads a whole file, or says why it cannot be read.
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
     /// Makes the files of a scene; absent where the format is not written.
-    pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Written>>,
+    pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Export>>,
     /// The options that change its files; none where it is not written.
     pub options: &'static [WriteOption],
     /// Whether a file has one animation at most, and so only the first of a scene.
@@ -326,7 +326,7 @@ impl FormatInfo {
     /// # Errors
     /// Those of the writer; [`Code::MissingFeature`] where this build leaves the format out.
     #[doc(hidden)]
-    pub fn write(&self, scene: &Scene, options: &WriteOptions) -> Option<Result<Written>> {
+    pub fn write(&self, scene: &Scene, options: &WriteOptions) -> Option<Result<Export>> {
         let write = self.write?;
         Some(match self.is_left_out() {
             true => Err(self.left_out("write")),

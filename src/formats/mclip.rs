@@ -9,7 +9,7 @@ use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
 use super::written::{millimetres, unit_warning};
-use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
+use super::{Deviation, Export, ExportFile, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
@@ -36,15 +36,15 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 };
 
 /// The files of the row, with the first animation.
-fn write(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+fn write(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let (clip, unpacked) = PackedClip::pack(scene, 0, options.bound_or_usual())?;
-    let mut written = Written {
+    let mut written = Export {
         notes: vec![format!("error: {} mm at most", millimetres(clip.max_error()))],
         warnings: Vec::from_iter(unit_warning(scene, "a packed clip")),
         nodes: scene.nodes.len(),
-        ..Written::of(vec![WrittenFile::new(&options.name, clip.into_bytes())])
+        ..Export::of(vec![ExportFile::new(&options.name, clip.into_bytes())])
     };
-    Achieved::add(&mut written.error, scene, &unpacked, 1.0);
+    Deviation::add(&mut written.error, scene, &unpacked, 1.0);
     Ok(written)
 }
 

@@ -10,7 +10,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FARTHEST, FRAME_RATES, Limits, SMALLEST_SCALE};
 use mocap_scene::scene::{Animation, Node, Scene};
 
-use super::{ReadOptions, Source, WrittenFile, numbers};
+use super::{ExportFile, ReadOptions, Source, numbers};
 
 /// How much a writer may change a number: units, rotations of axes, products of two transforms.
 const ROOM: f64 = 1e4;
@@ -28,11 +28,11 @@ const VALUES_OF_CHANNEL: u64 = 10;
 /// Those of `read`, and of [`numbers::check`].
 pub fn check<'a>(
     read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
-    files: &[WrittenFile],
+    files: &[ExportFile],
     nodes: &[Node],
     animations: impl Iterator<Item = &'a Animation> + Clone,
 ) -> Result<()> {
-    let bytes: usize = files.iter().map(WrittenFile::len).sum();
+    let bytes: usize = files.iter().map(ExportFile::len).sum();
     let Some(main) = files.last() else { return Ok(()) };
     if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, nodes.len(), bytes)) {
         return Ok(());

@@ -12,7 +12,7 @@ use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::WrittenFile;
+use super::ExportFile;
 use super::provenance::Provenance;
 
 /// What the file says.
@@ -28,13 +28,13 @@ pub struct Sidecar {
 
 impl Sidecar {
     /// The file beside `name`, which has these bytes.
-    pub(super) fn of(scene: &Scene, name: &str, bytes: &[u8]) -> WrittenFile {
+    pub(super) fn of(scene: &Scene, name: &str, bytes: &[u8]) -> ExportFile {
         let sidecar = Self {
             mocap: Provenance::of(scene),
             sha256: sum(bytes),
         };
         let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");
-        WrittenFile::new(format!("{name}.json"), visible_json(&text).into_owned().into_bytes())
+        ExportFile::new(format!("{name}.json"), visible_json(&text).into_owned().into_bytes())
     }
 
     /// Its name beside `path`.

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use mocap_scene::scene::{NodeKind, Scene};
 
-use crate::Renamed;
+use crate::NodeRename;
 
 /// Makes names unique.
 #[derive(Default)]
@@ -39,7 +39,7 @@ impl UniqueNames {
         node: usize,
         allowed: impl Fn(char) -> bool,
         key: impl Fn(&str) -> String,
-        renamed: &mut Vec<Renamed>,
+        renamed: &mut Vec<NodeRename>,
     ) -> String {
         let from = &scene.nodes[node].name;
         let wanted = match (from.trim(), scene.nodes[node].kind) {
@@ -50,7 +50,7 @@ impl UniqueNames {
         };
         let to = self.first_free(wanted, key);
         if to != *from {
-            renamed.push(Renamed {
+            renamed.push(NodeRename {
                 node,
                 from: from.clone(),
                 to: to.clone(),

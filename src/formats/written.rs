@@ -26,33 +26,33 @@ use mocap_scene::scene::Scene;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct Written {
+pub struct Export {
     /// The files. The last is the one that was asked for; it refers to the others, which stand in its folder.
-    pub files: Vec<WrittenFile>,
+    pub files: Vec<ExportFile>,
     /// What was left out or chosen, a sentence each.
     pub notes: Vec<String>,
     /// What a reader of the files may be wrong about, such as [`Code::UnknownUnit`].
     pub warnings: Vec<Diagnostic>,
     /// The nodes whose name had to change.
-    pub renamed: Vec<Renamed>,
+    pub renamed: Vec<NodeRename>,
     /// How far the files are from the scene, the largest error of all animations. Absent where every key was kept
     /// unchanged.
-    pub error: Option<Achieved>,
+    pub error: Option<Deviation>,
     /// Nodes of the skeleton in the files, end sites included.
     pub nodes: usize,
 }
 
 /// One file of an output that no row has made, such as a character with further animations.
-impl From<Vec<u8>> for Written {
+impl From<Vec<u8>> for Export {
     fn from(bytes: Vec<u8>) -> Self {
-        Self::of(vec![WrittenFile::new("", bytes)])
+        Self::of(vec![ExportFile::new("", bytes)])
     }
 }
 
-impl Written {
+impl Export {
     /// Files without anything to say about them.
     #[doc(hidden)]
-    pub fn of(files: Vec<WrittenFile>) -> Self {
+    pub fn of(files: Vec<ExportFile>) -> Self {
         Self {
             files,
             ..Self::default()
@@ -61,7 +61,7 @@ impl Written {
 
     /// Bytes of all files together.
     pub fn len(&self) -> usize {
-        self.files.iter().map(WrittenFile::len).sum()
+        self.files.iter().map(ExportFile::len).sum()
     }
 
     /// Whether the files have no bytes, which no format's have.
@@ -77,7 +77,7 @@ impl Written {
         match (self.files.pop(), self.files.as_slice()) {
             (Some(file), []) => Ok(file.into_bytes()),
             (_, beside) => {
-                let names: Vec<&str> = beside.iter().map(WrittenFile::name).collect();
+                let names: Vec<&str> = beside.iter().map(ExportFile::name).collect();
                 let message = "the output is several files, and one stream of bytes was asked for";
                 Err(Diagnostic::new(Code::InvalidValue, message)
                     .expected_found("one file", format!("{} beside it", names.join(", ")))
@@ -134,17 +134,17 @@ impl Written {
     }
 }
 
-/// One of the files of [`Written`].
+/// One of the files of [`Export`].
 ///
-/// [`Written`](crate::Written) has an example.
+/// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct WrittenFile {
+pub struct ExportFile {
     name: String,
     /// The bytes in the parts in which they were made, so that a large buffer is never copied.
     parts: Vec<Vec<u8>>,
 }
 
-impl WrittenFile {
+impl ExportFile {
     #[doc(hidden)]
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         Self::of_parts(name, vec![bytes])
@@ -200,9 +200,9 @@ impl WrittenFile {
 /// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
 /// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
 ///
-/// [`Written`](crate::Written) has an example.
+/// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Renamed {
+pub struct NodeRename {
     /// Index into [`Scene::nodes`], and into the file's nodes.
     pub node: usize,
     /// The name in the scene.
@@ -213,7 +213,7 @@ pub struct Renamed {
     pub is_asked_for: bool,
 }
 
-impl fmt::Display for Renamed {
+impl fmt::Display for NodeRename {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "node \"{}\" has the name \"{}\" in the file", self.from, self.to)
     }
@@ -223,10 +223,10 @@ impl fmt::Display for Renamed {
 /// at the times of the file, and with all interpolations of its readers: in glTF slerp, and nlerp (component by
 /// component).
 ///
-/// [`Written`](crate::Written) has an example.
+/// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Achieved {
+pub struct Deviation {
     /// The largest distance of a joint or end site from its position in the scene, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.
@@ -239,7 +239,7 @@ pub struct Achieved {
     pub keys: usize,
 }
 
-impl Achieved {
+impl Deviation {
     /// Adds the error of one more animation, whose lengths are in units of `metres`.
     pub(super) fn add(sum: &mut Option<Self>, scene: &Scene, clip: &CompressedClip, metres: f64) {
         let achieved = sum.get_or_insert_default();

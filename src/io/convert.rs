@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mocap_figure::convert::Conversion;
-use mocap_formats::{FormatInfo, Written};
+use mocap_formats::{Export, FormatInfo};
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::SkeletonMesh;
@@ -28,7 +28,7 @@ use crate::import::Importer;
 ///
 /// # Errors
 /// Those of [`Importer::import`], [`Conversion::apply`] and [`Exporter::export`].
-pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Written> {
+pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Export> {
     let (from, to) = (from.as_ref(), to.as_ref());
     ReplacePolicy::new([from]).check_ahead(to)?;
     let row = FormatInfo::of_output(to);

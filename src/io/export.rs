@@ -11,7 +11,7 @@ use mocap_figure::Humanoid;
 use mocap_formats::bvh::BvhOptions;
 use mocap_formats::fbx::FbxOptions;
 use mocap_formats::gltf::{BufferPlace, Compression};
-use mocap_formats::{FormatInfo, WriteOptions, Written, read_back};
+use mocap_formats::{Export, FormatInfo, WriteOptions, read_back};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::pose::Trs;
@@ -25,7 +25,7 @@ use mocap_scene::scene::{Format, Node, Original, Scene};
 /// no rotations: where the rest pose of the scene has, its joints get frames along the axes of the world.
 ///
 /// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
-/// to say of an output, [`Written`] says.
+/// to say of an output, [`Export`] says.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -216,7 +216,7 @@ impl Exporter {
     /// # Errors
     /// As [`Exporter::write_as`]; [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says;
     /// [`Code::Io`].
-    pub fn export(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
+    pub fn export(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Export> {
         let path = path.as_ref();
         let written = self.write_as(scene, path)?;
         let mut policy = self.policy.clone();
@@ -234,7 +234,7 @@ impl Exporter {
     ///
     /// # Errors
     /// As [`Exporter::write_as`].
-    pub fn write(&self, scene: &Scene, format: Format) -> Result<Written> {
+    pub fn write(&self, scene: &Scene, format: Format) -> Result<Export> {
         let extension = FormatInfo::of(format).extensions[0];
         self.clone()
             .format(format)
@@ -250,7 +250,7 @@ impl Exporter {
     /// [`Code::ErrorBound`] where the largest error cannot be kept; [`Code::InvalidValue`] where an option is not
     /// valid; [`Code::LimitExceeded`] and [`Code::NumberRange`] where the file is too large for its format, or would be
     /// refused when it is read; [`Code::MissingFeature`] where this build has no meshopt.
-    pub fn write_as(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
+    pub fn write_as(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Export> {
         let path = path.as_ref();
         let row = match self.format {
             Some(format) => Some(FormatInfo::of(format)),

@@ -6,26 +6,27 @@ use mocap_edit::WalkReport;
 use mocap_edit::graph::{GraphBuilder, MotionGraph, Walk};
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_io::import::Importer;
-use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
+use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::files::Files;
-use super::graph::Graphing;
+use super::graph::GraphJobOptions;
 use super::said::{Hear, say_warnings};
-use super::walk::Walking;
-use super::{Reading, SourceSpace};
+use super::walk::WalkOptions;
+use super::{InputOptions, SourceSpace};
 
 /// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::job::{FileGraph, Graphing, Reading, SourceSpace, Walking};
+/// use mocap::job::{FileGraph, GraphJobOptions, InputOptions, SourceSpace, WalkOptions};
 ///
-/// let (read, space) = (Reading::default(), SourceSpace::default());
-/// let found = FileGraph::compare(&Graphing::default(), &read, &space, &["fixtures/real/cmu_12_01_walk.bvh".into()])?;
-/// let walking: Walking = serde_json::from_str(r#"{"seconds": 6}"#).unwrap(); // longer than the clip
+/// let (read, space) = (InputOptions::default(), SourceSpace::default());
+/// let files = ["fixtures/real/cmu_12_01_walk.bvh".into()];
+/// let found = FileGraph::compare(&GraphJobOptions::default(), &read, &space, &files)?;
+/// let walking: WalkOptions = serde_json::from_str(r#"{"seconds": 6}"#).unwrap(); // longer than the clip
 /// let (scene, report) = found.walk(&walking)?;
 /// assert_eq!((scene.animations[0].frame_count(), report.frames), (721, 721)); // 6 s at 120 Hz
 /// # Ok::<(), mocap::Error>(())
@@ -34,7 +35,7 @@ use super::{Reading, SourceSpace};
 pub struct FileGraph {
     graph: MotionGraph,
     builder: GraphBuilder,
-    read: Reading,
+    read: InputOptions,
     space: SourceSpace,
     body: Option<Body>,
 }
@@ -46,12 +47,17 @@ const ON_DISK: Files<'static> = Files {
 };
 
 impl FileGraph {
-    /// Compares the motions of files, all of one skeleton or, with [`Graphing::on`], of humanoids.
+    /// Compares the motions of files, all of one skeleton or, with [`GraphJobOptions::on`], of humanoids.
     ///
     /// # Errors
     /// As [`Importer::import`], with the file; [`Code::InvalidValue`] where the skeletons differ, and where there is no
     /// graph.
-    pub fn compare(graphing: &Graphing, read: &Reading, space: &SourceSpace, paths: &[PathBuf]) -> Result<Self> {
+    pub fn compare(
+        graphing: &GraphJobOptions,
+        read: &InputOptions,
+        space: &SourceSpace,
+        paths: &[PathBuf],
+    ) -> Result<Self> {
         let clips = Clips::compare(graphing, (read, space), paths, ON_DISK, &mut |_| {})?;
         let graph = clips.graph()?;
         Ok(Self::new(graph, clips))
@@ -62,7 +68,7 @@ impl FileGraph {
     /// # Errors
     /// As [`Importer::import`], with the file; [`Code::InvalidGraph`] where the file is no graph, and where a clip has
     /// changed since.
-    pub fn open(file: &Path, read: &Reading, space: &SourceSpace) -> Result<Self> {
+    pub fn open(file: &Path, read: &InputOptions, space: &SourceSpace) -> Result<Self> {
         let graph = read_graph(file, ON_DISK)?;
         let clips = Clips::of_graph(&graph, (read, space), ON_DISK, &mut |_| {});
         let clips = clips.map_err(|error| in_graph(error, file))?;
@@ -93,7 +99,7 @@ impl FileGraph {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for a walk that there is not, [`Code::InvalidGraph`] where a file has changed since.
-    pub fn walk(&self, walking: &Walking) -> Result<(Scene, WalkReport)> {
+    pub fn walk(&self, walking: &WalkOptions) -> Result<(Scene, WalkReport)> {
         let clips = Clips {
             builder: self.builder.clone(),
             read: &self.read,
@@ -108,7 +114,7 @@ impl FileGraph {
 /// The clips of files, compared or ready to be.
 pub(super) struct Clips<'a> {
     pub(super) builder: GraphBuilder,
-    read: &'a Reading,
+    read: &'a InputOptions,
     space: &'a SourceSpace,
     body: Option<Body>,
     files: Files<'a>,
@@ -117,8 +123,8 @@ pub(super) struct Clips<'a> {
 impl<'a> Clips<'a> {
     /// The clips of the inputs.
     pub(super) fn compare(
-        graphing: &Graphing,
-        (read, space): (&'a Reading, &'a SourceSpace),
+        graphing: &GraphJobOptions,
+        (read, space): (&'a InputOptions, &'a SourceSpace),
         inputs: &[PathBuf],
         files: Files<'a>,
         hear: Hear<'_>,
@@ -140,7 +146,7 @@ impl<'a> Clips<'a> {
     /// The clips of a graph, whose files are to be what they were.
     pub(super) fn of_graph(
         graph: &MotionGraph,
-        (read, space): (&'a Reading, &'a SourceSpace),
+        (read, space): (&'a InputOptions, &'a SourceSpace),
         files: Files<'a>,
         hear: Hear<'_>,
     ) -> Result<Self> {
@@ -173,7 +179,7 @@ impl<'a> Clips<'a> {
     }
 
     /// Searches a walk over the graph of these clips, and makes its motion.
-    pub(super) fn walk(&self, graph: &MotionGraph, walking: &Walking) -> Result<(Scene, WalkReport)> {
+    pub(super) fn walk(&self, graph: &MotionGraph, walking: &WalkOptions) -> Result<(Scene, WalkReport)> {
         let found = walking.search(&self.builder.network(graph)?, graph)?;
         let scenes = self.scenes_of(&found, graph)?;
         let used = |clip: usize| scenes.iter().find(|(path, _)| *path == graph.clips[clip].file);
@@ -250,7 +256,7 @@ impl Body {
     /// All motions of a scene on the body.
     fn with_motions_of(&self, motion: Scene) -> Result<Scene> {
         let origin = motion.metadata.origin.clone();
-        let moved = Retargeting::new(motion, self.scene.clone(), RetargetingOptions::new())?;
+        let moved = Retargeter::new(motion, self.scene.clone(), RetargetOptions::new())?;
         let mut scene = moved.scene();
         scene.metadata.origin = origin;
         Ok(scene)

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_formats::{Written, WrittenFile};
+use mocap_formats::{Export, ExportFile};
 use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::retargeting::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -10,7 +10,7 @@ use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
-use super::{JobTarget, OutputFile, Reading, refuse};
+use super::{InputOptions, JobTarget, OutputFile, refuse};
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ fn missing(path: &Path) -> Error {
 /// Which files outputs may replace: none that is read.
 pub(super) fn policy<'a>(
     inputs: &'a [PathBuf],
-    read: &'a Reading,
+    read: &'a InputOptions,
     others: impl IntoIterator<Item = &'a Path>,
 ) -> ReplacePolicy {
     ReplacePolicy::new(inputs.iter().map(AsRef::as_ref).chain(others).chain(read.files()))
@@ -132,11 +132,11 @@ pub(super) fn output_files(made: &Outputs) -> Vec<OutputFile> {
 }
 
 /// Files that are made, in memory.
-pub(super) fn written(made: Outputs) -> Written {
+pub(super) fn written(made: Outputs) -> Export {
     let files = made
         .into_iter()
-        .map(|(path, bytes)| WrittenFile::new(file_name(&path), bytes));
-    Written::of(files.collect())
+        .map(|(path, bytes)| ExportFile::new(file_name(&path), bytes));
+    Export::of(files.collect())
 }
 
 /// The name of a file, without its folder.

@@ -10,7 +10,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Format;
 
 use super::robot_format::RobotFormat;
-use super::{JobTarget, Writing};
+use super::{JobTarget, OutputOptions};
 
 /// What an output is.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ const VRM: &str = "vrm";
 
 impl Form {
     /// The form of a motion on its own skeleton.
-    pub(super) fn of_motion(writing: &Writing) -> Result<Self> {
+    pub(super) fn of_motion(writing: &OutputOptions) -> Result<Self> {
         let row = match writing.extension().as_str() {
             // Of a VRM file, which is found when it is read.
             VRM => FormatInfo::of(Format::Gltf),
@@ -42,7 +42,7 @@ impl Form {
     }
 
     /// The form of motions on another body.
-    pub(super) fn onto(writing: &Writing, named: &JobTarget, target: &Target, has_disk: bool) -> Result<Self> {
+    pub(super) fn onto(writing: &OutputOptions, named: &JobTarget, target: &Target, has_disk: bool) -> Result<Self> {
         let extension = writing.extension();
         let form = match target {
             Target::Robot(_) => match RobotFormat::named(&extension) {
@@ -94,7 +94,7 @@ impl Form {
     }
 
     /// Refuses options that have no effect on the output, and values that it cannot have.
-    fn check(self, writing: &Writing) -> Result<()> {
+    fn check(self, writing: &OutputOptions) -> Result<()> {
         let extension = writing.extension();
         let mut stated = writing.stated().into_iter();
         if let Some(refusal) = stated.find_map(|option| self.refusal(option, &extension)) {
@@ -116,12 +116,12 @@ impl Form {
 const OF_KEYS: [WriteOption; 3] = [WriteOption::Compress, WriteOption::MaxError, WriteOption::ShellDistance];
 
 /// The row of the format of an output; `known` are the extensions that it may have.
-fn row(writing: &Writing, known: &str) -> Result<&'static FormatInfo> {
+fn row(writing: &OutputOptions, known: &str) -> Result<&'static FormatInfo> {
     let extension = writing.extension();
     FormatInfo::of_output(&Path::new("scene").with_extension(&extension)).ok_or_else(|| unknown(writing, known).into())
 }
 
-fn unknown(writing: &Writing, known: &str) -> Diagnostic {
+fn unknown(writing: &OutputOptions, known: &str) -> Diagnostic {
     let message = match (&writing.to, writing.is_stream()) {
         (None, _) if writing.is_folder() => format!(
             "{}: a folder does not name the format of its outputs: {{to}} must be {known}",
@@ -138,7 +138,7 @@ fn unknown(writing: &Writing, known: &str) -> Diagnostic {
 
 /// The form of motions on a character: a file that is passed through keeps its format, other formats are written from
 /// its scene.
-fn of_character(writing: &Writing, file: &Path, character: &Character, has_disk: bool) -> Result<Form> {
+fn of_character(writing: &OutputOptions, file: &Path, character: &Character, has_disk: bool) -> Result<Form> {
     let extension = writing.extension();
     let is_text = file.extension().is_some_and(|own| own.eq_ignore_ascii_case("gltf"));
     let (own, others): (&[&str], &[&str]) = match is_text {
@@ -172,7 +172,7 @@ fn of_character(writing: &Writing, file: &Path, character: &Character, has_disk:
 }
 
 /// Refuses an output that would not find a file that is beside the character.
-fn check_beside(writing: &Writing, file: &Path, beside: &str) -> Result<()> {
+fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()> {
     let output = writing.output.as_path();
     let message = match writing.is_folder() {
         true => format!(
@@ -190,7 +190,7 @@ fn check_beside(writing: &Writing, file: &Path, beside: &str) -> Result<()> {
 }
 
 /// A largest error that the format cannot keep, and a shell without a largest error.
-fn problem_of_bound(writing: &Writing, row: &FormatInfo) -> Option<String> {
+fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String> {
     let smaller = &writing.smaller;
     // A format that does not say how keys are stored always has a largest error, or takes none.
     let chooses = row.takes(WriteOption::Compress);
@@ -212,7 +212,7 @@ fn problem_of_bound(writing: &Writing, row: &FormatInfo) -> Option<String> {
 }
 
 /// Files that cannot stand beside the output.
-fn problem_of_stream(writing: &Writing) -> Option<String> {
+fn problem_of_stream(writing: &OutputOptions) -> Option<String> {
     if writing.fbx.textures != FbxTextures::Beside {
         return None;
     }

@@ -27,7 +27,7 @@ use super::text::Length;
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Graphing {
+pub struct GraphJobOptions {
     /// Frames per second at which clips are compared
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
     pub rate: f64,
@@ -36,7 +36,7 @@ pub struct Graphing {
     pub window: f64,
     /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, such as
     /// 6cm
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = Graphing::default().threshold))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = GraphJobOptions::default().threshold))]
     pub threshold: Length,
     /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
     /// motion file, glTF, VRM or FBX file of a humanoid
@@ -49,7 +49,7 @@ pub struct Graphing {
     pub whole: bool,
 }
 
-impl Default for Graphing {
+impl Default for GraphJobOptions {
     fn default() -> Self {
         let options = GraphOptions::default();
         Self {
@@ -62,7 +62,7 @@ impl Default for Graphing {
     }
 }
 
-impl Graphing {
+impl GraphJobOptions {
     pub(super) fn options(&self) -> GraphOptions {
         GraphOptions::new()
             .rate(self.rate)
@@ -74,7 +74,7 @@ impl Graphing {
 
 /// How large a motion graph is, and what of its clips stays.
 ///
-/// [`Graphing`] has an example.
+/// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct GraphReport {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap_edit::graph::{DistanceMatrix, MotionGraph};
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
@@ -11,11 +11,13 @@ use serde::{Deserialize, Serialize};
 
 use super::file_graph::Clips;
 use super::files::{Files, Outputs, check_inputs, check_outputs, output_files, policy, write_all, written};
-use super::{GraphReport, Graphing, JobReport, Reading, Said, SourceSpace, WritingFile, is_default, refuse};
+use super::{
+    FileOutputOptions, GraphJobOptions, GraphReport, InputOptions, JobReport, Notice, SourceSpace, is_default, refuse,
+};
 
 /// Compares motions, and writes their motion graph.
 ///
-/// [`Graphing`] has an example.
+/// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -23,24 +25,24 @@ use super::{GraphReport, Graphing, JobReport, Reading, Said, SourceSpace, Writin
 pub struct GraphJob {
     /// How the inputs are read.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub read: Reading,
+    pub read: InputOptions,
     /// The inputs, and what is known of them.
     #[serde(default)]
     pub source: GraphSources,
     /// How their moments are compared.
-    pub graph: Graphing,
+    pub graph: GraphJobOptions,
     /// The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what
     /// is lighter is more alike and red dots are transitions, or an array, .npy.
     #[serde(default, skip_serializing_if = "is_default")]
     pub matrix: Option<PathBuf>,
     /// The graph.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub write: WritingFile,
+    pub write: FileOutputOptions,
 }
 
 /// What a motion graph is made of.
 ///
-/// [`Graphing`] has an example.
+/// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -67,7 +69,7 @@ impl GraphJob {
     fn graph_of(&self, files: Files<'_>) -> Result<(Outputs, JobReport)> {
         self.check()?;
         let mut report = JobReport::default();
-        let mut hear = |said: Said<'_>| report.hear(said);
+        let mut hear = |said: Notice<'_>| report.hear(said);
         let (known, inputs) = ((&self.read, &self.source.space), &self.source.inputs);
         let compared = Clips::compare(&self.graph, known, inputs, files, &mut hear)?;
         let output = self.write.output();
@@ -86,7 +88,7 @@ impl GraphJob {
         Ok((made, report))
     }
 
-    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         let (made, report) = self.graph_of(files)?;
         Ok((written(made), report))
     }

@@ -2,9 +2,9 @@
 //!
 //! A [`Job`] is one of four kinds:
 //!
-//! - A [`MotionJob`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]),
-//!   changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result
-//!   ([`Writing`]).
+//! - A [`MotionJob`] reads motions ([`InputOptions`]), says what is known of them and which frames are taken
+//!   ([`Sources`]), changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result
+//!   ([`OutputOptions`]).
 //! - A [`SurveyJob`] writes a table with a row for each clip.
 //! - A [`GraphJob`] writes the motion graph of its clips.
 //! - A [`WalkJob`] changes, retargets and writes a walk over a motion graph.
@@ -60,7 +60,7 @@ mod writing;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::files::ReplacePolicy;
@@ -69,25 +69,27 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 
 pub use self::file_graph::FileGraph;
 use self::files::Files;
-pub use self::graph::{GraphReport, Graphing};
+pub use self::graph::{GraphJobOptions, GraphReport};
 pub use self::graph_job::{GraphJob, GraphSources};
-pub use self::maker::{Made, Maker};
+pub use self::maker::{JobOutput, Maker};
 pub use self::motion_job::MotionJob;
 pub use self::names::JointNames;
-pub use self::reading::Reading;
+pub use self::reading::InputOptions;
 pub use self::record::remember_outputs;
 pub use self::report::{JobReport, OutputFile};
 pub use self::robot_format::RobotFormat;
-pub use self::said::Said;
-pub use self::smaller::Smaller;
+pub use self::said::Notice;
+pub use self::smaller::SizeOptions;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
-pub use self::survey::Surveying;
+pub use self::survey::SurveyOptions;
 pub use self::survey_job::{SurveyJob, SurveySources};
 pub use self::target::{CharacterTarget, Feet, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
-pub use self::walk::Walking;
+pub use self::walk::WalkOptions;
 pub use self::walk_job::{WalkJob, WalkSources};
-pub use self::writing::{DrawnMesh, OutBoneAxis, OutSpace, OutUp, Writing, WritingBvh, WritingFbx, WritingFile};
+pub use self::writing::{
+    BvhOutputOptions, FbxOutputOptions, FileOutputOptions, MeshStyle, OutBoneAxis, OutSpace, OutUp, OutputOptions,
+};
 
 /// One piece of work. Its kind has only the options that do something in it.
 ///
@@ -155,7 +157,7 @@ impl Job {
     ///
     /// # Errors
     /// Those of its parts, with the file: of [`Importer::import`](mocap_io::Importer::import), of the steps, of
-    /// [`Retargeting`](mocap_retarget::retargeting::Retargeting), of [`Exporter::export`](mocap_io::Exporter::export).
+    /// [`Retargeter`](mocap_retarget::retargeting::Retargeter), of [`Exporter::export`](mocap_io::Exporter::export).
     /// [`Code::InvalidValue`] for standard output and for a folder of outputs, which are for programs:
     /// [`Maker`] makes what they write.
     pub fn run(&self) -> Result<JobReport> {
@@ -196,7 +198,7 @@ impl Job {
     /// # Errors
     /// As [`run`](Self::run); [`Code::MissingFile`] where the job names a file that is not given;
     /// [`Code::InvalidValue`] for `verify`, which compares files.
-    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files {
             given: files,
             has_disk: false,
@@ -208,11 +210,11 @@ impl Job {
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files { given, has_disk: true })
     }
 
-    fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+    fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         match self {
             Self::Motion(job) => job.make_of(files),
             Self::Survey(job) => job.make_of(files),
@@ -222,7 +224,7 @@ impl Job {
     }
 
     /// How the inputs are read.
-    pub fn read(&self) -> &Reading {
+    pub fn read(&self) -> &InputOptions {
         match self {
             Self::Motion(job) => &job.read,
             Self::Survey(job) => &job.read,

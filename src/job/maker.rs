@@ -10,10 +10,10 @@ use std::sync::Arc;
 use mocap_edit::EditStep;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
-use mocap_formats::{FormatInfo, WriteOption, Written};
+use mocap_formats::{Export, FormatInfo, WriteOption};
 use mocap_io::export::is_at_rest_for;
 use mocap_io::import::{Importer, MemoryFile};
-use mocap_retarget::retargeting::{Report, Retargeting, SourceMotion, apply_steps_with_bones, whole};
+use mocap_retarget::retargeting::{Report, Retargeter, SourceMotion, apply_steps_with_bones, whole};
 use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::{self, SkeletonMesh};
@@ -23,7 +23,7 @@ use self::onto::import_onto;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
-use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
+use super::said::{Hear, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes, names};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -57,7 +57,7 @@ pub struct Maker<'a> {
     /// The second motions of steps.
     others: Arc<[Scene]>,
     /// The target without a motion, where there is one.
-    target: Option<Retargeting>,
+    target: Option<Retargeter>,
     threads: Option<usize>,
     /// The skeletons of several motions that were looked at, and which of them each motion has.
     skeletons: Arc<[Skeleton]>,
@@ -69,9 +69,9 @@ pub struct Maker<'a> {
 /// The [module](crate) has an example.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Made {
+pub struct JobOutput {
     /// The files.
-    pub written: Written,
+    pub written: Export,
     /// The motion as it is written; absent in the file of a character and in the numbers of a robot.
     pub scene: Option<Scene>,
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
@@ -204,9 +204,9 @@ impl<'a> Maker<'a> {
     /// Makes the output of motions for the name `output`, and writes nothing.
     ///
     /// # Errors
-    /// Those of reading, of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as),
+    /// Those of reading, of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as),
     /// with the file.
-    pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
+    pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<JobOutput> {
         match &self.target {
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
@@ -220,9 +220,9 @@ impl<'a> Maker<'a> {
     /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
     ///
     /// # Errors
-    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
+    /// Those of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
     /// file.
-    pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
+    pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<JobOutput> {
         if let Some(target) = &self.target {
             let mut target = target.clone();
             self.add(source, motion, &mut target, hear)?;
@@ -237,7 +237,7 @@ impl<'a> Maker<'a> {
         let bones = bones.unwrap_or_else(|| Humanoid::of(&scene));
         let humanoid = self.change(&mut scene, bones, motion, hear)?;
         let written = self.write(&mut scene, &humanoid, whole, output);
-        Ok(Made {
+        Ok(JobOutput {
             written: written.map_err(|error| error.with_path(motion))?,
             scene: Some(scene),
             humanoid: Some(humanoid),
@@ -271,7 +271,7 @@ impl<'a> Maker<'a> {
             require_motion(&scene, motion)?;
         }
         if takes_one && let Some(note) = clip_taken(&scene, None) {
-            hear(Said::Note(&note));
+            hear(Notice::Note(&note));
             scene.animations.truncate(1);
             scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
         }
@@ -318,7 +318,7 @@ impl<'a> Maker<'a> {
     fn convert(&self, mut scene: Scene, hear: Hear<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
-        of_reader.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+        of_reader.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
         self.job.source.space.state(&mut scene);
         let conversion = self.conversion();
         conversion.check()?;
@@ -334,7 +334,7 @@ impl<'a> Maker<'a> {
         say_all(&decided, hear);
         let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
         if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
-            hear(Said::Note(&spelled(
+            hear(Notice::Note(&spelled(
                 "the first frame is kept; {drop-first-frame} auto leaves it out",
             )));
         }
@@ -365,7 +365,7 @@ impl<'a> Maker<'a> {
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
         let (reports, found) = apply_steps_with_bones(scene, &self.job.steps, &others, stated, found)?;
-        reports.iter().for_each(|report| hear(Said::Step(report)));
+        reports.iter().for_each(|report| hear(Notice::Step(report)));
         Ok(found)
     }
 
@@ -375,7 +375,7 @@ impl<'a> Maker<'a> {
         humanoid: &Humanoid,
         whole: Option<Box<Scene>>,
         output: &Path,
-    ) -> Result<Written> {
+    ) -> Result<Export> {
         let mut exporter = self.job.write.exporter().t_pose_shown_by(whole);
         let row = self.format();
         let mut naming = None;

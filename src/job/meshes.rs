@@ -8,7 +8,7 @@ use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{AppliedStep, Format, Scene};
 
 use super::MotionJob;
-use super::said::{Hear, Said};
+use super::said::{Hear, Notice};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
 pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
@@ -26,7 +26,7 @@ pub(super) fn keep_or_drop(
 ) -> Result<()> {
     let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
-        hear(Said::Note(
+        hear(Notice::Note(
             "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",
         ));
     }

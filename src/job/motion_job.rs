@@ -10,7 +10,7 @@ use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::files::policy;
-use super::{JobTarget, Reading, Sources, Writing, is_default};
+use super::{InputOptions, JobTarget, OutputOptions, Sources, is_default};
 use crate::verify::{Verification, Verifier};
 
 /// Reads motions, changes them, retargets them, and writes the result.
@@ -34,7 +34,7 @@ use crate::verify::{Verification, Verifier};
 pub struct MotionJob {
     /// How the inputs are read.
     #[serde(skip_serializing_if = "is_default")]
-    pub read: Reading,
+    pub read: InputOptions,
     /// The inputs, and what is known of them.
     pub source: Sources,
     /// What changes the motion, in this order. With a step, the first animation of an input is taken.
@@ -45,7 +45,7 @@ pub struct MotionJob {
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<JobTarget>,
     /// The output.
-    pub write: Writing,
+    pub write: OutputOptions,
     /// Whether the output is compared with its source.
     #[serde(skip_serializing_if = "is_default")]
     pub verify: bool,

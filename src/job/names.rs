@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use mocap_figure::{BoneNames, Humanoid, HumanoidMap};
-use mocap_figure::{Naming, name_joints};
-use mocap_formats::{Renamed, Written};
+use mocap_figure::{NamingReport, name_joints};
+use mocap_formats::{Export, NodeRename};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -80,18 +80,22 @@ impl JointNames {
 }
 
 /// Gives the joints of a scene that is to be written their names.
-pub(super) fn name(scene: &mut Scene, names: Option<&HumanoidMap>, humanoid: &Humanoid) -> Result<Option<Naming>> {
+pub(super) fn name(
+    scene: &mut Scene,
+    names: Option<&HumanoidMap>,
+    humanoid: &Humanoid,
+) -> Result<Option<NamingReport>> {
     let named = names.map(|names| name_joints(scene, humanoid, names));
     named.transpose()
 }
 
 /// Says of a written file what its joints were called before.
-pub(super) fn tell(naming: &Naming, scene: &Scene, written: &mut Written) {
+pub(super) fn tell(naming: &NamingReport, scene: &Scene, written: &mut Export) {
     written.notes.push(naming.to_string());
-    let mut all: Vec<Renamed> = naming
+    let mut all: Vec<NodeRename> = naming
         .renamed
         .iter()
-        .map(|(node, from)| Renamed {
+        .map(|(node, from)| NodeRename {
             node: node.index(),
             from: from.clone(),
             to: scene.nodes[node.index()].name.clone(),

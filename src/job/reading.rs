@@ -15,9 +15,9 @@ use mocap_figure::convert::Conversion;
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::job::Reading;
+/// use mocap::job::InputOptions;
 ///
-/// let reading: Reading = serde_json::from_str(r#"{"from": "bvh", "root-offset": "add"}"#).unwrap();
+/// let reading: InputOptions = serde_json::from_str(r#"{"from": "bvh", "root-offset": "add"}"#).unwrap();
 /// let scene = reading.importer().import("fixtures/real/lecture_Test.bvh")?;
 /// assert_eq!(scene.animations[0].frame_count(), 10);
 /// # Ok::<(), mocap::Error>(())
@@ -27,7 +27,7 @@ use mocap_figure::convert::Conversion;
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Reading {
+pub struct InputOptions {
     /// Format of the input [default: found from its contents, or else from its extension]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser()))]
     #[serde(skip_serializing_if = "is_default")]
@@ -82,7 +82,7 @@ pub struct Reading {
     pub retime: Option<f64>,
 }
 
-impl Reading {
+impl InputOptions {
     /// Frames per second, as a command line takes them.
     #[cfg(feature = "clap")]
     pub fn parse_rate(text: &str) -> Result<f64, String> {

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use mocap_corpus::survey::ClipRow;
 use mocap_edit::{EditReport, WalkReport};
-use mocap_formats::{Achieved, Renamed, Written};
+use mocap_formats::{Deviation, Export, NodeRename};
 use mocap_retarget::retargeting::Report;
 use mocap_scene::error::Diagnostic;
 use serde::Serialize;
 
-use super::{GraphReport, Said};
+use super::{GraphReport, Notice};
 use crate::verify::Verification;
 
 /// What a job has done.
@@ -39,7 +39,7 @@ pub struct JobReport {
     pub notes: Vec<String>,
     /// The nodes that have another name in the output.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub renamed: Vec<Renamed>,
+    pub renamed: Vec<NodeRename>,
     /// What may be wrong with the inputs, or misread in the output.
     pub warnings: Vec<Diagnostic>,
     /// What each step changed.
@@ -50,7 +50,7 @@ pub struct JobReport {
     pub clips: Vec<Report>,
     /// How far the output is from the motion, where keys or bits were left out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Achieved>,
+    pub error: Option<Deviation>,
     /// How far the output is from its source, where the job asks for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
@@ -82,11 +82,11 @@ pub struct OutputFile {
 
 impl JobReport {
     /// Keeps what was said.
-    pub(super) fn hear(&mut self, said: Said<'_>) {
+    pub(super) fn hear(&mut self, said: Notice<'_>) {
         match said {
-            Said::Warnings(_, warnings) => self.warnings.extend(warnings.iter().cloned()),
-            Said::Note(note) => self.notes.push(note.to_owned()),
-            Said::Step(step) => self.steps.push(step.clone()),
+            Notice::Warnings(_, warnings) => self.warnings.extend(warnings.iter().cloned()),
+            Notice::Note(note) => self.notes.push(note.to_owned()),
+            Notice::Step(step) => self.steps.push(step.clone()),
         }
     }
 
@@ -102,7 +102,7 @@ impl JobReport {
     }
 
     /// Takes over what there is to say of an output.
-    pub(super) fn describe(&mut self, written: &mut Written, output: &Path) {
+    pub(super) fn describe(&mut self, written: &mut Export, output: &Path) {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
         let last = written.files.len().saturating_sub(1);
         let named = written.files.iter().enumerate();

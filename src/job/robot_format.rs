@@ -1,7 +1,7 @@
 //! The formats of motions on robots.
 
-use mocap_formats::Written;
-use mocap_retarget::retargeting::{Retargeting, Target};
+use mocap_formats::Export;
+use mocap_retarget::retargeting::{Retargeter, Target};
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Diagnostic, Result};
 
@@ -111,7 +111,7 @@ impl RobotFormat {
     /// # Errors
     /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where there are several;
     /// [`Code::MissingFeature`] where this build has no archives of NumPy.
-    pub fn write(self, retargeting: &Retargeting) -> Result<Written> {
+    pub fn write(self, retargeting: &Retargeter) -> Result<Export> {
         let clips = retargeting.clips().iter();
         let mut motions = clips.filter_map(|clip| Some((clip.robot_motion.as_ref()?, &clip.provenance)));
         let (Some((motion, provenance)), Target::Robot(robot)) = (motions.next(), retargeting.target()) else {
@@ -129,12 +129,12 @@ impl RobotFormat {
         });
         let metadata = metadata.to_string();
         Ok(match self {
-            Self::Pkl | Self::Gmr => Written::from(arrays::robot_pickle(motion)),
-            Self::Csv | Self::UnitreeCsv => Written::from(arrays::robot_csv(motion, robot).into_bytes()),
-            Self::MimicKit => Written::from(trainers::for_mimic_kit(motion, &metadata)),
-            Self::Twist => Written::from(trainers::for_twist(motion, robot, &metadata)),
+            Self::Pkl | Self::Gmr => Export::from(arrays::robot_pickle(motion)),
+            Self::Csv | Self::UnitreeCsv => Export::from(arrays::robot_csv(motion, robot).into_bytes()),
+            Self::MimicKit => Export::from(trainers::for_mimic_kit(motion, &metadata)),
+            Self::Twist => Export::from(trainers::for_twist(motion, robot, &metadata)),
             Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => {
-                Written::from(self.archive(motion, robot, &metadata)?)
+                Export::from(self.archive(motion, robot, &metadata)?)
             }
         })
     }

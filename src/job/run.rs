@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
 
 use super::files::Files;
-use super::{JobReport, Made, Maker, MotionJob, Writing, refuse};
+use super::{JobOutput, JobReport, Maker, MotionJob, OutputOptions, refuse};
 
 impl MotionJob {
     /// Reads the inputs, and writes the output: whole, or not at all.
@@ -50,7 +50,7 @@ impl MotionJob {
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files { given, has_disk: true })
     }
 
@@ -58,14 +58,14 @@ impl MotionJob {
     ///
     /// # Errors
     /// As [`Job::run_in_memory`](super::Job::run_in_memory).
-    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files {
             given: files,
             has_disk: false,
         })
     }
 
-    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         if self.verify && !files.has_disk {
             let message = "the job: verify compares files on a disk, and these are in memory";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
@@ -82,7 +82,7 @@ impl MotionJob {
 pub(super) fn save(
     report: &mut JobReport,
     maker: &Maker<'_>,
-    mut made: Made,
+    mut made: JobOutput,
     output: &Path,
     policy: &ReplacePolicy,
 ) -> Result<Option<Scene>> {
@@ -94,7 +94,7 @@ pub(super) fn save(
 }
 
 /// Says in the report what there is to say of what was made.
-pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut Made, output: &Path) {
+pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut JobOutput, output: &Path) {
     report.describe(&mut made.written, output);
     report.problem = maker.problem(&made.clips);
     report.leave_out(std::mem::take(&mut made.left_out));
@@ -102,7 +102,7 @@ pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut Mad
 }
 
 /// Refuses what is not one file on a disk.
-pub(super) fn check_one_file(inputs: &[PathBuf], write: &Writing) -> Result<()> {
+pub(super) fn check_one_file(inputs: &[PathBuf], write: &OutputOptions) -> Result<()> {
     let many = inputs.iter().find(|input| input.is_dir());
     let (message, help) = match many {
         _ if write.is_stream() => (

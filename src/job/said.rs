@@ -10,13 +10,13 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::job::{Maker, MotionJob, Said};
+/// use mocap::job::{Maker, MotionJob, Notice};
 ///
 /// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;
 /// let job: MotionJob = serde_json::from_str(job).unwrap();
 /// let mut notes = Vec::new();
-/// let mut hear = |said: Said<'_>| {
-///     if let Said::Note(note) = said {
+/// let mut hear = |said: Notice<'_>| {
+///     if let Notice::Note(note) = said {
 ///         notes.push(note.to_owned());
 ///     }
 /// };
@@ -27,7 +27,7 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 /// ```
 #[derive(Debug)]
 #[non_exhaustive]
-pub enum Said<'a> {
+pub enum Notice<'a> {
     /// What may be wrong with a file.
     Warnings(&'a Path, &'a [Diagnostic]),
     /// What was decided, chosen or left out.
@@ -37,28 +37,28 @@ pub enum Said<'a> {
 }
 
 /// Who hears what is said.
-pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
+pub(super) type Hear<'a> = &'a mut dyn FnMut(Notice<'_>);
 
 /// What is to be known of a skeleton onto which motions go. It need not move.
 pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
     let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
-    hear(Said::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
+    hear(Notice::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
     let left_out = scene.metadata.assumptions.iter();
     let left_out = left_out.filter(|assumption| assumption.topic == Topic::Meshes);
-    left_out.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+    left_out.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
 }
 
 /// Says the warnings of a scene, which are then not said again.
 pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Hear<'_>) {
     let warnings = std::mem::take(&mut scene.warnings);
     if !warnings.is_empty() {
-        hear(Said::Warnings(file, &warnings));
+        hear(Notice::Warnings(file, &warnings));
     }
 }
 
 pub(super) fn say_all(assumptions: &[Assumption], hear: Hear<'_>) {
     let sentences = assumptions.iter().map(Assumption::to_string);
-    sentences.for_each(|sentence| hear(Said::Note(&sentence)));
+    sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
 }
 
 /// Which animation of several is taken, the first; `only` is a format that has one.

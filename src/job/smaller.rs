@@ -10,9 +10,9 @@ use super::text::Length;
 /// Fewer keys and bits, within a largest error.
 ///
 /// ```
-/// use mocap::job::Smaller;
+/// use mocap::job::SizeOptions;
 ///
-/// let smaller: Smaller = serde_json::from_str(r#"{"max-error": "1mm", "compress": "int16"}"#).unwrap();
+/// let smaller: SizeOptions = serde_json::from_str(r#"{"max-error": "1mm", "compress": "int16"}"#).unwrap();
 /// assert_eq!(smaller.tolerance(), 0.001);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -20,7 +20,7 @@ use super::text::Length;
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Smaller files"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Smaller {
+pub struct SizeOptions {
     /// Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are
     /// removed within it; fails where it cannot be kept [default with a compression: 1mm]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
@@ -37,7 +37,7 @@ pub struct Smaller {
     pub compress: Option<Compression>,
 }
 
-impl Smaller {
+impl SizeOptions {
     /// The largest error in metres, including the default.
     pub fn tolerance(&self) -> f64 {
         self.max_error

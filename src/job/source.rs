@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 #[cfg(feature = "clap")]
-use super::reading::Reading;
+use super::reading::InputOptions;
 use super::text::{UnitChoice, UpChoice};
 
 /// What a job works on.
@@ -211,7 +211,7 @@ pub struct SourceFrames {
     #[serde(skip_serializing_if = "is_default")]
     pub trim: Option<TimeRange>,
     /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = Reading::parse_rate))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub fps: Option<f64>,
     /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_corpus::survey::{ClipRow, Condition, Corpus, Examined, Quality, SelectAmount, SelectBy, Thresholds};
+use mocap_corpus::survey::{ClipRecord, ClipRow, Condition, Corpus, Quality, SelectAmount, SelectBy, Thresholds};
 use mocap_io::import::Importer;
 use mocap_scene::error::Result;
 use mocap_scene::math::spread::spread;
@@ -11,7 +11,7 @@ use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::files::{Files, Outputs};
-use super::{Reading, is_default};
+use super::{InputOptions, is_default};
 
 /// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
 ///
@@ -32,7 +32,7 @@ use super::{Reading, is_default};
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Surveying {
+pub struct SurveyOptions {
     /// The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a
     /// kind off; once for each kind
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND=AMOUNT"))]
@@ -77,7 +77,7 @@ fn parse_verdict(text: &str) -> Result<Quality, String> {
     found.ok_or_else(|| "it must be suspect or bad".to_owned())
 }
 
-impl Surveying {
+impl SurveyOptions {
     /// From which amounts on a clip is suspect and bad.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl Surveying {
     ///
     /// # Errors
     /// As [`Importer::import`]; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a line that is no row.
-    pub fn examine(&self, read: &Reading, path: &Path) -> Result<Vec<Examined>> {
+    pub fn examine(&self, read: &InputOptions, path: &Path) -> Result<Vec<ClipRecord>> {
         let files = Files {
             given: &[],
             has_disk: true,
@@ -104,7 +104,7 @@ impl Surveying {
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
-    pub fn corpus(&self, read: &Reading, paths: &[PathBuf]) -> Result<Corpus> {
+    pub fn corpus(&self, read: &InputOptions, paths: &[PathBuf]) -> Result<Corpus> {
         let files = Files {
             given: &[],
             has_disk: true,
@@ -112,7 +112,7 @@ impl Surveying {
         self.corpus_of(read, files, paths)
     }
 
-    pub(super) fn corpus_of(&self, read: &Reading, files: Files<'_>, paths: &[PathBuf]) -> Result<Corpus> {
+    pub(super) fn corpus_of(&self, read: &InputOptions, files: Files<'_>, paths: &[PathBuf]) -> Result<Corpus> {
         let thresholds = self.thresholds()?;
         let rows = spread(paths, |path| {
             let found = examine(&thresholds, read, files, path);
@@ -125,7 +125,7 @@ impl Surveying {
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
-    pub fn judge(&self, clips: Vec<Examined>) -> Result<Corpus> {
+    pub fn judge(&self, clips: Vec<ClipRecord>) -> Result<Corpus> {
         let mut corpus = Corpus::new(clips, &self.thresholds()?);
         if let Some(condition) = &self.condition {
             corpus.keep(|row| condition.holds(row));
@@ -142,7 +142,7 @@ impl Surveying {
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
-    pub fn beside(&self, read: &Reading, corpus: &Corpus) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    pub fn beside(&self, read: &InputOptions, corpus: &Corpus) -> Result<Vec<(PathBuf, Vec<u8>)>> {
         let files = Files {
             given: &[],
             has_disk: true,
@@ -150,7 +150,7 @@ impl Surveying {
         self.beside_of(read, files, corpus)
     }
 
-    pub(super) fn beside_of(&self, read: &Reading, files: Files<'_>, corpus: &Corpus) -> Result<Outputs> {
+    pub(super) fn beside_of(&self, read: &InputOptions, files: Files<'_>, corpus: &Corpus) -> Result<Outputs> {
         let (thresholds, importer) = (self.thresholds()?, importer(read));
         let import = |file: &str| -> Option<Scene> { files.import(&importer, Path::new(file)).ok() };
         let page = self
@@ -179,11 +179,11 @@ impl Surveying {
 }
 
 /// Rows need no mesh, and files are read beside each other.
-fn importer(read: &Reading) -> Importer {
+fn importer(read: &InputOptions) -> Importer {
     read.importer().threads(1).skeleton_mesh(SkeletonMesh::None)
 }
 
-fn examine(thresholds: &Thresholds, read: &Reading, files: Files<'_>, path: &Path) -> Result<Vec<Examined>> {
+fn examine(thresholds: &Thresholds, read: &InputOptions, files: Files<'_>, path: &Path) -> Result<Vec<ClipRecord>> {
     let is_record = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("jsonl"));
@@ -192,5 +192,5 @@ fn examine(thresholds: &Thresholds, read: &Reading, files: Files<'_>, path: &Pat
         return Ok(thresholds.examine(&scene, &path.to_string_lossy()));
     }
     let text = files.text(path)?;
-    Examined::from_lines(&text).map_err(|error| error.with_path(path))
+    ClipRecord::from_lines(&text).map_err(|error| error.with_path(path))
 }

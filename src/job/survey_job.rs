@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
 use serde::{Deserialize, Serialize};
 
 use super::files::{Files, Outputs, check_inputs, check_outputs, output_files, policy, write_all, written};
-use super::{JobReport, Reading, Surveying, WritingFile, is_default};
+use super::{FileOutputOptions, InputOptions, JobReport, SurveyOptions, is_default};
 
 /// What is to be known of motions: a row for each clip, in the report and in the table that is written.
 ///
-/// [`Surveying`] has an example.
+/// [`SurveyOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -20,20 +20,20 @@ use super::{JobReport, Reading, Surveying, WritingFile, is_default};
 pub struct SurveyJob {
     /// How the inputs are read.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub read: Reading,
+    pub read: InputOptions,
     /// The inputs.
     #[serde(default)]
     pub source: SurveySources,
     /// How they are surveyed.
-    pub survey: Surveying,
+    pub survey: SurveyOptions,
     /// The table.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub write: WritingFile,
+    pub write: FileOutputOptions,
 }
 
 /// What a survey works on.
 ///
-/// [`Surveying`] has an example.
+/// [`SurveyOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -62,7 +62,7 @@ impl SurveyJob {
         Ok((made, report))
     }
 
-    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         let (made, report) = self.survey_of(files)?;
         Ok((written(made), report))
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_retarget::retargeting::{Report, RetargetingOptions};
+use mocap_retarget::retargeting::{Report, RetargetOptions};
 use mocap_retarget::robot::Floor;
 use mocap_retarget::{Scale, Verdict};
 use mocap_scene::error::{Code, Diagnostic, Result, spelled};
@@ -261,10 +261,10 @@ impl JobTarget {
     /// # Errors
     /// [`Code::InvalidValue`] for passes that there are not, and as [`BoneMap::bones`].
     #[doc(hidden)]
-    pub fn options(&self) -> Result<RetargetingOptions> {
+    pub fn options(&self) -> Result<RetargetOptions> {
         let (map, scale, feet) = shared!(self, kind => (&kind.map, kind.scale, kind.feet));
         let bones = map.as_ref().map(BoneMap::bones).transpose()?;
-        let options = RetargetingOptions::new()
+        let options = RetargetOptions::new()
             .scale(scale)
             .lock_feet(feet == Feet::Lock)
             .target_bones(bones.unwrap_or_default());

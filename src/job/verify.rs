@@ -61,7 +61,7 @@ use self::claims::{import_source, is_same_file};
 use self::comparison::Comparison;
 use self::output::Output;
 use self::rates::Rates;
-pub use self::report::{Finding, FindingKind, Resampling, Verification, VerifiedClip, Worst};
+pub use self::report::{Finding, FindingKind, LargestDeviation, Resampling, Verification, VerifiedClip};
 #[cfg(feature = "npz")]
 use mocap_formats::usd;
 

@@ -34,7 +34,7 @@ use super::{is_default, refuse};
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Walking {
+pub struct WalkOptions {
     /// Walk for so long, where it was seldom
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", group = "aim"))]
     #[serde(skip_serializing_if = "is_default")]
@@ -55,11 +55,11 @@ pub struct Walking {
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
     /// The number that a walk of some seconds depends on: another gives another walk
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = Walking::default().seed))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = WalkOptions::default().seed))]
     pub seed: u64,
 }
 
-impl Default for Walking {
+impl Default for WalkOptions {
     fn default() -> Self {
         Self {
             seconds: None,
@@ -81,7 +81,7 @@ fn parse_path(text: &str) -> Result<Vec<[f64; 2]>, String> {
     points.ok_or_else(|| "it must be points M/M+... such as 0/0+2/0+2/3".to_owned())
 }
 
-impl Walking {
+impl WalkOptions {
     /// The walk that is asked for.
     pub(super) fn search(&self, network: &Network<'_>, graph: &MotionGraph) -> Result<Walk> {
         match (self.seconds, &self.path, self.through.is_empty()) {

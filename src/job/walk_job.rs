@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap_edit::{EditStep, WalkReport};
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
@@ -14,13 +14,13 @@ use super::files::{Files, check_inputs, policy};
 use super::run::{check_one_file, describe, save};
 use super::said::Hear;
 use super::{
-    Graphing, JobReport, JobTarget, Made, Maker, MotionJob, Reading, SourceSpace, Sources, Walking, Writing,
-    is_default, refuse,
+    GraphJobOptions, InputOptions, JobOutput, JobReport, JobTarget, Maker, MotionJob, OutputOptions, SourceSpace,
+    Sources, WalkOptions, is_default, refuse,
 };
 
 /// A walk over a motion graph, which is changed, retargeted and written as a motion of a file is.
 ///
-/// [`Walking`] has an example.
+/// [`WalkOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -28,15 +28,15 @@ use super::{
 pub struct WalkJob {
     /// How the clips are read.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub read: Reading,
+    pub read: InputOptions,
     /// The graph, or with `graph` the clips.
     #[serde(default)]
     pub source: WalkSources,
     /// How the moments of the inputs are compared. Default: the input is the file of a graph.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub graph: Option<Graphing>,
+    pub graph: Option<GraphJobOptions>,
     /// Where the walk goes.
-    pub walk: Walking,
+    pub walk: WalkOptions,
     /// What changes the walk, in this order.
     #[serde(default, skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "super::Steps"))]
@@ -46,12 +46,12 @@ pub struct WalkJob {
     pub target: Option<JobTarget>,
     /// The output.
     #[serde(default)]
-    pub write: Writing,
+    pub write: OutputOptions,
 }
 
 /// What a walk is made of.
 ///
-/// [`Walking`] has an example.
+/// [`WalkOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -97,7 +97,7 @@ impl WalkJob {
     /// # Errors
     /// Those of reading, of the walk and of [`Maker::make_of`], with the file.
     #[doc(hidden)]
-    pub fn make_by(&self, maker: &Maker<'_>, hear: Hear<'_>) -> Result<(Made, WalkReport)> {
+    pub fn make_by(&self, maker: &Maker<'_>, hear: Hear<'_>) -> Result<(JobOutput, WalkReport)> {
         let output = self.write.output.as_path();
         let (scene, report) = self.walk_of(maker.files(), hear)?;
         let input = self.input()?;
@@ -126,7 +126,7 @@ impl WalkJob {
         made.map_err(|error| in_graph(error, file))
     }
 
-    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+    pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         let mut report = JobReport::default();
         let maker = Maker::of(&self.motion()?, files, &mut |said| report.hear(said))?;
         let (mut made, walk) = self.make_by(&maker, &mut |said| report.hear(said))?;

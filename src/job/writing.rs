@@ -14,15 +14,16 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::names::JointNames;
-use super::smaller::Smaller;
+use super::smaller::SizeOptions;
 use super::text::UnitChoice;
 
 /// What a job writes, and how. What a format does not take is refused.
 ///
 /// ```
-/// use mocap::job::Writing;
+/// use mocap::job::OutputOptions;
 ///
-/// let writing: Writing = serde_json::from_str(r#"{"output": "walk.glb", "smaller": {"max-error": "1mm"}}"#).unwrap();
+/// let json = r#"{"output": "walk.glb", "smaller": {"max-error": "1mm"}}"#;
+/// let writing: OutputOptions = serde_json::from_str(json).unwrap();
 /// assert_eq!(writing.smaller.max_error.unwrap().to_metres(), 0.001);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -30,7 +31,7 @@ use super::text::UnitChoice;
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Writing {
+pub struct OutputOptions {
     /// The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each
     /// motion in a folder, which is there or ends in /.
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -51,7 +52,7 @@ pub struct Writing {
     /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
-    pub mesh: Option<DrawnMesh>,
+    pub mesh: Option<MeshStyle>,
     /// Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in
     /// Blender a bone is drawn along +Y. Nothing moves [default: none; for the target blender y]
     #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
@@ -77,30 +78,30 @@ pub struct Writing {
     /// Options of BVH.
     #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
-    pub bvh: WritingBvh,
+    pub bvh: BvhOutputOptions,
     /// Options of FBX.
     #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
-    pub fbx: WritingFbx,
+    pub fbx: FbxOutputOptions,
     /// Fewer keys and bits.
     #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
-    pub smaller: Smaller,
+    pub smaller: SizeOptions,
 }
 
 /// The one file of a survey or of a motion graph.
 ///
 /// ```
-/// use mocap::job::WritingFile;
+/// use mocap::job::FileOutputOptions;
 ///
-/// let writing: WritingFile = serde_json::from_str(r#"{"output": "rows.csv"}"#).unwrap();
+/// let writing: FileOutputOptions = serde_json::from_str(r#"{"output": "rows.csv"}"#).unwrap();
 /// assert_eq!(writing.output(), Some("rows.csv".as_ref()));
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct WritingFile {
+pub struct FileOutputOptions {
     /// The file to write; its extension names the format. - is standard output. Default: nothing is written.
     #[serde(skip_serializing_if = "is_default")]
     pub output: PathBuf,
@@ -177,7 +178,7 @@ pub enum OutBoneAxis {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub enum DrawnMesh {
+pub enum MeshStyle {
     /// One mesh per node.
     Segmented,
     /// One mesh with bones.
@@ -186,12 +187,12 @@ pub enum DrawnMesh {
     None,
 }
 
-impl From<DrawnMesh> for SkeletonMesh {
-    fn from(mesh: DrawnMesh) -> Self {
+impl From<MeshStyle> for SkeletonMesh {
+    fn from(mesh: MeshStyle) -> Self {
         match mesh {
-            DrawnMesh::Segmented => Self::Segmented,
-            DrawnMesh::Skinned => Self::Skinned,
-            DrawnMesh::None => Self::None,
+            MeshStyle::Segmented => Self::Segmented,
+            MeshStyle::Skinned => Self::Skinned,
+            MeshStyle::None => Self::None,
         }
     }
 }
@@ -199,9 +200,9 @@ impl From<DrawnMesh> for SkeletonMesh {
 /// Options of BVH.
 ///
 /// ```
-/// use mocap::job::WritingBvh;
+/// use mocap::job::BvhOutputOptions;
 ///
-/// let bvh: WritingBvh = serde_json::from_str(r#"{"order": "XYZ", "digits": 4}"#).unwrap();
+/// let bvh: BvhOutputOptions = serde_json::from_str(r#"{"order": "XYZ", "digits": 4}"#).unwrap();
 /// assert_eq!(bvh.options().digits, Some(4));
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -209,7 +210,7 @@ impl From<DrawnMesh> for SkeletonMesh {
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing BVH"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct WritingBvh {
+pub struct BvhOutputOptions {
     /// Order of the rotation channels [default: each joint's own, or else ZXY]
     #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER", value_parser = parse_order))]
     #[serde(skip_serializing_if = "is_default")]
@@ -232,9 +233,9 @@ pub struct WritingBvh {
 ///
 /// ```
 /// use mocap::fbx::FbxRoot;
-/// use mocap::job::WritingFbx;
+/// use mocap::job::FbxOutputOptions;
 ///
-/// let fbx: WritingFbx = serde_json::from_str(r#"{"target": "unreal"}"#).unwrap();
+/// let fbx: FbxOutputOptions = serde_json::from_str(r#"{"target": "unreal"}"#).unwrap();
 /// assert_eq!(fbx.options().root, FbxRoot::None);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -242,7 +243,7 @@ pub struct WritingBvh {
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing FBX"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct WritingFbx {
+pub struct FbxOutputOptions {
     /// Version of the file
     #[cfg_attr(feature = "clap", arg(long, value_name = "VERSION", default_value = "7.5"))]
     #[serde(skip_serializing_if = "is_default")]
@@ -261,7 +262,7 @@ pub struct WritingFbx {
     pub textures: FbxTextures,
 }
 
-impl WritingFile {
+impl FileOutputOptions {
     /// The file to write, where there is one.
     pub fn output(&self) -> Option<&Path> {
         Some(self.output.as_path()).filter(|output| !output.as_os_str().is_empty())
@@ -308,7 +309,7 @@ impl OutSpace {
     }
 }
 
-impl WritingBvh {
+impl BvhOutputOptions {
     /// The options of the writer.
     pub fn options(&self) -> BvhOptions {
         BvhOptions::new()
@@ -319,7 +320,7 @@ impl WritingBvh {
     }
 }
 
-impl WritingFbx {
+impl FbxOutputOptions {
     /// The options of the writer.
     pub fn options(&self) -> FbxOptions {
         let options = self.target.map(FbxOptions::of_target).unwrap_or_default();
@@ -328,7 +329,7 @@ impl WritingFbx {
     }
 }
 
-impl Writing {
+impl OutputOptions {
     /// The options that are stated, of those that only some formats take.
     pub(super) fn stated(&self) -> Vec<WriteOption> {
         let Self {

@@ -52,7 +52,7 @@ pub struct PageClip<'a> {
     /// When its feet are at rest; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
     /// How far its limbs point from those of the motion that it was made from; see
-    /// `Retargeter::limb_angles`.
+    /// `PoseRetargeter::limb_angles`.
     pub limb_angles: Option<&'a [LimbAngles]>,
 }
 

@@ -1,7 +1,7 @@
 //! What the feet of the target are to do.
 
 use glam::Vec3;
-use mocap_edit::{DetectedContacts, Followed, SolePoint};
+use mocap_edit::{DetectedContacts, FootGuide, SolePoint};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::{HumanoidBone as Bone, Side};
@@ -38,7 +38,7 @@ pub(super) fn followed<'a>(
     scene: &Scene,
     root: &Root,
     contacts: &'a DetectedContacts,
-) -> Option<Followed<'a>> {
+) -> Option<FootGuide<'a>> {
     let ankles = contacts
         .points
         .iter()
@@ -48,7 +48,7 @@ pub(super) fn followed<'a>(
     if (rest - f64::from(root.source_ankle)).abs() > f64::from(STANDS * source.leg) {
         return None;
     }
-    Some(Followed {
+    Some(FootGuide {
         contacts,
         units_per_metre: root.height_scale / source.metres_per_unit as f32,
         scale: root.scale,

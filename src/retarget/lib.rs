@@ -8,11 +8,11 @@
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
-//! use mocap::retarget::{RetargetOptions, Retargeter};
+//! use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 //!
 //! let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! let mut target = mocap::import("fixtures/skeletons/human_vrm1.gltf")?;
-//! let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default())?;
+//! let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default())?;
 //! target.animations = vec![retargeter.animation(&source, &source.animations[0])];
 //! # Ok::<(), mocap::Error>(())
 //! ```
@@ -54,17 +54,17 @@ use mocap_scene::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 pub(crate) use self::by_names::CreatureRetargeter;
 use self::measure::Moving;
 use self::plan::Plan;
-pub use self::plan::Unmapped;
-pub use self::report::{ByNames, Clamped, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
-pub use self::retargeting::Retargeting;
+pub use self::plan::UnmappedBone;
+pub use self::report::{ByNames, ClampedLeg, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
+pub use self::retargeting::Retargeter;
 use self::root::Root;
-pub use self::sight::{Aspect, Seen};
+pub use self::sight::{Aspect, AspectError};
 use self::solve::Solved;
 pub use mocap_figure::LimbAngles;
 
 /// How large the steps of the target are.
 ///
-/// [`Retargeter`] has an example.
+/// [`PoseRetargeter`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Scale {
@@ -77,12 +77,12 @@ pub enum Scale {
     Factor(f64),
 }
 
-/// How a [`Retargeter`] moves a motion.
+/// How a [`PoseRetargeter`] moves a motion.
 ///
-/// [`Retargeter`] has an example.
+/// [`PoseRetargeter`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct RetargetOptions {
+pub struct PoseRetargetOptions {
     /// How large the steps of the target are.
     pub scale: Scale,
     /// Which joints of the source are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
@@ -92,7 +92,7 @@ pub struct RetargetOptions {
 }
 
 setters! {
-    RetargetOptions {
+    PoseRetargetOptions {
         scale: Scale,
         source: Option<Humanoid>,
         target: Option<Humanoid>,
@@ -106,12 +106,12 @@ setters! {
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::retarget::{RetargetOptions, Retargeter};
+/// use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 /// use mocap::{Binding, Pose};
 ///
 /// let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-/// let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default())?;
+/// let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default())?;
 ///
 /// let binding = Binding::new(&source, &source.animations[0]);
 /// let (mut from, mut to) = (Pose::rest(&source), Pose::rest(&target));
@@ -122,7 +122,7 @@ setters! {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Retargeter {
+pub struct PoseRetargeter {
     source: Body,
     target: Body,
     plan: Plan,
@@ -131,14 +131,14 @@ pub struct Retargeter {
     solved: Solved<1>,
 }
 
-impl Retargeter {
+impl PoseRetargeter {
     /// Prepares the motion of the skeleton of `source` onto that of `target`. The animations of `source` tell where its
     /// floor is; both scenes may have any unit, axes and rest pose.
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] where one of the skeletons is not a humanoid, or has a hierarchy
     /// onto which no pose can be put.
-    pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
+    pub fn new(source: &Scene, target: &Scene, options: &PoseRetargetOptions) -> Result<Self> {
         let figure = |scene: &Scene, bones: &Option<Humanoid>| {
             let bones = bones.clone().unwrap_or_else(|| Humanoid::of(scene));
             Figure::with_bones(scene, bones)
@@ -170,7 +170,7 @@ impl Retargeter {
     }
 
     /// Bones that only one of the skeletons has, and others that are not moved, each with the reason.
-    pub fn unmapped(&self) -> &[Unmapped] {
+    pub fn unmapped(&self) -> &[UnmappedBone] {
         &self.plan.unmapped
     }
 
@@ -339,7 +339,7 @@ fn no_animation(index: usize, source: &Scene) -> Error {
     Diagnostic::new(Code::NoMotion, message).into()
 }
 
-/// Whether a motion can be put on the figure of `target`, as [`Retargeter::new`] asks.
+/// Whether a motion can be put on the figure of `target`, as [`PoseRetargeter::new`] asks.
 ///
 /// # Errors
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no

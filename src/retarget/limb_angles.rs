@@ -4,10 +4,10 @@ use mocap_figure::LimbAngles;
 use mocap_figure::ticks::ticks;
 use mocap_scene::scene::{Animation, Scene};
 
-use super::{Retargeter, measure};
+use super::{PoseRetargeter, measure};
 
-impl Retargeter {
-    /// The angles of which [`Retargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of
+impl PoseRetargeter {
+    /// The angles of which [`PoseRetargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of
     /// the scene `source`, and those of `moved`, of the scene `target`, at each tick of the source.
     pub fn limb_angles(
         &self,

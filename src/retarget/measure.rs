@@ -9,10 +9,10 @@ use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
 use super::feet::Soles;
-use super::plan::Unmapped;
+use super::plan::UnmappedBone;
 use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
 use super::root::Root;
-use super::sight::{Seen, Sight};
+use super::sight::{AspectError, Sight};
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
@@ -96,7 +96,7 @@ pub(super) fn measure(
     ticks: &[f64],
     scale: f64,
     root: &Root,
-    unmapped: &[Unmapped],
+    unmapped: &[UnmappedBone],
 ) -> RetargetReport {
     let soles = Soles::new(target.body, target.scene, root.target_ankle);
     let (was, is) = (source.track(ticks, None), target.track(ticks, Some(&soles)));
@@ -148,7 +148,7 @@ pub(super) fn measure(
 /// The most frames at which both bodies are looked at.
 const LOOKS: usize = 400;
 
-fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<Seen> {
+fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<AspectError> {
     let mut sight = Sight::new(source.body, target.body);
     let bindings = [source, target].map(|moving| Binding::new(moving.scene, moving.animation));
     let (mut was, mut is) = (Pose::rest(source.scene), Pose::rest(target.scene));
@@ -160,8 +160,8 @@ fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<Seen> {
     sight.found(ticks.first().copied().unwrap_or_default())
 }
 
-fn guessed(body: &Body) -> Vec<Unmapped> {
-    let guess = |(bone, reason)| Unmapped { bone, reason };
+fn guessed(body: &Body) -> Vec<UnmappedBone> {
+    let guess = |(bone, reason)| UnmappedBone { bone, reason };
     body.guessed().into_iter().map(guess).collect()
 }
 

@@ -17,10 +17,10 @@ use super::rules::{Above, Drive, Rule, Twist};
 
 /// A bone that is not moved from one skeleton to the other.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Unmapped {
+pub struct UnmappedBone {
     /// The bone.
     pub bone: Bone,
     /// Why, as one phrase.
@@ -37,7 +37,7 @@ pub(super) struct Plan {
     pub(super) drives: Vec<Drive>,
     /// The hips among them.
     pub(super) hips: Option<usize>,
-    pub(super) unmapped: Vec<Unmapped>,
+    pub(super) unmapped: Vec<UnmappedBone>,
 }
 
 impl Plan {
@@ -98,7 +98,7 @@ struct Builder<'a> {
     /// The tracks by their node, and whether they aim.
     known: HashMap<(NodeId, bool), usize>,
     drives: BTreeMap<NodeId, Drive>,
-    unmapped: Vec<Unmapped>,
+    unmapped: Vec<UnmappedBone>,
 }
 
 impl Builder<'_> {
@@ -198,7 +198,7 @@ impl Builder<'_> {
             }
         };
         let reason = lacks.to_owned();
-        self.unmapped.push(Unmapped { bone, reason });
+        self.unmapped.push(UnmappedBone { bone, reason });
     }
 
     /// A head, hand or foot that the source lacks goes with the bone above, as in a VRM animation: at rest a palm may

@@ -4,8 +4,8 @@ use mocap_edit::FootLockReport;
 use mocap_figure::HumanoidBone as Bone;
 use serde::{Deserialize, Serialize};
 
-use super::plan::Unmapped;
-use super::sight::{Aspect, Seen};
+use super::plan::UnmappedBone;
+use super::sight::{Aspect, AspectError};
 
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
@@ -19,7 +19,7 @@ const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two bodies.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LimbError {
@@ -35,7 +35,7 @@ pub struct LimbError {
 
 /// The feet of one skeleton in a motion.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FootMotion {
@@ -49,7 +49,7 @@ pub struct FootMotion {
 
 /// The feet before and after.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FeetReport {
@@ -65,7 +65,7 @@ pub struct FeetReport {
 
 /// What a lock does to the speed of feet: it gives way where it would make them faster.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LockedFeet {
@@ -79,10 +79,10 @@ pub struct LockedFeet {
 
 /// A leg that could not do what was asked of it.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Clamped {
+pub struct ClampedLeg {
     /// The foot that is elsewhere.
     pub bone: Bone,
     /// The frames in which it is.
@@ -95,7 +95,7 @@ pub struct Clamped {
 
 /// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -121,7 +121,7 @@ impl Verdict {
 
 /// How a motion went by the names of joints.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ByNames {
@@ -135,7 +135,7 @@ pub struct ByNames {
 
 /// How well a motion sits on another skeleton.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RetargetReport {
@@ -152,13 +152,13 @@ pub struct RetargetReport {
     /// The largest angle of a limb in a frame, in degrees.
     pub max_degrees: f64,
     /// Roll, trunk, head and palms, the farthest off first.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<AspectError>,
     /// Bones of the source of which nothing says how they are turned about themselves, and how they are turned.
-    pub guessed: Vec<Unmapped>,
+    pub guessed: Vec<UnmappedBone>,
     /// What is not moved, and why.
-    pub unmapped: Vec<Unmapped>,
+    pub unmapped: Vec<UnmappedBone>,
     /// What a leg could not reach, and why: with locked feet alone.
-    pub clamped: Vec<Clamped>,
+    pub clamped: Vec<ClampedLeg>,
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
     /// How fast they are beside free ones; absent where they are not locked.
@@ -269,7 +269,7 @@ impl RetargetReport {
     #[must_use]
     pub fn with_lock(mut self, lock: &FootLockReport) -> Self {
         let feet = [Bone::LeftFoot, Bone::RightFoot].into_iter().enumerate();
-        let clamped = feet.map(|(side, bone)| Clamped {
+        let clamped = feet.map(|(side, bone)| ClampedLeg {
             bone,
             frames: lock.out_of_reach[side],
             largest: lock.farthest_out_of_reach[side],
@@ -298,11 +298,11 @@ impl RetargetReport {
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
-    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    /// use mocap::retargeting::{Retargeter, RetargetOptions};
     ///
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-    /// let retargeting = Retargeting::new(walk, target, RetargetingOptions::new())?;
+    /// let retargeting = Retargeter::new(walk, target, RetargetOptions::new())?;
     /// let report = retargeting.clips()[0].report.body().unwrap();
     /// assert_eq!(report.problem(180.0), None);
     /// assert!(report.problem(0.0).unwrap().ends_with("and 0 are allowed"));

@@ -1,19 +1,19 @@
 //! The motions of files on another body: a character, a skeleton or a robot.
 //!
-//! A [`Retargeting`] knows the whole recipe and its order: the source is brought to metres with +Y up, its bones are
+//! A [`Retargeter`] knows the whole recipe and its order: the source is brought to metres with +Y up, its bones are
 //! found, the T-pose is read while a rest pose stands in the first frame, that frame is left out, each motion is moved,
 //! feet are held on the ground where that is better, and every clip gets its own name, its provenance and a report.
 //! `docs/retargeting.md` and `docs/robots.md` have the algorithms. An engine that moves single poses as they come uses
-//! [`Retargeter`] instead.
+//! [`PoseRetargeter`] instead.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Importer;
-//! use mocap::retargeting::{Retargeting, RetargetingOptions};
+//! use mocap::retargeting::{Retargeter, RetargetOptions};
 //!
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! let hero = Importer::new().gltf_meshes(true).import_character("fixtures/skeletons/human_vrm1.gltf")?;
-//! let retargeting = Retargeting::new(walk, hero, RetargetingOptions::new())?;
+//! let retargeting = Retargeter::new(walk, hero, RetargetOptions::new())?;
 //! for clip in retargeting.clips() {
 //!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
 //! }
@@ -34,23 +34,23 @@ use std::collections::HashSet;
 
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
-use mocap_formats::Written;
+use mocap_formats::Export;
 use mocap_formats::gltf::{BufferPlace, GltfOptions, Provenance};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
 
-pub use self::clip::{Report, Retargeted};
+pub use self::clip::{Report, RetargetedClip};
 pub use self::joined::apply_steps;
 #[doc(hidden)]
 pub use self::joined::{apply_steps_with_bones, second_motion};
-pub use self::options::RetargetingOptions;
+pub use self::options::RetargetOptions;
 pub use self::source::SourceMotion;
 #[doc(hidden)]
 pub use self::source::whole;
 use self::source::{Mover, Moving};
 pub use self::target::Target;
 use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
-use crate::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
+use crate::{CreatureRetargeter, LimbAngles, PoseRetargeter, check_figure};
 
 /// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
 ///
@@ -60,10 +60,10 @@ use crate::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
-/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+/// use mocap::retargeting::{Retargeter, RetargetOptions};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
-/// let mut retargeting = Retargeting::onto(robot, RetargetingOptions::new())?;
+/// let mut retargeting = Retargeter::onto(robot, RetargetOptions::new())?;
 /// for file in ["fixtures/real/cmu_12_01_walk.bvh", "fixtures/real/cmu_short.bvh"] {
 ///     let source = retargeting.prepare(mocap::import(file)?)?;
 ///     retargeting.add(source)?;
@@ -73,24 +73,24 @@ use crate::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Retargeting {
+pub struct Retargeter {
     /// With a root above the hips, where the options ask for one.
     target: Target,
     /// The figure of the target; a robot has its own.
     figure: Option<Figure>,
-    options: RetargetingOptions,
+    options: RetargetOptions,
     /// The names of clips that stand in the output.
     names: HashSet<String>,
     sources: Vec<Moving>,
-    clips: Vec<Retargeted>,
+    clips: Vec<RetargetedClip>,
 }
 
-impl Retargeting {
+impl Retargeter {
     /// Puts all motions of `source`, a scene as it was read, on a target: a [`Target`], or what one is made of.
     ///
     /// # Errors
     /// As [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
-    pub fn new(source: Scene, target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+    pub fn new(source: Scene, target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut retargeting = Self::onto(target, options)?;
         let source = retargeting.prepare(source)?;
         retargeting.add(source)?;
@@ -102,8 +102,8 @@ impl Retargeting {
     /// # Errors
     /// [`Code::NotHumanoid`] where it is neither a humanoid nor a creature of a known kind, or no pose can be put on
     /// its hierarchy;
-    /// [`Code::InvalidValue`] where [`target_bones`](RetargetingOptions::target_bones) names a joint that it lacks.
-    pub fn onto(target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+    /// [`Code::InvalidValue`] where [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks.
+    pub fn onto(target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut target = target.into();
         let mut bones = bones_of(&target, &options)?;
         let hips = bones.as_ref().and_then(|bones| bones.joint(HumanoidBone::Hips));
@@ -131,17 +131,17 @@ impl Retargeting {
         })
     }
 
-    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetingOptions::conversion).
+    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetOptions::conversion).
     ///
     /// # Errors
     /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
-    /// [`source_bones`](RetargetingOptions::source_bones) names a joint that the scene lacks.
+    /// [`source_bones`](RetargetOptions::source_bones) names a joint that the scene lacks.
     pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
         let figure = Figure::mapped(&scene, &self.options.source_bones)?;
         self.prepare_figure(scene, &figure)
     }
 
-    /// The same for a scene whose figure is known, with [`source_bones`](RetargetingOptions::source_bones).
+    /// The same for a scene whose figure is known, with [`source_bones`](RetargetOptions::source_bones).
     ///
     /// # Errors
     /// As [`Conversion::apply`].
@@ -184,7 +184,7 @@ impl Retargeting {
     /// # Errors
     /// [`Code::NotHumanoid`] where the source is not a humanoid, or for a creature none of its kind with the names of
     /// its joints; [`Code::NoMotion`] where it has no animation,
-    /// [`Code::InvalidValue`] where [`source_bones`](RetargetingOptions::source_bones) names a joint that it lacks. The
+    /// [`Code::InvalidValue`] where [`source_bones`](RetargetOptions::source_bones) names a joint that it lacks. The
     /// clips are then as they were.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
         if source.scene.animations.is_empty() {
@@ -230,7 +230,7 @@ impl Retargeting {
                     }
                     None => {
                         let figures = ((scene, from), (&*target, figure));
-                        let retargeter = Retargeter::with_figures(figures.0, figures.1, self.options.scale)?;
+                        let retargeter = PoseRetargeter::with_figures(figures.0, figures.1, self.options.scale)?;
                         Mover::Body(Box::new(retargeter))
                     }
                 }
@@ -258,7 +258,7 @@ impl Retargeting {
     }
 
     /// A motion of a source on the target.
-    fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<Retargeted> {
+    fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<RetargetedClip> {
         let mut provenance = Provenance::of_clip(source, index);
         let lock_feet = self.options.lock_feet;
         let (mut clip, step) = match (mover, &self.target) {
@@ -270,19 +270,19 @@ impl Retargeting {
                     lock_feet,
                 };
                 let limbs = retargeter.limb_angles(source, &source.animations[index], &motion);
-                let moved = Retargeted::of_robot(motion.to_animation(robot), report, motion);
+                let moved = RetargetedClip::of_robot(motion.to_animation(robot), report, motion);
                 (moved.with_limb_angles(limbs), step)
             }
             (Mover::Body(retargeter), target) => {
                 let target = target.scene();
                 let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
                 let step = retargeter.step(&target, lock_feet);
-                (Retargeted::of_body(animation, report), step)
+                (RetargetedClip::of_body(animation, report), step)
             }
             (Mover::Creature(retargeter), target) => {
                 let target = target.scene();
                 let (animation, report) = retargeter.clip(source, index, &target)?;
-                (Retargeted::of_body(animation, report), retargeter.step(&target))
+                (RetargetedClip::of_body(animation, report), retargeter.step(&target))
             }
             (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
         };
@@ -295,7 +295,7 @@ impl Retargeting {
     }
 
     /// Takes the motion over the ground out of a clip on a body, or moves it to a node above the hips.
-    fn change_over_ground(&self, clip: &mut Retargeted) -> Result<Option<AppliedStep>> {
+    fn change_over_ground(&self, clip: &mut RetargetedClip) -> Result<Option<AppliedStep>> {
         let step = match self.options.root {
             RootMotion::Keep => return Ok(None),
             RootMotion::InPlace => AppliedStep::InPlace,
@@ -341,12 +341,12 @@ impl Retargeting {
     }
 
     /// The clips of all sources, in the order in which they were added.
-    pub fn clips(&self) -> &[Retargeted] {
+    pub fn clips(&self) -> &[RetargetedClip] {
         &self.clips
     }
 
     /// The same, without a copy.
-    pub fn into_clips(self) -> Vec<Retargeted> {
+    pub fn into_clips(self) -> Vec<RetargetedClip> {
         self.clips
     }
 
@@ -384,13 +384,13 @@ impl Retargeting {
     ///
     /// # Errors
     /// As [`Character::with_clips`](mocap_formats::gltf::Character::with_clips).
-    pub fn character_file(&self) -> Result<Option<Written>> {
+    pub fn character_file(&self) -> Result<Option<Export>> {
         self.character_files(&GltfOptions::new().buffer(BufferPlace::Embedded), "")
     }
 
     /// As [`Self::character_file`] for an output of this name, with the clips stored as `options` say.
     #[doc(hidden)]
-    pub fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Written>> {
+    pub fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Export>> {
         let Target::Character(character) = &self.target else {
             return Ok(None);
         };
@@ -452,7 +452,7 @@ impl Retargeting {
 }
 
 /// The bones of a target; none of a robot.
-fn bones_of(target: &Target, options: &RetargetingOptions) -> Result<Option<Humanoid>> {
+fn bones_of(target: &Target, options: &RetargetOptions) -> Result<Option<Humanoid>> {
     let found = match target {
         Target::Character(character) => character
             .humanoid()

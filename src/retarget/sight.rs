@@ -30,7 +30,7 @@ const CONSTANT: f32 = 0.175;
 
 /// What of a body is compared.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -63,10 +63,10 @@ impl Aspect {
 
 /// How far something that an eye sees is off.
 ///
-/// [`Retargeter`](crate::Retargeter) has an example.
+/// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Seen {
+pub struct AspectError {
     /// What is compared.
     pub aspect: Aspect,
     /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for
@@ -82,7 +82,7 @@ pub struct Seen {
 }
 
 /// What is compared, as in "roll of leftUpperArm".
-impl fmt::Display for Seen {
+impl fmt::Display for AspectError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.aspect {
             Aspect::Head => f.write_str(self.aspect.as_str()),
@@ -101,7 +101,7 @@ struct Angles {
 }
 
 impl Angles {
-    fn seen(self) -> Option<Seen> {
+    fn seen(self) -> Option<AspectError> {
         let enough = if self.aspect == Aspect::Roll { FEWEST } else { 1 };
         if self.all.len() < enough {
             return None;
@@ -118,7 +118,7 @@ impl Angles {
             _ => self.all.iter().map(|(angle, _)| angle).sum::<f32>() / count,
         };
         let (largest, tick) = self.all.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-        Some(Seen {
+        Some(AspectError {
             aspect: self.aspect,
             bone: self.bone,
             mean_degrees: f64::from(mean.to_degrees()),
@@ -210,7 +210,7 @@ impl<'a> Sight<'a> {
     }
 
     /// What was seen, the farthest off first.
-    pub(super) fn found(self, tick: f64) -> Vec<Seen> {
+    pub(super) fn found(self, tick: f64) -> Vec<AspectError> {
         let rolls = self.rolls.into_iter().filter(|(limb, _)| limb.has_one_axis());
         let rolls = rolls.map(|(_, angles)| angles);
         let lines = self.lines.into_iter().map(|(_, angles)| angles);
@@ -225,7 +225,7 @@ impl<'a> Sight<'a> {
             head.all.push((angle_between(self.face.0, Vec3::Z), tick));
         }
         let all = rolls.chain(lines).chain(palms).chain([head]);
-        let mut all: Vec<Seen> = all.filter_map(Angles::seen).collect();
+        let mut all: Vec<AspectError> = all.filter_map(Angles::seen).collect();
         all.sort_by(|a, b| b.mean_degrees.total_cmp(&a.mean_degrees));
         all
     }

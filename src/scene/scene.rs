@@ -102,8 +102,8 @@ pub use self::mmd::{MmdInherits, MmdModel};
 pub use self::original::Original;
 #[doc(hidden)]
 pub use self::original::{OriginalFile, SKELETON_MATERIAL};
-pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recorded};
-pub use self::solved::{Solved, SolvedJoint, SolvedMarker, SwappedMarkers};
+pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
+pub use self::solved::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.

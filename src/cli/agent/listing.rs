@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::answer::Answer;
 use crate::Failure;
 use crate::batch::pattern::Pattern;
-use crate::batch::walk::{Found, Search};
+use crate::batch::walk::{Entry, Search};
 
 /// How many files stand in an answer. The report has more.
 const MOST_SHOWN: usize = 200;
@@ -44,7 +44,7 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     let mut paths = Vec::new();
     search.run(|found| {
         // A link that leads nowhere or a folder without permission has no file to read.
-        if let Found::File(path) = found {
+        if let Entry::File(path) = found {
             paths.push(path);
         }
         match paths.len() > MOST {

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 use mocap::convert::TimeRange;
 
-use mocap::job::{Length, OutSpace, Reading, SourceMap, SourceSpace};
+use mocap::job::{InputOptions, Length, OutSpace, SourceMap, SourceSpace};
 
 use super::{ForceArgs, Given};
 #[cfg(feature = "parquet")]
@@ -38,7 +38,7 @@ pub(crate) struct FkArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -58,7 +58,7 @@ pub(crate) struct AnglesArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 /// Of `mocap analog` and `mocap forces`.
@@ -78,7 +78,7 @@ pub(crate) struct SeriesArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -93,7 +93,7 @@ pub(crate) struct GaitArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[cfg(feature = "parquet")]
@@ -133,7 +133,7 @@ pub(crate) struct PackArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[cfg(feature = "parquet")]
@@ -180,7 +180,7 @@ pub(crate) struct ArraysArgs {
     #[arg(long, value_name = "REGEX")]
     joints: Option<String>,
     /// Frames per second to write, at the same speed [default: the file's own]
-    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
-use mocap::edit::{EditStep, Loop, Takes};
+use mocap::edit::{EditStep, Loop, ValueKind};
 use mocap::job::{Length, MotionJob};
 
 use super::{OwnArgs, ViewArgs};
@@ -133,7 +133,7 @@ fn question_of_lengths(text: &str) -> Option<String> {
     let (name, options) = text.split_once(':')?;
     let step = EditStep::ALL.iter().find(|step| step.name == name)?;
     let is_length = |name: &str| {
-        let mut lengths = step.keys.iter().filter(|key| key.takes == Takes::Metres);
+        let mut lengths = step.keys.iter().filter(|key| key.takes == ValueKind::Metres);
         lengths.any(|key| key.field == name.trim().replace('-', "_"))
     };
     let options = options.split(',').filter_map(|option| option.split_once('='));

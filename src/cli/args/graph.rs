@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use mocap::job::{CharacterTarget, GraphJob, Graphing, JobTarget, Reading, SourceSpace, WalkJob, Walking, Writing};
+use mocap::job::{
+    CharacterTarget, GraphJob, GraphJobOptions, InputOptions, JobTarget, OutputOptions, SourceSpace, WalkJob,
+    WalkOptions,
+};
 
 use super::write::writing;
 use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat};
@@ -23,7 +26,7 @@ pub(crate) struct GraphArgs {
     #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
     pub(crate) to: Option<String>,
     #[command(flatten)]
-    pub(crate) graphing: Graphing,
+    pub(crate) graphing: GraphJobOptions,
     /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
     /// lighter is more alike and red dots are transitions, or an array, .npy
     #[arg(long, value_name = "FILE")]
@@ -39,7 +42,7 @@ pub(crate) struct GraphArgs {
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
 }
@@ -77,7 +80,7 @@ pub(crate) struct WalkArgs {
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<OutputFormat>,
     #[command(flatten)]
-    pub(crate) walking: Walking,
+    pub(crate) walking: WalkOptions,
     /// Put the walk on this character: a glTF, VRM, FBX or BVH file
     #[arg(long = "character", alias = "on", value_name = "FILE")]
     pub(crate) on: Option<PathBuf>,
@@ -87,11 +90,11 @@ pub(crate) struct WalkArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) write: Writing,
+    pub(crate) write: OutputOptions,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) instead: InsteadArgs,
 }

@@ -4,7 +4,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use mocap::job::Reading;
+use mocap::job::InputOptions;
 
 use super::ForceArgs;
 
@@ -51,7 +51,7 @@ pub(crate) struct PlayArgs {
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::TimeRange;
-use mocap::job::{Reading, SourceMap, SourceSpace, Sources, Writing};
+use mocap::job::{InputOptions, OutputOptions, SourceMap, SourceSpace, Sources};
 
 use super::job::{root_motion, sources};
 use super::write::writing;
@@ -13,7 +13,7 @@ use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs};
 pub(crate) struct OntoArgs {
     /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate [default: those
     /// of the motion]
-    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
@@ -33,7 +33,7 @@ pub(crate) struct OntoArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) write: Writing,
+    pub(crate) write: OutputOptions,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -57,7 +57,7 @@ impl OntoArgs {
     }
 
     /// An output in the format of `extension`.
-    pub(super) fn writing(&self, output: &Path, extension: &str) -> Writing {
+    pub(super) fn writing(&self, output: &Path, extension: &str) -> OutputOptions {
         writing(&self.write, output, extension, self.force)
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::convert::FirstFrame;
 use mocap::edit::EditStep;
-use mocap::job::{MotionJob, Reading, SourceMap, SourceSpace, Writing};
+use mocap::job::{InputOptions, MotionJob, OutputOptions, SourceMap, SourceSpace};
 
 use super::batch::is_folder;
 use super::job::sources;
@@ -22,7 +22,7 @@ pub(crate) struct OwnArgs {
     pub(crate) to: Option<OutputFormat>,
     /// Frames per second of the motions before they are changed, at the same speed; for an input that states no valid
     /// rate, its rate. The step resample of edit does it later
-    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
     /// Compare the written file with its source, changed again, as `mocap verify` does
     #[arg(long)]
@@ -33,13 +33,13 @@ pub(crate) struct OwnArgs {
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
-    pub(crate) write: Writing,
+    pub(crate) write: OutputOptions,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) many: InputArgs,
     #[command(flatten)]

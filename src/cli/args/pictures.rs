@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mocap::Conversion;
 use mocap::convert::TimeRange;
-use mocap::job::{Reading, SourceMap, SourceSpace, SourceUp};
+use mocap::job::{InputOptions, SourceMap, SourceSpace, SourceUp};
 
 use super::{ForceArgs, InputArgs};
 
@@ -33,7 +33,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TimeRange>,
     /// Frames per second to show, at the same speed; for an input that states no valid rate, its rate
-    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
@@ -42,7 +42,7 @@ pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 impl ViewArgs {
@@ -60,7 +60,7 @@ impl ViewArgs {
             inputs: InputArgs { allow_empty: false },
             source: SourceSpace::default(),
             map: SourceMap::default(),
-            read: Reading::default(),
+            read: InputOptions::default(),
         }
     }
 
@@ -117,7 +117,7 @@ pub(crate) struct SheetArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -156,7 +156,7 @@ pub(crate) struct GifArgs {
     #[command(flatten)]
     pub(crate) up: SourceUp,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -172,7 +172,7 @@ pub(crate) struct PlotArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 /// How many poses a row has.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::job::{CharacterTarget, JobTarget, MotionJob, Reading};
+use mocap::job::{CharacterTarget, InputOptions, JobTarget, MotionJob};
 
 use super::batch::is_folder;
 use super::onto::OntoArgs;
@@ -37,7 +37,7 @@ pub(crate) struct RetargetArgs {
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 impl RetargetArgs {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::job::{JobTarget, MotionJob, Reading, RobotFormat, RobotTarget};
+use mocap::job::{InputOptions, JobTarget, MotionJob, RobotFormat, RobotTarget};
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
@@ -46,7 +46,7 @@ pub(crate) struct RobotArgs {
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 impl RobotArgs {

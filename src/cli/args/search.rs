@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use mocap::convert::{Moment, TimeRange};
 use mocap::glam::Vec2;
-use mocap::job::Reading;
+use mocap::job::InputOptions;
 use mocap::survey::Condition;
 
 use super::write::extensions_and;
@@ -38,7 +38,7 @@ pub(crate) struct IndexArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
@@ -83,7 +83,7 @@ pub(crate) struct FindArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -111,7 +111,7 @@ pub(crate) struct MatchArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
 }
 
 /// What the figure follows.

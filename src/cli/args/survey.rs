@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::job::{Reading, SurveyJob, Surveying};
+use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
 
 use super::{ForceArgs, InputArgs, SpreadArgs};
 
@@ -20,7 +20,7 @@ pub(crate) struct SurveyArgs {
     #[arg(long, value_name = "FORMAT", value_parser = ["csv", "json", "jsonl", "parquet", "txt"])]
     pub(crate) to: Option<String>,
     #[command(flatten)]
-    pub(crate) surveying: Surveying,
+    pub(crate) surveying: SurveyOptions,
     /// Print the rows of all clips as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -33,7 +33,7 @@ pub(crate) struct SurveyArgs {
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
-    pub(crate) read: Reading,
+    pub(crate) read: InputOptions,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]

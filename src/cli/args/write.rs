@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use mocap::job::Writing;
+use mocap::job::OutputOptions;
 use mocap::{Diagnostic, Format, FormatInfo, WriteOption};
 
 use super::{ForceArgs, Given};
@@ -62,7 +62,7 @@ pub(super) fn extensions_and(others: &[&'static str]) -> PossibleValuesParser {
 }
 
 /// An output in the format of `extension`, with the options of a command line.
-pub(super) fn writing(options: &Writing, output: &Path, extension: &str, force: ForceArgs) -> Writing {
+pub(super) fn writing(options: &OutputOptions, output: &Path, extension: &str, force: ForceArgs) -> OutputOptions {
     let own = output.extension().unwrap_or_default();
     let mut writing = options.clone();
     writing.output = output.to_owned();

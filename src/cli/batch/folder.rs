@@ -36,7 +36,7 @@ pub(crate) trait Work: Sync {
     fn inputs(&mut self, _: &[Input]) {}
 
     /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
-    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
+    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<FileState, String>;
 
     /// Whether the record of a former run, which has made this output with these options, has all that is wanted of
     /// it.
@@ -70,7 +70,7 @@ pub(crate) trait Work: Sync {
 
 /// Whether the output of a file was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Made {
+pub(crate) enum FileState {
     Done,
     /// The file waits for what the others say, and is made again after [`Work::learn`].
     Waits,
@@ -354,11 +354,11 @@ impl Run<'_> {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
         match work.make(file, &output, record)? {
-            Made::Done => {
+            FileState::Done => {
                 record.output = Some(name.clone());
                 Ok(Some(Outcome::Done))
             }
-            Made::Waits => Ok(None),
+            FileState::Waits => Ok(None),
         }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 use mocap::{Code, Diagnostic, FormatInfo};
 
 use super::pattern::{Pattern, has_wildcard};
-use super::walk::{Found, Search};
+use super::walk::{Entry, Search};
 use crate::args::InputArgs;
 use crate::{Failure, kinds, report};
 
@@ -152,8 +152,8 @@ impl Gathered {
             is_excluded,
         };
         search.run(|found| match found {
-            Found::File(path) if has_known_extension(&path) => self.add_file(path, base),
-            Found::File(path) => {
+            Entry::File(path) if has_known_extension(&path) => self.add_file(path, base),
+            Entry::File(path) => {
                 // MuJoCo's robots have the extension of any XML file.
                 let is_xml = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("xml"));
                 if is_xml && kinds::is_robot(&path) {
@@ -161,12 +161,12 @@ impl Gathered {
                 }
                 Ok(())
             }
-            Found::Again(path) => {
+            Entry::Again(path) => {
                 self.again.push(path);
                 Ok(())
             }
             // What has the extension of no motion is ignored, as it would be if it could be read.
-            Found::Problem(path, problem)
+            Entry::Problem(path, problem)
                 if path.extension().is_none() || has_known_extension(&path) || path.is_dir() =>
             {
                 self.add(Input {
@@ -174,7 +174,7 @@ impl Gathered {
                     ..Input::new(path, base)
                 })
             }
-            Found::Problem(..) => Ok(()),
+            Entry::Problem(..) => Ok(()),
         })
     }
 

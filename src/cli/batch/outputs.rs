@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use mocap::files::{OutputSet, ReplacePolicy, has_provenance};
-use mocap::{Code, Diagnostic, Error, Written};
+use mocap::{Code, Diagnostic, Error, Export};
 
 use super::inputs::Input;
 use super::manifest::{self, OutputFile, Record};
@@ -28,14 +28,14 @@ pub(crate) struct Output<'a> {
 impl Output<'_> {
     /// Writes the files, unless one would replace an input, a file that may be a source, or another output of the run.
     /// Returns what the manifest says of them.
-    pub(crate) fn save(&self, written: &Written) -> mocap::Result<Vec<OutputFile>> {
+    pub(crate) fn save(&self, written: &Export) -> mocap::Result<Vec<OutputFile>> {
         let (set, policy, files) = self.checked(written)?;
         set.save(&policy)?;
         Ok(files)
     }
 
     /// Refuses what [`save`](Self::save) refuses, and writes nothing.
-    pub(crate) fn check(&self, written: &Written) -> mocap::Result<()> {
+    pub(crate) fn check(&self, written: &Export) -> mocap::Result<()> {
         self.checked(written).map(drop)
     }
 
@@ -44,7 +44,7 @@ impl Output<'_> {
         self.allowed(|policy| policy.check_ahead(&self.path)).map(drop)
     }
 
-    fn checked<'w>(&self, written: &'w Written) -> mocap::Result<(OutputSet<'w>, ReplacePolicy, Vec<OutputFile>)> {
+    fn checked<'w>(&self, written: &'w Export) -> mocap::Result<(OutputSet<'w>, ReplacePolicy, Vec<OutputFile>)> {
         let set = written.output_set(&self.path)?;
         let policy = self.allowed(|policy| set.check(policy))?;
         let files = self.claims.take(&set)?;

@@ -17,7 +17,7 @@ use super::pattern::{Fit, Pattern};
 
 /// What a search finds.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Found {
+pub enum Entry {
     /// A regular file that matches.
     File(PathBuf),
     /// A file or a folder that cannot be read, and why.
@@ -38,7 +38,7 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// Passes to `take` what is found, until that fails.
-    pub fn run<E>(&self, mut take: impl FnMut(Found) -> Result<(), E>) -> Result<(), E> {
+    pub fn run<E>(&self, mut take: impl FnMut(Entry) -> Result<(), E>) -> Result<(), E> {
         let (mut entered, mut links) = (HashSet::new(), vec![self.base.to_owned()]);
         while !links.is_empty() {
             links.sort();
@@ -53,9 +53,9 @@ impl Search<'_> {
     }
 
     /// The folder to which a link leads, without links in its path; an error where it is not to be searched.
-    fn target(&self, link: &Path, entered: &HashSet<PathBuf>) -> Result<PathBuf, Found> {
+    fn target(&self, link: &Path, entered: &HashSet<PathBuf>) -> Result<PathBuf, Entry> {
         let target = here(link).canonicalize();
-        let target = target.map_err(|error| Found::Problem(link.to_owned(), cannot_be_read(&error)))?;
+        let target = target.map_err(|error| Entry::Problem(link.to_owned(), cannot_be_read(&error)))?;
         let parent = link.parent().filter(|_| link != self.base);
         if parent.is_some_and(|parent| {
             here(parent)
@@ -64,10 +64,10 @@ impl Search<'_> {
         }) {
             let written = fs::read_link(link).unwrap_or(target);
             let problem = format!("the link points to {}, which contains it", written.display());
-            return Err(Found::Problem(link.to_owned(), problem));
+            return Err(Entry::Problem(link.to_owned(), problem));
         }
         match entered.contains(&target) {
-            true => Err(Found::Again(link.to_owned())),
+            true => Err(Entry::Again(link.to_owned())),
             false => Ok(target),
         }
     }
@@ -79,7 +79,7 @@ impl Search<'_> {
         real: &Path,
         entered: &mut HashSet<PathBuf>,
         links: &mut Vec<PathBuf>,
-        take: &mut impl FnMut(Found) -> Result<(), E>,
+        take: &mut impl FnMut(Entry) -> Result<(), E>,
     ) -> Result<(), E> {
         let start = here(folder);
         let mut entries = WalkDir::new(start).into_iter();
@@ -89,7 +89,7 @@ impl Search<'_> {
                 Err(error) => {
                     let path = below(folder, start, error.path().unwrap_or(start));
                     let problem = error.io_error().map_or_else(|| error.to_string(), cannot_be_read);
-                    take(Found::Problem(path, problem))?;
+                    take(Entry::Problem(path, problem))?;
                     continue;
                 }
             };
@@ -103,19 +103,19 @@ impl Search<'_> {
                     true => {}
                     false => {
                         if is_taken {
-                            take(Found::Again(path))?;
+                            take(Entry::Again(path))?;
                         }
                         entries.skip_current_dir();
                     }
                 }
             } else if is_taken && entry.file_type().is_file() && fit == Fit::Whole {
-                take(Found::File(path))?;
+                take(Entry::File(path))?;
             } else if is_taken && entry.file_type().is_symlink() && check_confined(&path).is_ok() {
                 match fs::metadata(&path) {
                     Ok(target) if target.is_dir() => links.push(path),
-                    Ok(target) if target.is_file() && fit == Fit::Whole => take(Found::File(path))?,
+                    Ok(target) if target.is_file() && fit == Fit::Whole => take(Entry::File(path))?,
                     Ok(_) => {}
-                    Err(error) => take(Found::Problem(path, dangling(&error)))?,
+                    Err(error) => take(Entry::Problem(path, dangling(&error)))?,
                 }
             }
         }

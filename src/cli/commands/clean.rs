@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::edit::EditReport;
-use mocap::job::{MotionJob, Said};
+use mocap::job::{MotionJob, Notice};
 use mocap::visible_json;
 
 use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
@@ -18,8 +18,8 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     verify::refuse_streams(&job)?;
     let policy = job.policy();
     let mut reports: Vec<EditReport> = Vec::new();
-    let mut hear = |said: Said<'_>| {
-        if let Said::Step(step) = said {
+    let mut hear = |said: Notice<'_>| {
+        if let Notice::Step(step) = said {
             reports.push(step.clone());
         }
         Voice::Aloud.hear(said);

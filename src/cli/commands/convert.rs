@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::gltf::Compression;
-use mocap::job::{Made, MotionJob, Said, Smaller};
+use mocap::job::{JobOutput, MotionJob, Notice, SizeOptions};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
@@ -122,10 +122,10 @@ struct Heard {
 fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat) -> Result<(), Failure> {
     let policy: ReplacePolicy = job.policy();
     let mut heard = Heard::default();
-    let mut hear = |said: Said<'_>| match said {
-        Said::Warnings(_, warnings) => heard.warnings.extend(warnings.iter().cloned()),
-        Said::Note(note) => heard.notes.push(note.to_owned()),
-        Said::Step(step) => heard.notes.push(step.to_string()),
+    let mut hear = |said: Notice<'_>| match said {
+        Notice::Warnings(_, warnings) => heard.warnings.extend(warnings.iter().cloned()),
+        Notice::Note(note) => heard.notes.push(note.to_owned()),
+        Notice::Step(step) => heard.notes.push(step.to_string()),
         _ => {}
     };
     let threads = args.batch.spread.threads;
@@ -162,7 +162,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat)
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
-fn choice(smaller: &Smaller, row: &FormatInfo) -> Option<String> {
+fn choice(smaller: &SizeOptions, row: &FormatInfo) -> Option<String> {
     match (smaller.compress, smaller.max_error) {
         (None, Some(_)) if !row.takes(WriteOption::Compress) => None,
         (None, Some(_)) => {
@@ -176,7 +176,7 @@ fn choice(smaller: &Smaller, row: &FormatInfo) -> Option<String> {
     }
 }
 
-fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &Made, bytes: usize) -> Result<(), Failure> {
+fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &JobOutput, bytes: usize) -> Result<(), Failure> {
     let (written, scene) = (&made.written, made.scene.as_ref());
     for renamed in written.renamed.iter().filter(|renamed| !renamed.is_asked_for) {
         report::say(&renamed.to_string());

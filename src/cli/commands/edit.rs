@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap::arrays::contacts_npz;
 use mocap::edit::{ContactOptions, EditReport, StepReport};
 use mocap::figure::Humanoid;
-use mocap::job::{MotionJob, Said};
+use mocap::job::{MotionJob, Notice};
 use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::Scene;
 use mocap::visible_json;
@@ -74,10 +74,10 @@ fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
         policy.check_ahead(file)?;
     }
     let mut reports: Vec<EditReport> = Vec::new();
-    let mut hear = |said: Said<'_>| match said {
-        Said::Step(step) => {
+    let mut hear = |said: Notice<'_>| match said {
+        Notice::Step(step) => {
             if !args.json {
-                Voice::Aloud.hear(Said::Step(step));
+                Voice::Aloud.hear(Notice::Step(step));
             }
             reports.push(step.clone());
         }

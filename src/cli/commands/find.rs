@@ -4,7 +4,7 @@ use std::io::Write;
 use std::num::NonZeroUsize;
 
 use mocap::Scene;
-use mocap::matching::{FindOptions, Found, Query};
+use mocap::matching::{FindOptions, Match, Query};
 
 use super::{found, import_motion, index, print_json};
 use crate::args::FindArgs;
@@ -60,7 +60,7 @@ fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
 }
 
 /// A line of each, the best first.
-fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
+fn print(found: &[Match], are_parts: bool) -> std::io::Result<()> {
     let mut out = report::words();
     let width = found
         .iter()
@@ -79,7 +79,7 @@ fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
         "distance{movement}  {when:<16}{pace}  mirrored  {:width$}  clip",
         "file"
     )?;
-    for Found {
+    for Match {
         file,
         clip,
         first,

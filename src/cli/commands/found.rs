@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::Moment;
 use mocap::files::ReplacePolicy;
-use mocap::matching::{Database, Found};
+use mocap::matching::{Database, Match};
 use mocap::render::{Clip, Drawing, Page, PageClip, SheetOptions};
 use mocap::{Conversion, Scene, SkeletonMesh};
 
@@ -45,7 +45,7 @@ fn policy(args: &FindArgs, database: &Database) -> ReplacePolicy {
 }
 
 /// Writes the pictures that are asked for: the query, and below it what was found, the best first.
-pub(super) fn write(args: &FindArgs, database: &Database, found: &[Found], query: &Scene) -> Result<(), Failure> {
+pub(super) fn write(args: &FindArgs, database: &Database, found: &[Match], query: &Scene) -> Result<(), Failure> {
     let mut shown = vec![of_query(args, query)?];
     let mut files: HashMap<&str, Scene> = HashMap::new();
     for (number, found) in (1..).zip(found) {
@@ -95,7 +95,7 @@ fn of_query(args: &FindArgs, query: &Scene) -> Result<(String, Scene), Failure> 
 fn of_clip<'a>(
     args: &FindArgs,
     database: &'a Database,
-    found: &'a Found,
+    found: &'a Match,
     files: &mut HashMap<&'a str, Scene>,
 ) -> Result<Scene, Failure> {
     let is_it = |clip: &&mocap::matching::IndexedClip| clip.row.file == found.file && clip.row.clip == found.clip;

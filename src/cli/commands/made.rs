@@ -5,9 +5,9 @@ use std::path::Path;
 
 use mocap::edit::WalkReport;
 use mocap::files::ReplacePolicy;
-use mocap::gltf::Achieved;
-use mocap::job::{Made, Maker, MotionJob, Said, WalkJob};
-use mocap::{Code, Error, Written};
+use mocap::gltf::Deviation;
+use mocap::job::{JobOutput, Maker, MotionJob, Notice, WalkJob};
+use mocap::{Code, Error, Export};
 
 use super::verify::millimetres;
 use crate::args::{Given, refuse_options};
@@ -15,7 +15,7 @@ use crate::report::Voice;
 use crate::{Failure, kinds, streams};
 
 /// Who hears what is said of a job.
-pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
+pub(super) type Hear<'a> = &'a mut dyn FnMut(Notice<'_>);
 
 /// What is done with an output that is written, and what is written beside it.
 const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
@@ -42,7 +42,7 @@ pub(super) fn make(
     threads: Option<NonZeroUsize>,
     policy: &ReplacePolicy,
     hear: Hear<'_>,
-) -> Result<(Maker<'static>, Made), Failure> {
+) -> Result<(Maker<'static>, JobOutput), Failure> {
     let mut maker = ready(job, given, policy, hear)?;
     if let Some(threads) = threads {
         maker = maker.threads(threads.get());
@@ -67,7 +67,7 @@ fn ready(job: &MotionJob, given: &Given, policy: &ReplacePolicy, hear: Hear<'_>)
 }
 
 /// Makes the one output of a job, says what there is to say of it, and writes it.
-pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, Made), Failure> {
+pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, JobOutput), Failure> {
     let policy = job.policy();
     let (maker, made) = make(job, given, None, &policy, &mut |said| Voice::Aloud.hear(said))?;
     tell_and_write(&made, &job.write.output, &policy, given)?;
@@ -77,14 +77,14 @@ pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, Ma
 /// As [`save`], of a walk over a motion graph.
 pub(super) fn save_walk(job: &WalkJob, given: &Given) -> Result<WalkReport, Failure> {
     let (motion, policy) = (job.motion().map_err(refused)?, job.policy());
-    let mut hear = |said: Said<'_>| Voice::Aloud.hear(said);
+    let mut hear = |said: Notice<'_>| Voice::Aloud.hear(said);
     let maker = ready(&motion, given, &policy, &mut hear)?;
     let (made, walk) = job.make_by(&maker, &mut hear).map_err(refused)?;
     tell_and_write(&made, &job.write.output, &policy, given)?;
     Ok(walk)
 }
 
-fn tell_and_write(made: &Made, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
+fn tell_and_write(made: &JobOutput, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
     tell(&made.written, output, &mut Voice::Aloud);
     streams::save(&made.written, output, &[], policy, given)
 }
@@ -104,7 +104,7 @@ fn unknown_output(error: &Error, output: &Path) -> Failure {
 }
 
 /// What there is to say of an output.
-pub(super) fn tell(written: &Written, output: &Path, voice: &mut Voice<'_>) {
+pub(super) fn tell(written: &Export, output: &Path, voice: &mut Voice<'_>) {
     voice.warnings(output, &written.warnings);
     written.notes.iter().for_each(|note| voice.say(note));
     written
@@ -115,7 +115,7 @@ pub(super) fn tell(written: &Written, output: &Path, voice: &mut Voice<'_>) {
 }
 
 /// How much was left out, and how far the file is from the motion for it.
-pub(super) fn smaller(achieved: &Achieved) -> String {
+pub(super) fn smaller(achieved: &Deviation) -> String {
     let (most, rms) = (millimetres(achieved.max_error), millimetres(achieved.rms_error));
     format!(
         "{} keys, {most} mm at most, {rms} mm RMS; at most at \"{}\", frame {}",

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{JobTarget, JointNames, Made as MadeOne, Maker, MotionJob, Said};
+use mocap::job::{JobOutput, JobTarget, JointNames, Maker, MotionJob, Notice};
 use mocap::retargeting::Report;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use super::robot_reports::Table;
 use super::{looks, made, verify};
 use crate::args::{Given, InputArgs, SpreadArgs};
-use crate::batch::folder::{self, Made, Work, verdicts};
+use crate::batch::folder::{self, FileState, Work, verdicts};
 use crate::batch::hash::{sha256, sha256_of};
 use crate::batch::inputs::Input;
 use crate::batch::manifest::Record;
@@ -161,21 +161,21 @@ impl Work for OfJob<'_> {
         Ok(())
     }
 
-    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
+    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<FileState, String> {
         let in_words = |error: mocap::Error| made::refused(error).into_words();
         output.check_ahead().map_err(in_words)?;
         let mut steps = Vec::new();
         // What is guessed of the space of a motion that nothing else is done to has its own field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
         let mut warnings = Vec::new();
-        let mut hear = |said: Said<'_>| match said {
-            Said::Step(step) => steps.push(step.clone()),
-            Said::Note(_) if !keeps_notes => {}
+        let mut hear = |said: Notice<'_>| match said {
+            Notice::Step(step) => steps.push(step.clone()),
+            Notice::Note(_) if !keeps_notes => {}
             said => Voice::Kept(&mut warnings).hear(said),
         };
         let made = self.motion(file, output, record, &mut hear);
         let Some(made) = made.map_err(in_words)? else {
-            return Ok(Made::Waits);
+            return Ok(FileState::Waits);
         };
         record.warnings = warnings;
         record.edit = (!steps.is_empty()).then(|| raw(&steps)).flatten();
@@ -267,8 +267,8 @@ impl OfJob<'_> {
         file: &Path,
         output: &Output<'_>,
         record: &mut Record,
-        hear: &mut dyn FnMut(Said<'_>),
-    ) -> mocap::Result<Option<MadeOne>> {
+        hear: &mut dyn FnMut(Notice<'_>),
+    ) -> mocap::Result<Option<JobOutput>> {
         let mut scene = self.maker.import(file, hear)?;
         let skeleton = skeleton_hash(&scene);
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
@@ -289,7 +289,7 @@ impl OfJob<'_> {
         }
         // On another body the assumptions are those of the conversion, for which the axis is stated.
         if let Some((_, told)) = told.filter(|_| self.job.target.is_some()) {
-            hear(Said::Note(&told.to_string()));
+            hear(Notice::Note(&told.to_string()));
             guesses.push(told);
         }
         (record.skeleton, record.guesses) = (Some(skeleton), guesses);
@@ -300,11 +300,11 @@ impl OfJob<'_> {
     fn save(
         &self,
         file: &Path,
-        mut made: MadeOne,
+        mut made: JobOutput,
         output: &Output<'_>,
         record: &mut Record,
         keeps_notes: bool,
-    ) -> Result<Made, String> {
+    ) -> Result<FileState, String> {
         let files = match self.is_dry_run {
             true => output.check(&made.written).map(|()| Vec::new()),
             false => output.save(&made.written),
@@ -324,7 +324,7 @@ impl OfJob<'_> {
             None => {}
         }
         if !self.job.verify || self.is_dry_run {
-            return Ok(Made::Done);
+            return Ok(FileState::Done);
         }
         let mut one = self.job.clone();
         one.source.inputs = vec![file.to_owned()];
@@ -333,7 +333,7 @@ impl OfJob<'_> {
             .map_err(|error| error.to_string())?;
         let allowed = self.job.write.smaller.tolerance();
         if verification.is_within(allowed) {
-            return Ok(Made::Done);
+            return Ok(FileState::Done);
         }
         // It is written, and it is not what it should be.
         record.output = Some(output.name.to_owned());

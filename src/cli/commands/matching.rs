@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::glam::Vec3;
-use mocap::matching::{Controller, Database, Followed, Gamepad, Moves, Played};
+use mocap::matching::{Controller, Database, FollowReport, Gamepad, Moves, PlayReport};
 use mocap::scene::Animation;
 use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
 
@@ -105,8 +105,8 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
 
 /// What the figure did.
 enum Done {
-    Followed(Followed),
-    Played(Played),
+    Followed(FollowReport),
+    Played(PlayReport),
 }
 
 impl Done {

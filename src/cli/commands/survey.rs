@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Reading, SurveyJob, Surveying};
-use mocap::survey::{ClipRow, Corpus, Examined, Quality};
+use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
+use mocap::survey::{ClipRecord, ClipRow, Corpus, Quality};
 
 use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
 use crate::batch::gather::gather;
@@ -66,7 +66,7 @@ impl Work<'_> {
         Ok(inputs)
     }
 
-    fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<Examined>>) -> Result<(Corpus, Counts), Failure> {
+    fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<ClipRecord>>) -> Result<(Corpus, Counts), Failure> {
         let surveying = &self.job.survey;
         // What is wrong with the options is said before any file is read.
         surveying.thresholds()?;
@@ -161,16 +161,16 @@ fn format_of(output: &Path, to: Option<&str>) -> Result<String, Failure> {
 }
 
 /// The clips of an earlier run by their files.
-fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
+fn former(output: &Path) -> Result<HashMap<String, Vec<ClipRecord>>, Failure> {
     if super::extension(output) != "jsonl" {
         return Err(Failure::Usage(format!(
             "{}: --resume takes a .jsonl output, of which .parquet and .csv are then made",
             output.display()
         )));
     }
-    let mut files = HashMap::<String, Vec<Examined>>::new();
+    let mut files = HashMap::<String, Vec<ClipRecord>>::new();
     if output.is_file() {
-        for clip in Surveying::default().examine(&Reading::default(), output)? {
+        for clip in SurveyOptions::default().examine(&InputOptions::default(), output)? {
             files.entry(clip.row.file.clone()).or_default().push(clip);
         }
     }
@@ -178,11 +178,11 @@ fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
 }
 
 /// The clips that an earlier run found in a file, if the file is unchanged and the record has all of its clips.
-fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<Vec<Examined>> {
+fn unchanged(former: &HashMap<String, Vec<ClipRecord>>, input: &Input) -> Option<Vec<ClipRecord>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
-    let is_same = |clip: &Examined| clip.row.error.is_none() && clip.row.sha256 == sha256;
-    (Examined::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
+    let is_same = |clip: &ClipRecord| clip.row.error.is_none() && clip.row.sha256 == sha256;
+    (ClipRecord::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
 }
 
 /// Prints a table of verdicts and reasons, and the worst clips.

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use mocap::edit::{ContactOptions, DetectedContacts};
 use mocap::figure::Figure;
 use mocap::render::{Clip, ListingEntry, Page, PageClip};
-use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
-use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::retarget::{LimbAngles, PoseRetargetOptions, PoseRetargeter};
+use mocap::retargeting::{RetargetOptions, Retargeter, Target};
 use mocap::robot::add_links;
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Exporter, Importer, Scene, SkeletonMesh, gltf};
@@ -293,12 +293,12 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
 /// What motions are shown on.
 struct Body {
     name: String,
-    retargeting: Retargeting,
+    retargeting: Retargeter,
 }
 
 /// The character or the robot that the arguments name.
 fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
-    let options = RetargetingOptions::new().source_bones(args.map.bones_here());
+    let options = RetargetOptions::new().source_bones(args.map.bones_here());
     let (name, file, target) = match (&args.character, &args.robot) {
         (Some(file), _) => {
             kinds::refuse_robot([file.as_path()])?;
@@ -321,7 +321,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
         }
         (None, None) => return Ok(None),
     };
-    let retargeting = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
+    let retargeting = Retargeter::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok(Some(Body { name, retargeting }))
 }
 
@@ -368,11 +368,11 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
     Ok(Read { limb_angles, ..read })
 }
 
-fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {
-    let options = RetargetOptions::new()
+fn retargeter(source: &Read, target: &Read) -> mocap::Result<PoseRetargeter> {
+    let options = PoseRetargetOptions::new()
         .source(source.figure.humanoid.clone())
         .target(target.figure.humanoid.clone());
-    Retargeter::new(&source.scene, &target.scene, &options)
+    PoseRetargeter::new(&source.scene, &target.scene, &options)
 }
 
 fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {

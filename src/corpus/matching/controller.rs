@@ -47,7 +47,7 @@ type Difference = (Vec3, Vec3);
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::glam::Vec3;
 /// use mocap::matching::{Controller, Database, Moves, Trajectory, IndexedClip};
-/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+/// use mocap::retargeting::{Retargeter, RetargetOptions};
 /// use mocap::{Conversion, Scene};
 ///
 /// # fn main() -> mocap::Result<()> {
@@ -55,7 +55,7 @@ type Difference = (Vec3, Vec3);
 /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
 /// let mut hero: Scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
 /// Conversion::new().apply(&mut hero)?;
-/// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+/// let clips = Retargeter::new(walk, hero.clone(), RetargetOptions::new())?.into_clips();
 /// let mut moves = Moves::new(&hero)?;
 /// moves.add(&database.clips()[0], &clips[0].animation)?;
 /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;

@@ -25,7 +25,7 @@ const MOST_MINUTES: f64 = 60.0;
 /// [`Controller::follow`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Followed {
+pub struct FollowReport {
     /// The frames, 60 in a second.
     pub frames: usize,
     /// How often it went on in another frame of the database.
@@ -50,14 +50,14 @@ impl Controller {
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::{Vec2, Vec3};
     /// use mocap::matching::{Controller, Database, Moves, IndexedClip};
-    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    /// use mocap::retargeting::{Retargeter, RetargetOptions};
     ///
     /// # fn main() -> mocap::Result<()> {
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
     /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
     /// mocap::Conversion::new().apply(&mut hero)?;
-    /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+    /// let clips = Retargeter::new(walk, hero.clone(), RetargetOptions::new())?.into_clips();
     /// let mut moves = Moves::new(&hero)?;
     /// moves.add(&database.clips()[0], &clips[0].animation)?;
     /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
@@ -69,13 +69,13 @@ impl Controller {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for a path without length, and for numbers that are not finite or are too large.
-    pub fn follow(&mut self, character: &Scene, path: &[Vec2], speed: f32) -> Result<(Animation, Followed)> {
+    pub fn follow(&mut self, character: &Scene, path: &[Vec2], speed: f32) -> Result<(Animation, FollowReport)> {
         let path = line(path, speed)?;
         let speed = f64::from(speed);
         let mut record = Record::new(self, character);
-        let mut followed = Followed {
+        let mut followed = FollowReport {
             length: path.length(),
-            ..Followed::default()
+            ..FollowReport::default()
         };
         let seconds = LONGEST.0 * path.length() / speed + LONGEST.1;
         let frames = (seconds * FEATURE_RATE) as usize;

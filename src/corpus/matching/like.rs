@@ -70,7 +70,7 @@ setters! {
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Found {
+pub struct Match {
     /// The file.
     pub file: String,
     /// The name of the clip.
@@ -93,7 +93,7 @@ pub struct Found {
 
 impl Database {
     /// The parts that are most like `query`, the best first.
-    pub fn find(&self, query: &Query, options: &FindOptions) -> Vec<Found> {
+    pub fn find(&self, query: &Query, options: &FindOptions) -> Vec<Match> {
         let is_looked_at = |row: &ClipRow| options.condition.as_ref().is_none_or(|condition| condition.holds(row));
         // Mirrored clips are found by the mirrored query, where somebody wants them.
         let clips = self.clips.iter();
@@ -144,7 +144,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the best parts of a clip to the best of all, each with its rank.
-    fn add(&self, all: &mut Vec<(f64, Found)>, clip: &IndexedClip, mut parts: Vec<Ranked>) {
+    fn add(&self, all: &mut Vec<(f64, Match)>, clip: &IndexedClip, mut parts: Vec<Ranked>) {
         let FindOptions { count, per_clip, .. } = *self.options;
         parts.sort_by(|(a, one, _), (b, other, _)| {
             a.total_cmp(b)
@@ -160,7 +160,7 @@ impl<'a> Search<'a> {
     }
 
     /// Ranked half by poses and half by movement: each distance over its mean among all parts.
-    fn by_action(&self, clips: Vec<(&IndexedClip, Vec<Part>)>) -> Vec<Found> {
+    fn by_action(&self, clips: Vec<(&IndexedClip, Vec<Part>)>) -> Vec<Match> {
         let own = Movements::new(&self.query.samples).part(0, self.query.count() - 1);
         let of_clip = |(clip, parts): &(&IndexedClip, Vec<Part>)| -> Vec<Movement> {
             let movements = Movements::new(&clip.samples);
@@ -207,11 +207,11 @@ struct Part {
 }
 
 impl Part {
-    fn found(&self, clip: &IndexedClip, query: &Query, movement: Option<f64>) -> Found {
+    fn found(&self, clip: &IndexedClip, query: &Query, movement: Option<f64>) -> Match {
         let second = |sample: usize| clip.begin + sample as f64 / SAMPLE_RATE;
         let steps = query.count() - 1;
         let unit = (query.count() * LIMBS) as f64 * 127.0 * 127.0;
-        Found {
+        Match {
             file: clip.row.file.clone(),
             clip: clip.row.clip.clone(),
             first: second(self.first),

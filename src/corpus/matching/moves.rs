@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use mocap_edit::{Mirror, Step, StepInput, knee_at_rest};
 use mocap_figure::contacts::ball;
 use mocap_figure::{Figure, HumanoidBone as Bone};
-use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
+use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::ik::seen_hinge;
 use mocap_scene::limits::Limits;
@@ -128,7 +128,7 @@ impl Moves {
     }
 
     /// The poses of all frames of a database on a character, in metres with +Y up: its motions are put on it by
-    /// [`Retargeting`]. `open` reads a file by the name that the database has; files whose motions are packed within
+    /// [`Retargeter`]. `open` reads a file by the name that the database has; files whose motions are packed within
     /// the database are not asked for.
     ///
     /// ```
@@ -144,7 +144,7 @@ impl Moves {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new), [`add`](Self::add), [`Retargeting`] and `open`; [`Code::InvalidDatabase`] where a file
+    /// As [`new`](Self::new), [`add`](Self::add), [`Retargeter`] and `open`; [`Code::InvalidDatabase`] where a file
     /// has changed since it was indexed.
     pub fn of(database: &Database, character: &Scene, mut open: impl FnMut(&str) -> Result<Scene>) -> Result<Self> {
         let mut moves = Self::new(character)?;
@@ -177,7 +177,7 @@ impl Moves {
     }
 
     /// Adds the frames of a clip of the database, in the order of its clips: `animation` is its motion on the
-    /// character, as [`Retargeting`](mocap_retarget::Retargeting) makes it. Where the clip is mirrored, the motion is
+    /// character, as [`Retargeter`](mocap_retarget::Retargeter) makes it. Where the clip is mirrored, the motion is
     /// mirrored here.
     ///
     /// # Errors
@@ -238,7 +238,7 @@ impl Moves {
 /// The motions of a file on the character, by the names that a database has for them.
 fn on_character(scene: Scene, character: &Scene) -> Result<HashMap<String, Animation>> {
     let names: Vec<String> = scene.animations.iter().enumerate().map(clip_name).collect();
-    let clips = Retargeting::new(scene, character.clone(), RetargetingOptions::new())?.into_clips();
+    let clips = Retargeter::new(scene, character.clone(), RetargetOptions::new())?.into_clips();
     Ok(names
         .into_iter()
         .zip(clips.into_iter().map(|clip| clip.animation))

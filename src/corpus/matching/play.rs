@@ -20,7 +20,7 @@ const STEP: usize = 15;
 /// [`Controller::play`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Played {
+pub struct PlayReport {
     /// The frames, 60 in a second.
     pub frames: usize,
     /// How often it went on in another frame of the database.
@@ -44,14 +44,14 @@ impl Controller {
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::Vec3;
     /// use mocap::matching::{Controller, Database, Gamepad, IndexedClip, Moves};
-    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    /// use mocap::retargeting::{Retargeter, RetargetOptions};
     ///
     /// # fn main() -> mocap::Result<()> {
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
     /// let mut hero = mocap::import("fixtures/real/rokoko_dance.bvh")?;
     /// mocap::Conversion::new().apply(&mut hero)?;
-    /// let clips = Retargeting::new(walk, hero.clone(), RetargetingOptions::new())?.into_clips();
+    /// let clips = Retargeter::new(walk, hero.clone(), RetargetOptions::new())?.into_clips();
     /// let mut moves = Moves::new(&hero)?;
     /// moves.add(&database.clips()[0], &clips[0].animation)?;
     /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
@@ -65,7 +65,7 @@ impl Controller {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for a speed that is not above 0, or above 12 m/s.
-    pub fn play(&mut self, character: &Scene, gamepad: &Gamepad, speed: f32) -> Result<(Animation, Played)> {
+    pub fn play(&mut self, character: &Scene, gamepad: &Gamepad, speed: f32) -> Result<(Animation, PlayReport)> {
         if !(speed > 0.0 && speed <= FASTEST) {
             let diagnostic = Diagnostic::new(Code::InvalidValue, "the figure cannot be led at this speed");
             let expected = format!("above 0 and at most {FASTEST} m/s");
@@ -86,7 +86,7 @@ impl Controller {
             self.steer(speed * left, right);
         }
         let sum = |lengths: &mut dyn Iterator<Item = f32>| lengths.map(f64::from).sum::<f64>();
-        let played = Played {
+        let played = PlayReport {
             frames,
             jumps: self.jumps() - jumps,
             distance: sum(&mut positions.windows(2).map(|pair| pair[0].distance(pair[1]))),

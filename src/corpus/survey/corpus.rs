@@ -18,7 +18,7 @@ use super::{descriptor, select};
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Examined {
+pub struct ClipRecord {
     /// Its row.
     #[serde(flatten)]
     pub row: ClipRow,
@@ -28,7 +28,7 @@ pub struct Examined {
     pub(super) clips: usize,
 }
 
-impl From<ClipRow> for Examined {
+impl From<ClipRow> for ClipRecord {
     fn from(row: ClipRow) -> Self {
         Self {
             row,
@@ -57,12 +57,12 @@ const LEAST_JOINTS: u64 = 5;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Corpus {
-    clips: Vec<Examined>,
+    clips: Vec<ClipRecord>,
 }
 
 impl Corpus {
     /// The corpus of these clips, in the order of their files, judged together.
-    pub fn new(mut clips: Vec<Examined>, thresholds: &Thresholds) -> Self {
+    pub fn new(mut clips: Vec<ClipRecord>, thresholds: &Thresholds) -> Self {
         clips.sort_by(|a, b| (&a.row.file, &a.row.clip).cmp(&(&b.row.file, &b.row.clip)));
         let mut corpus = Self { clips };
         corpus.compare_skeletons(thresholds);
@@ -82,7 +82,7 @@ impl Corpus {
         self.clips.iter().map(|clip| &clip.row)
     }
 
-    pub(super) fn clips(&self) -> &[Examined] {
+    pub(super) fn clips(&self) -> &[ClipRecord] {
         &self.clips
     }
 
@@ -138,7 +138,7 @@ impl Corpus {
             let row = &mut clip.row;
             (row.twin, row.twin_group, row.twin_of, row.twin_reason) = (false, None, None, None);
         }
-        let candidates: Vec<Candidate<'_>> = self.clips.iter().map(Examined::candidate).collect();
+        let candidates: Vec<Candidate<'_>> = self.clips.iter().map(ClipRecord::candidate).collect();
         let mut pairs = twins::pairs(&candidates);
         pairs.sort_by_key(|pair| (pair.reason, pair.first, pair.second));
         let mut group: Vec<usize> = (0..self.clips.len()).collect();
@@ -280,7 +280,7 @@ impl ClipRow {
     }
 }
 
-impl Examined {
+impl ClipRecord {
     fn candidate(&self) -> Candidate<'_> {
         let row = &self.row;
         Candidate {

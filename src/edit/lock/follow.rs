@@ -27,7 +27,7 @@ const GIVES_WAY: f32 = 2.0;
 
 /// The feet of another body, which those of a retargeted motion follow.
 #[doc(hidden)]
-pub struct Followed<'a> {
+pub struct FootGuide<'a> {
     /// The contacts of its motion.
     #[doc(hidden)]
     pub contacts: &'a DetectedContacts,
@@ -99,7 +99,7 @@ impl Lift {
 }
 
 impl Follow {
-    pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), followed: &Followed<'_>) -> Self {
+    pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), followed: &FootGuide<'_>) -> Self {
         let contacts = followed.contacts;
         let sole = followed.soles[usize::from(side == Side::Right)].clone();
         let stands = |sole: &[SolePoint], node: NodeId, _: f32| {
@@ -254,7 +254,7 @@ impl Foot for Follow {
 }
 
 /// How high the points of contact of one foot are to be, frame by frame, in units of the scene.
-fn heights(side: Side, followed: &Followed<'_>) -> Vec<Heights> {
+fn heights(side: Side, followed: &FootGuide<'_>) -> Vec<Heights> {
     let above = |bone: HumanoidBone| followed.contacts.point(bone.on(side)).map(|point| &point.above_rest);
     let (ankle, ball) = (above(HumanoidBone::LeftFoot), above(HumanoidBone::LeftToes));
     let height = |track: Option<&Vec<f32>>, frame: usize| {

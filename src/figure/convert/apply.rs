@@ -133,7 +133,7 @@ impl Conversion {
     /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
     /// stay. `figure` is that of `scene`.
     ///
-    /// A `Retargeter` is made before, for it sees in that frame where the T-pose is.
+    /// A `PoseRetargeter` is made before, for it sees in that frame where the T-pose is.
     ///
     /// # Errors
     /// As [`apply`](Self::apply).

@@ -10,7 +10,7 @@
 //! | rotations | three rotation channels, in the node's [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
 //! | a constant scale | scaled lengths below the node; an animated scale is lost |
-//! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`Renamed`](crate::Renamed) |
+//! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`NodeRename`](crate::NodeRename) |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
 //!
@@ -30,7 +30,7 @@ use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::scene::Scene;
 
 use super::{BvhOptions, Channels};
-use crate::{Sidecar, WriteOptions, Written, WrittenFile};
+use crate::{Export, ExportFile, Sidecar, WriteOptions};
 
 impl BvhOptions {
     /// The text of a BVH file.
@@ -65,17 +65,17 @@ impl BvhOptions {
 }
 
 /// The files of the row.
-pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let (text, renamed) = build::text(scene, &options.bvh)?;
     let beside = options
         .bvh
         .sidecar
         .then(|| Sidecar::of(scene, &options.name, text.as_bytes()));
-    let main = WrittenFile::new(&options.name, text.into_bytes());
-    Ok(Written {
+    let main = ExportFile::new(&options.name, text.into_bytes());
+    Ok(Export {
         warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         renamed,
         nodes: scene.nodes.len(),
-        ..Written::of(beside.into_iter().chain([main]).collect())
+        ..Export::of(beside.into_iter().chain([main]).collect())
     })
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use mocap_figure::assumptions;
 use mocap_scene::error::Diagnostic;
-use mocap_scene::scene::{Animation, Assumption, Format, NodeKind, Recorded, RootOffsetUsed, Scene, Solved};
+use mocap_scene::scene::{Animation, Assumption, Format, MarkerSolution, NodeKind, Recording, RootOffsetUsed, Scene};
 
 /// What a scene has: counts, clips, what was assumed, warnings. Serialised it is what `mocap info --json` prints.
 ///
@@ -33,10 +33,10 @@ pub struct Summary<'a> {
     clips: Vec<ClipSummary<'a>>,
     /// Events, analog channels and force plates.
     #[serde(skip_serializing_if = "Option::is_none")]
-    recorded: Option<&'a Recorded>,
+    recorded: Option<&'a Recording>,
     /// What is known of a skeleton that was solved from markers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    solved: Option<&'a Solved>,
+    solved: Option<&'a MarkerSolution>,
     root_offset: Option<&'a RootOffsetUsed>,
     assumptions: Vec<Assumption>,
     warnings: &'a [Diagnostic],

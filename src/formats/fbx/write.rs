@@ -49,7 +49,7 @@ use self::time::Rate;
 pub(super) use super::{FbxOptions, FbxRest, FbxRoot, FbxTextures, FbxVersion};
 use crate::provenance::Provenance;
 use crate::written::millimetres;
-use crate::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
+use crate::{Deviation, Export, ExportFile, NodeRename, WriteOptions};
 
 /// What a file says of the program that wrote it.
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
@@ -86,7 +86,7 @@ pub struct FbxReport {
     pub keys: usize,
     /// How far the file is from the scene, the largest error of all clips; absent where every key was written. Its
     /// keys are those of the scene's tracks.
-    pub achieved: Option<Achieved>,
+    pub achieved: Option<Deviation>,
     /// Bytes of the file.
     pub bytes: usize,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
@@ -180,24 +180,24 @@ impl FbxOptions {
 }
 
 /// The files of the row.
-pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let options_of_fbx = FbxOptions {
         error_bound: options.bound(),
         ..options.fbx.clone()
     };
     let (bytes, report) = options_of_fbx.write(scene)?;
     let images = report.beside.iter();
-    let images = images.map(|(name, texture)| WrittenFile::new(name, scene.textures[*texture].bytes.clone()));
-    let main = WrittenFile::new(&options.name, bytes);
+    let images = images.map(|(name, texture)| ExportFile::new(name, scene.textures[*texture].bytes.clone()));
+    let main = ExportFile::new(&options.name, bytes);
     let renamed = report.renamed.into_iter();
-    Ok(Written {
+    Ok(Export {
         notes: Vec::from_iter(report.achieved.as_ref().map(|achieved| {
             let most = millimetres(achieved.max_error);
             format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
         })),
         warnings: report.warnings,
         renamed: renamed
-            .map(|(node, from, to)| Renamed {
+            .map(|(node, from, to)| NodeRename {
                 node,
                 from,
                 to,
@@ -206,7 +206,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
             .collect(),
         error: report.achieved,
         nodes: scene.nodes.len(),
-        ..Written::of(images.chain([main]).collect())
+        ..Export::of(images.chain([main]).collect())
     })
 }
 

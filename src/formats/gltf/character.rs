@@ -15,7 +15,7 @@ use super::write::dangling;
 use super::write::patch::{self, Clip, Replaced};
 use super::write::{GltfOptions, GltfReport};
 use super::{Provenance, json, meshes};
-use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
+use crate::{Export, ExportFile, ReadOptions, Source, read_back};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
@@ -26,12 +26,12 @@ use crate::{ReadOptions, Source, Written, WrittenFile, read_back};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
-/// use mocap::retarget::{RetargetOptions, Retargeter};
+/// use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 ///
 /// let motion = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let character = Importer::new().import_character("fixtures/skeletons/human_vrm1.gltf")?;
-/// let options = RetargetOptions::new().target(character.humanoid().cloned());
-/// let mut retargeter = Retargeter::new(&motion, character.scene(), &options)?;
+/// let options = PoseRetargetOptions::new().target(character.humanoid().cloned());
+/// let mut retargeter = PoseRetargeter::new(&motion, character.scene(), &options)?;
 /// let mut walk = retargeter.animation(&motion, &motion.animations[0]);
 /// walk.name = "walk".to_owned();
 /// let file: Vec<u8> = character.with_animations(&[walk], false)?;
@@ -121,7 +121,7 @@ impl Character {
     /// [`ReplacePolicy`](mocap_scene::files::ReplacePolicy).
     ///
     /// `motions` is a scene with the nodes of [`Character::scene`] and, behind them, those of faces:
-    /// `Retargeting::scene` makes one. The tracks of a face become weights of
+    /// `Retargeter::scene` makes one. The tracks of a face become weights of
     /// morph targets and rotations of the eyes; the notes of the result say which cannot.
     ///
     /// The animations alone are compressed, as `options` say: [`GltfOptions::compression`] and
@@ -138,7 +138,7 @@ impl Character {
         provenance: &[Provenance],
         replace: bool,
         options: &GltfOptions,
-    ) -> Result<Written> {
+    ) -> Result<Export> {
         let clip = |animation| {
             let faces = motions.face_tracks(animation);
             let mut body = animation.clone();
@@ -161,7 +161,7 @@ impl Character {
         replace: bool,
         options: &GltfOptions,
         name: &str,
-    ) -> Result<Written> {
+    ) -> Result<Export> {
         let (mut made, mut notes) = (Vec::new(), Vec::new());
         let face = OnceCell::new();
         for (animation, provenance, tracks) in clips {
@@ -183,13 +183,13 @@ impl Character {
             })
             .collect();
         let (files, report) = self.with(&clips, replace, options, name)?;
-        Ok(Written {
+        Ok(Export {
             notes,
             warnings: report.warnings,
             renamed: report.renamed,
             error: report.achieved,
             nodes: self.scene.nodes.len(),
-            ..Written::of(files)
+            ..Export::of(files)
         })
     }
 
@@ -226,7 +226,7 @@ impl Character {
         replace: bool,
         options: &GltfOptions,
         name: &str,
-    ) -> Result<(Vec<WrittenFile>, GltfReport)> {
+    ) -> Result<(Vec<ExportFile>, GltfReport)> {
         let skeleton = patch::Skeleton {
             scene: &self.scene,
             nodes: &self.nodes,

@@ -26,7 +26,7 @@ use mocap_scene::options::setters;
 use mocap_scene::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
 
 use super::write::{Document, GltfOptions, GltfReport};
-use crate::{WriteOptions, Written};
+use crate::{Export, WriteOptions};
 
 /// Options of the writer.
 ///
@@ -76,13 +76,13 @@ impl VrmaOptions {
 }
 
 /// The files of the row.
-pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let vrma = VrmaOptions {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
     let (document, report, notes) = document(scene, options.whole.as_deref(), &vrma)?;
-    let mut written = Written {
+    let mut written = Export {
         files: vec![document.into_glb_file(&options.name)?],
         ..report.written()
     };

@@ -3,7 +3,7 @@
 //! | scene | glTF |
 //! |---|---|
 //! | [`Scene::nodes`] | the same nodes in the same order, as translation, rotation and scale; never a matrix |
-//! | [`Node::name`](mocap_scene::scene::Node::name) | `name`, [made unique](Renamed); the original in `extras.source_name` where it differs |
+//! | [`Node::name`](mocap_scene::scene::Node::name) | `name`, [made unique](NodeRename); the original in `extras.source_name` where it differs |
 //! | an end site | a node and a joint like any other, with `extras.end_site` |
 //! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
 //! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
@@ -50,9 +50,9 @@ use mocap_scene::options::setters;
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
-use super::{Achieved, BufferPlace, Compression};
+use super::{BufferPlace, Compression, Deviation};
 use crate::written::unit_warning;
-use crate::{Renamed, WriteOptions, Written, WrittenFile};
+use crate::{Export, ExportFile, NodeRename, WriteOptions};
 #[cfg(doc)]
 use mocap_scene::error::Code;
 
@@ -114,7 +114,7 @@ impl GltfOptions {
 #[non_exhaustive]
 pub struct GltfReport {
     /// The nodes whose name had to change.
-    pub renamed: Vec<Renamed>,
+    pub renamed: Vec<NodeRename>,
     /// Joints of the skin, end sites included, or bones of a VRM animation; 0 where there is no skin.
     pub joints: usize,
     /// Vertices of all meshes, after equal ones were joined.
@@ -127,7 +127,7 @@ pub struct GltfReport {
     /// takes of more than 16 million frames.
     pub dropped_keys: usize,
     /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
-    pub achieved: Option<Achieved>,
+    pub achieved: Option<Deviation>,
     /// The joints of the source that are no bones of the humanoid, and so no part of a VRM animation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
@@ -225,20 +225,20 @@ impl GltfOptions {
 
 impl GltfReport {
     /// What every format says of its files.
-    pub(super) fn written(&self) -> Written {
+    pub(super) fn written(&self) -> Export {
         let dropped = (self.dropped_keys > 0).then(|| {
             format!(
                 "{} keys were dropped: 32-bit times cannot tell them apart",
                 self.dropped_keys
             )
         });
-        Written {
+        Export {
             notes: Vec::from_iter(left_out(&self.left_out).into_iter().chain(dropped)),
             warnings: self.warnings.clone(),
             renamed: self.renamed.clone(),
             error: self.achieved.clone(),
             nodes: self.joints,
-            ..Written::default()
+            ..Export::default()
         }
     }
 }
@@ -257,23 +257,23 @@ fn left_out(joints: &[String]) -> Option<String> {
 
 /// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`. A scene that was read from a file
 /// with meshes goes into that file.
-pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let gltf = GltfOptions::of(options);
     if let Some(original) = &scene.original {
         return kept::files(scene, original, options, &gltf);
     }
     let document = Document::new(scene, &gltf)?;
-    let written = Written {
+    let written = Export {
         nodes: scene.nodes.len(),
         ..document.report.written()
     };
     let name = &options.name;
     let files = match (options.has_extension("gltf"), gltf.buffer) {
         (false, _) => vec![document.into_glb_file(name)?],
-        (true, BufferPlace::Embedded) => vec![WrittenFile::new(name, document.to_embedded()?)],
+        (true, BufferPlace::Embedded) => vec![ExportFile::new(name, document.to_embedded()?)],
         (true, BufferPlace::Beside) => document.into_text_and_bin_files(name)?,
     };
-    Ok(Written { files, ..written })
+    Ok(Export { files, ..written })
 }
 
 impl GltfOptions {

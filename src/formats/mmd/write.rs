@@ -20,7 +20,7 @@ use mocap_scene::scene::{Animation, Channel, Face, Format, NodeKind, Scene};
 use self::bones::Bones;
 use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
 use crate::written::unit_warning;
-use crate::{WriteOptions, Written, WrittenFile, numbers};
+use crate::{Export, ExportFile, WriteOptions, numbers};
 
 /// Differences below this, of quaternions and in units, are roundings.
 const ROUNDED: f64 = 1e-6;
@@ -37,7 +37,7 @@ pub(super) struct MorphTrack {
     pub(super) weights: Vec<f32>,
 }
 
-pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     numbers::check(scene)?;
     let Some(animation) = scene.animations.first() else {
         let message = "there is no motion in it, and a VMD file is nothing else";
@@ -46,9 +46,9 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
             .into());
     };
     let is_unknown = scene.metadata.metres_per_unit.is_none();
-    let mut written = Written {
+    let mut written = Export {
         warnings: Vec::from_iter(unit_warning(scene, "VMD").filter(|_| is_unknown)),
-        ..Written::default()
+        ..Export::default()
     };
     let model = scene.metadata.mmd.as_deref().filter(|_| is_on_model(scene));
     let humanoid;
@@ -76,7 +76,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
             .push(format!("rate: {FRAME_RATE} frames a second, from {rate}"));
     }
     let bytes = bytes::file(&bones.model, &tracks, &morphs, &bones.ik)?;
-    written.files = vec![WrittenFile::new(&options.name, bytes)];
+    written.files = vec![ExportFile::new(&options.name, bytes)];
     Ok(written)
 }
 
@@ -111,7 +111,7 @@ fn left_out_joints(scene: &Scene, humanoid: &Scene) -> Option<String> {
 }
 
 /// Whether a name can stand in the file, which has `taken` others; of one that cannot a note is made.
-fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Written) -> bool {
+fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -> bool {
     let reason = match names::key(name) {
         Some(key) if key.is_empty() => "it is empty",
         Some(key) => {
@@ -177,7 +177,7 @@ pub(super) fn is_near((p, q): (DVec3, DQuat), (p2, q2): (DVec3, DQuat)) -> bool 
 }
 
 /// The weights of the expressions of a face.
-fn morph_tracks(scene: &Scene, animation: &Animation, on_model: bool, written: &mut Written) -> Vec<MorphTrack> {
+fn morph_tracks(scene: &Scene, animation: &Animation, on_model: bool, written: &mut Export) -> Vec<MorphTrack> {
     let mut morphs: Vec<MorphTrack> = Vec::new();
     for FaceTrack { node, face, keys } in scene.face_tracks(animation) {
         let name = match &face {

@@ -11,12 +11,12 @@ use super::FIRST_WORD;
 use crate::numbers;
 use crate::unique_names::{UniqueNames, is_separator};
 use crate::written::unit_warning;
-use crate::{WriteOptions, Written, WrittenFile};
+use crate::{Export, ExportFile, WriteOptions};
 
 /// Millimetres in a metre: scenes come in metres.
 const MILLIMETRES: f32 = 1000.0;
 
-pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     numbers::check(scene)?;
     let nodes: Vec<usize> = (0..scene.nodes.len())
         .filter(|node| scene.nodes[*node].kind != NodeKind::Group)
@@ -28,11 +28,11 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         .map(|node| unique.of_node(scene, *node, is_allowed, str::to_owned, &mut renamed))
         .collect();
     let text = text(scene, &nodes, &names, &options.name);
-    Ok(Written {
+    Ok(Export {
         warnings: Vec::from_iter(unit_warning(scene, "TRC")),
         renamed,
         nodes: nodes.len(),
-        ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
+        ..Export::of(vec![ExportFile::new(&options.name, text.into_bytes())])
     })
 }
 

@@ -36,7 +36,7 @@ use self::text::Text;
 use super::archive;
 use crate::provenance::Provenance;
 use crate::written::unit_warning;
-use crate::{WriteOptions, Written, WrittenFile, texture};
+use crate::{Export, ExportFile, WriteOptions, texture};
 
 /// The name of the default prim, and of the skeleton in it.
 const ROOT: &str = "Character";
@@ -46,7 +46,7 @@ const SKELETON: &str = "Skeleton";
 type Image = (String, usize);
 
 /// The files of the row.
-pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let is_archive = options.has_extension("usdz");
     let mut stage = Stage::new(scene, is_archive)?;
     stage.write()?;
@@ -62,14 +62,14 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
             let images = images.map(|(path, bytes)| (path.clone(), bytes.as_slice()));
             let whole: Vec<_> = std::iter::once((name, text.as_slice())).chain(images).collect();
             let bytes = archive::write(&whole).ok_or_else(too_large)?;
-            vec![WrittenFile::new(&options.name, bytes)]
+            vec![ExportFile::new(&options.name, bytes)]
         }
         false => {
-            let images = images.map(|(path, bytes)| WrittenFile::new(path, bytes.clone()));
-            images.chain([WrittenFile::new(&options.name, text)]).collect()
+            let images = images.map(|(path, bytes)| ExportFile::new(path, bytes.clone()));
+            images.chain([ExportFile::new(&options.name, text)]).collect()
         }
     };
-    Ok(Written {
+    Ok(Export {
         notes: stage.notes,
         warnings: Vec::from_iter(
             scene
@@ -80,7 +80,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
                 .flatten(),
         ),
         nodes: scene.nodes.len(),
-        ..Written::of(files)
+        ..Export::of(files)
     })
 }
 

@@ -5,28 +5,28 @@ use std::path::{Path, PathBuf};
 
 use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_figure::{Axis, Confidence, Figure, Guess, Humanoid};
-use mocap_formats::{FormatInfo, Written};
-use mocap_retarget::retargeting::{Retargeting, SourceMotion, Target};
+use mocap_formats::{Export, FormatInfo};
+use mocap_retarget::retargeting::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::skeletons::up_of_others;
-use super::{Made, Maker, no_input};
+use super::{JobOutput, Maker, no_input};
 use crate::files::Files;
 use crate::form::Form;
-use crate::said::{Hear, Said, tell_of_skeleton};
+use crate::said::{Hear, Notice, tell_of_skeleton};
 use crate::{JobTarget, MotionJob, meshes, names};
 
 impl Maker<'_> {
     /// Motions on another body.
     pub(super) fn make_onto(
         &self,
-        mut target: Retargeting,
+        mut target: Retargeter,
         motions: &[PathBuf],
         output: &Path,
         hear: Hear<'_>,
-    ) -> Result<Made> {
+    ) -> Result<JobOutput> {
         if motions.is_empty() {
             return Err(no_input());
         }
@@ -34,9 +34,9 @@ impl Maker<'_> {
         let maker = several.as_ref().unwrap_or(self);
         let mut left_out = Vec::new();
         for motion in motions {
-            let hear: Hear<'_> = &mut |said: Said<'_>| match said {
+            let hear: Hear<'_> = &mut |said: Notice<'_>| match said {
                 // Of one among several, a note says which it is of.
-                Said::Note(note) if several.is_some() => hear(Said::Note(&format!("{}: {note}", motion.display()))),
+                Notice::Note(note) if several.is_some() => hear(Notice::Note(&format!("{}: {note}", motion.display()))),
                 said => hear(said),
             };
             let source = maker.import(motion, hear);
@@ -52,7 +52,7 @@ impl Maker<'_> {
             }
         }
         let made = self.made_onto(target, output)?;
-        Ok(Made { left_out, ..made })
+        Ok(JobOutput { left_out, ..made })
     }
 
     /// The maker for a motion that leaves its up axis in doubt, where others of its skeleton leave none.
@@ -65,20 +65,20 @@ impl Maker<'_> {
         if !guess.is_ok_and(is_in_doubt) {
             return Cow::Borrowed(self);
         }
-        hear(Said::Note(&format!(
+        hear(Notice::Note(&format!(
             "up is {}, because other motions of its skeleton stand along it",
             up.as_str()
         )));
         Cow::Owned(self.clone().up(up))
     }
 
-    pub(super) fn made_onto(&self, mut target: Retargeting, output: &Path) -> Result<Made> {
+    pub(super) fn made_onto(&self, mut target: Retargeter, output: &Path) -> Result<JobOutput> {
         let names = self.job.target.as_ref().map(JobTarget::names_of_clips);
         if let Some(names) = names.filter(|names| !names.is_empty()) {
             target.name_clips(names)?;
         }
         let (written, scene) = self.write_onto(&target, output)?;
-        Ok(Made {
+        Ok(JobOutput {
             written,
             scene,
             humanoid: None,
@@ -92,7 +92,7 @@ impl Maker<'_> {
         &self,
         mut source: SourceMotion,
         motion: &Path,
-        target: &mut Retargeting,
+        target: &mut Retargeter,
         hear: Hear<'_>,
     ) -> Result<()> {
         let in_file = |error: Error| error.with_path(motion);
@@ -101,13 +101,13 @@ impl Maker<'_> {
         }
         let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
         if target.add(source.named(name)).map_err(in_file)?.is_rest_pose_left_out {
-            hear(Said::Note("the first frame, a rest pose, is left out"));
+            hear(Notice::Note("the first frame, a rest pose, is left out"));
         }
         Ok(())
     }
 
     /// The files of motions on another body, for the name `output`, and their scene where they are written from one.
-    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<(Written, Option<Scene>)> {
+    fn write_onto(&self, target: &Retargeter, output: &Path) -> Result<(Export, Option<Scene>)> {
         let write = &self.job.write;
         let row = match self.form {
             Form::Robot(format) => {
@@ -163,7 +163,7 @@ pub(super) fn import_onto(
     named: &JobTarget,
     files: Files<'_>,
     hear: Hear<'_>,
-) -> Result<(Form, Retargeting)> {
+) -> Result<(Form, Retargeter)> {
     let file = named.file();
     let frames = &job.source.frames;
     let options = named
@@ -183,17 +183,17 @@ pub(super) fn import_onto(
     let target = files.import_target(named, mesh)?;
     match &target {
         Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
-        Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
+        Target::Robot(robot) => hear(Notice::Warnings(file, &robot.warnings)),
         Target::Character(character) => {
             let broken = character.scene().warnings.iter();
             let broken: Vec<_> = broken
                 .filter(|found| found.code == Code::NonFiniteValue)
                 .cloned()
                 .collect();
-            hear(Said::Warnings(file, &broken));
+            hear(Notice::Warnings(file, &broken));
         }
     }
     let form = Form::onto(&job.write, named, &target, files.has_disk)?;
-    let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
+    let target = Retargeter::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok((form, target))
 }

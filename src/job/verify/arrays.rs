@@ -7,7 +7,7 @@ use super::change::Change;
 use super::claims::claims;
 use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
-use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
+use super::{Finding, FindingKind, LargestDeviation, Verification, VerifiedClip};
 use mocap_figure::Figure;
 use mocap_formats::gltf::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -118,7 +118,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
             let (position, rotation) = expected(&change, file, &world[node], parent, &world[roots[node]]);
             let found = &file.positions[3 * row..][..3];
             let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
-            errors.add(position.distance(found) * metres, || Worst {
+            errors.add(position.distance(found) * metres, || LargestDeviation {
                 clip: 0,
                 joint: file.header.joints[joint].name.clone(),
                 frame: tick as usize,

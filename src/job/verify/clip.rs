@@ -10,7 +10,7 @@ use super::chain::Skeleton;
 use super::change::Change;
 use super::pairs::{Pairs, Rigid, kept_of};
 use super::timeline::Timeline;
-use super::{Finding, FindingKind, Output, Worst};
+use super::{Finding, FindingKind, LargestDeviation, Output};
 
 /// How far from a joint the points are that show its rotation, in metres: about as far as the skin of a person around
 /// it.
@@ -253,7 +253,7 @@ impl Compared<'_> {
                 for pair in 0..self.pairs.list.len() {
                     let off = self.position_error(&joints, pair, &now);
                     if let Some(off) = off {
-                        errors.add(off.length(), || Worst {
+                        errors.add(off.length(), || LargestDeviation {
                             clip: clip.unwrap_or(0),
                             joint: ours.joints[self.pairs.list[pair].0].name.clone(),
                             frame: tick as usize,
@@ -388,13 +388,13 @@ pub(super) struct Errors {
     pub(super) frames: usize,
     pub(super) max: f64,
     pub(super) rotation: Option<f64>,
-    pub(super) worst: Option<Worst>,
+    pub(super) worst: Option<LargestDeviation>,
     sum_of_squares: f64,
     count: usize,
 }
 
 impl Errors {
-    pub(super) fn add(&mut self, error: f64, worst: impl FnOnce() -> Worst) {
+    pub(super) fn add(&mut self, error: f64, worst: impl FnOnce() -> LargestDeviation) {
         self.sum_of_squares += error * error;
         self.count += 1;
         if self.worst.is_none() || is_worse(error, self.max) {

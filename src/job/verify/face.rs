@@ -5,7 +5,7 @@ use mocap_scene::scene::Face;
 use super::chain::{Joint, Skeleton};
 use super::clip::{Errors, SKIN};
 use super::timeline::Timeline;
-use super::{Finding, FindingKind, Worst};
+use super::{Finding, FindingKind, LargestDeviation};
 
 /// Adds how far the face of a clip is off: a weight as what it is in a file, a position in metres, and the gaze as the
 /// rotation of a joint. Returns what is not in the file, of the clip that findings call `name`.
@@ -34,7 +34,7 @@ pub(super) fn compare(
             let (ours, theirs) = (joint.own(tick / timeline.rate), other.own(seconds));
             match face {
                 Face::LookAt { .. } => errors.add_rotation(2.0 * SKIN * (ours.1.angle_between(theirs.1) / 2.0).sin()),
-                Face::Preset(_) | Face::Custom(_) => errors.add((ours.0.x - theirs.0.x).abs(), || Worst {
+                Face::Preset(_) | Face::Custom(_) => errors.add((ours.0.x - theirs.0.x).abs(), || LargestDeviation {
                     clip,
                     joint: joint.name.clone(),
                     frame: tick as usize,

@@ -19,7 +19,7 @@ pub struct Verification {
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
     /// Where and when the largest distance is. Absent where nothing was compared.
-    pub worst: Option<Worst>,
+    pub worst: Option<LargestDeviation>,
     /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres; with the distance of the
     /// joint where it moves no other joint. In a skeleton smaller than a metre the point is nearer, in proportion.
     /// Where the joints of the file may stand otherwise at rest, as in files of other programs, rotations count from
@@ -81,7 +81,7 @@ pub struct Resampling {
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
     /// Where and when the largest distance is.
-    pub worst: Option<Worst>,
+    pub worst: Option<LargestDeviation>,
 }
 
 /// Where and when the largest distance is.
@@ -89,7 +89,7 @@ pub struct Resampling {
 /// [`Verification::of`](crate::verify::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Worst {
+pub struct LargestDeviation {
     /// The index of the clip in the source.
     pub clip: usize,
     /// The joint, by its name in the source.

@@ -15,7 +15,7 @@ use super::play::{beginning, bundles, pose_message};
 use super::record::{VmcCounts, VmcRecorder};
 use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
 use crate::robot::{RobotOptions, RobotStream};
-use crate::{RetargetOptions, Retargeter};
+use crate::{PoseRetargetOptions, PoseRetargeter};
 
 /// Messages of a packet that go on at most: all of a figure are some hundreds.
 const MOST: usize = 4096;
@@ -114,7 +114,7 @@ struct Stage {
 enum Mover {
     /// Onto a character: the pose of its skeleton, and the node of each bone.
     Humanoid {
-        retargeter: Box<Retargeter>,
+        retargeter: Box<PoseRetargeter>,
         to: Pose,
         bones: Vec<(Bone, usize)>,
     },
@@ -301,7 +301,7 @@ impl Stage {
         source.animations.clear();
         let mover = match onto {
             Onto::Humanoid(target) => Mover::Humanoid {
-                retargeter: Box::new(Retargeter::new(&source, target, &RetargetOptions::new())?),
+                retargeter: Box::new(PoseRetargeter::new(&source, target, &PoseRetargetOptions::new())?),
                 to: Pose::rest(target),
                 bones: bones(target).collect(),
             },

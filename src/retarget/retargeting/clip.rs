@@ -12,18 +12,18 @@ use crate::{LimbAngles, RetargetReport, Verdict};
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+/// use mocap::retargeting::{Retargeter, RetargetOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-/// let clip = Retargeting::new(walk, target, RetargetingOptions::new())?.into_clips().remove(0);
+/// let clip = Retargeter::new(walk, target, RetargetOptions::new())?.into_clips().remove(0);
 /// assert_eq!(clip.animation.name, "cmu_12_01_walk");
 /// assert_eq!(clip.provenance.source.unwrap().name, "cmu_12_01_walk.bvh");
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Retargeted {
+pub struct RetargetedClip {
     /// The motion: of [`Target::scene`](super::Target::scene), with a key at every tick.
     pub animation: Animation,
     /// Where it comes from, and every step; the last is the one onto the target.
@@ -38,7 +38,7 @@ pub struct Retargeted {
     pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
 
-impl Retargeted {
+impl RetargetedClip {
     pub(super) fn of_body(animation: Animation, report: RetargetReport) -> Self {
         Self {
             animation,
@@ -96,11 +96,11 @@ impl Retargeted {
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::retarget::Verdict;
-/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+/// use mocap::retargeting::{Retargeter, RetargetOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-/// let retargeting = Retargeting::new(walk, target, RetargetingOptions::new())?;
+/// let retargeting = Retargeter::new(walk, target, RetargetOptions::new())?;
 /// assert_eq!(retargeting.clips()[0].report.verdict(), Verdict::Good);
 /// # Ok::<(), mocap::Error>(())
 /// ```

@@ -3,9 +3,9 @@
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
-use super::{Retargeting, Target};
+use super::{Retargeter, Target};
 
-impl Retargeting {
+impl Retargeter {
     /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part
     /// of a face too.
     pub(super) fn with_clips(&self) -> Scene {

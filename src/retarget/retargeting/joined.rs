@@ -6,7 +6,7 @@ use mocap_scene::error::{Diagnostic, Error, Result};
 use mocap_scene::pose::have_the_same_joints;
 use mocap_scene::scene::Scene;
 
-use super::{Retargeting, RetargetingOptions};
+use super::{RetargetOptions, Retargeter};
 
 /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
 /// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
@@ -62,7 +62,7 @@ pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Resul
     let Err(difference) = have_the_same_joints(scene, other) else {
         return Ok(None);
     };
-    let options = RetargetingOptions::new().target_bones(bones.clone());
+    let options = RetargetOptions::new().target_bones(bones.clone());
     let refuse = |error: Error| {
         let Diagnostic { code, message, .. } = error.diagnostic();
         let message =
@@ -72,7 +72,7 @@ pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Resul
     };
     let mut first_alone = other.clone();
     first_alone.animations.truncate(1);
-    let retargeting = Retargeting::new(first_alone, scene.clone(), options).map_err(refuse)?;
+    let retargeting = Retargeter::new(first_alone, scene.clone(), options).map_err(refuse)?;
     let report = &retargeting.clips()[0].report;
     let quality = format!(
         "{}, limbs {:.1} degrees off in the mean",

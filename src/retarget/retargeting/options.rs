@@ -6,18 +6,18 @@ use mocap_figure::convert::{Conversion, RootMotion};
 use crate::Scale;
 use crate::robot::Floor;
 
-/// How a [`Retargeting`](super::Retargeting) moves motions.
+/// How a [`Retargeter`](super::Retargeter) moves motions.
 ///
 /// ```
 /// use mocap::retarget::Scale;
-/// use mocap::retargeting::RetargetingOptions;
+/// use mocap::retargeting::RetargetOptions;
 ///
-/// let options = RetargetingOptions::new().scale(Scale::None).lock_feet(false);
+/// let options = RetargetOptions::new().scale(Scale::None).lock_feet(false);
 /// # let _ = options;
 /// ```
 #[derive(Clone, Debug)]
 #[must_use]
-pub struct RetargetingOptions {
+pub struct RetargetOptions {
     pub(super) scale: Scale,
     pub(super) lock_feet: bool,
     pub(super) source_bones: HumanoidMap,
@@ -30,7 +30,7 @@ pub struct RetargetingOptions {
     pub(super) root: RootMotion,
 }
 
-impl Default for RetargetingOptions {
+impl Default for RetargetOptions {
     fn default() -> Self {
         Self {
             scale: Scale::Auto,
@@ -47,7 +47,7 @@ impl Default for RetargetingOptions {
     }
 }
 
-impl RetargetingOptions {
+impl RetargetOptions {
     /// The defaults.
     pub fn new() -> Self {
         Self::default()

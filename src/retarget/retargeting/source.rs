@@ -8,23 +8,23 @@ use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Assumption, Scene};
 
 use crate::robot::RobotRetargeter;
-use crate::{CreatureRetargeter, Retargeter};
+use crate::{CreatureRetargeter, PoseRetargeter};
 
 /// A scene in metres with +Y up whose motions go onto a target.
 ///
-/// [`Retargeting::prepare`](super::Retargeting::prepare) makes it of a scene as it was read;
+/// [`Retargeter::prepare`](super::Retargeter::prepare) makes it of a scene as it was read;
 /// [`converted`](Self::converted) of one that [`Conversion::apply`](mocap_figure::Conversion::apply) has changed
 /// already.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Conversion;
-/// use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion};
+/// use mocap::retargeting::{Retargeter, RetargetOptions, SourceMotion};
 ///
 /// let mut walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// Conversion::new().frame_rate(30.0).apply(&mut walk)?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-/// let mut retargeting = Retargeting::onto(target, RetargetingOptions::new())?;
+/// let mut retargeting = Retargeter::onto(target, RetargetOptions::new())?;
 /// retargeting.add(SourceMotion::converted(walk).named("stroll"))?;
 /// assert_eq!(retargeting.clips()[0].animation.name, "stroll");
 /// # Ok::<(), mocap::Error>(())
@@ -41,7 +41,7 @@ pub struct SourceMotion {
     pub name: String,
     /// What the file does not state, with reasons.
     pub assumptions: Vec<Assumption>,
-    /// Whether [`Retargeting::add`](super::Retargeting::add) has left out a rest pose in the first frame.
+    /// Whether [`Retargeter::add`](super::Retargeter::add) has left out a rest pose in the first frame.
     pub is_rest_pose_left_out: bool,
     /// Whether the conversion has taken other frames, and so knows of a rest pose in the first.
     pub(super) has_other_frames: bool,
@@ -144,7 +144,7 @@ pub(super) struct Moving {
 /// What moves motions.
 #[derive(Clone, Debug)]
 pub(super) enum Mover {
-    Body(Box<Retargeter>),
+    Body(Box<PoseRetargeter>),
     Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
 }

@@ -9,7 +9,7 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::terms::Goals;
 use super::twin::{Twin, TwinBone};
-use crate::{LimbAngles, Retargeter};
+use crate::{LimbAngles, PoseRetargeter};
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 pub(super) const LIFT: f64 = 0.15;
@@ -179,7 +179,7 @@ impl Measured<'_> {
     /// [`robot_scene`](crate::robot::robot_scene).
     pub(super) fn limb_angles(
         &self,
-        retargeter: &Retargeter,
+        retargeter: &PoseRetargeter,
         source: &Scene,
         animation: &Animation,
     ) -> Vec<LimbAngles> {

@@ -30,7 +30,7 @@ use super::speed::Steps;
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
 use super::window::{Bound, Windows};
-use crate::{LimbAngles, Retargeter, Scale};
+use crate::{LimbAngles, PoseRetargeter, Scale};
 
 /// How a [`RobotRetargeter`] moves a motion.
 ///
@@ -110,7 +110,7 @@ pub struct RobotRetargeter {
     pub(super) twin: Twin,
     pub(super) options: RobotOptions,
     pub(super) source_bones: Humanoid,
-    pub(super) retargeter: Retargeter,
+    pub(super) retargeter: PoseRetargeter,
     pub(super) kinematics: Kinematics,
     pub(super) collisions: Collisions,
     solver: Solver,
@@ -132,7 +132,8 @@ impl RobotRetargeter {
         let twin = Twin::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
         let figure = Figure::with_bones(source, bones.clone());
-        let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
+        let retargeter =
+            PoseRetargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let kinematics = Kinematics::new(robot);
         let following = Following::new(robot, &kinematics, &twin);
         let terms = Terms::new(&kinematics, &following.goals);

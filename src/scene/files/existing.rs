@@ -12,7 +12,7 @@ use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::csv_table::{CSV_HEAD, is_csv_of_points, is_own_csv};
 use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
 use super::file_id::FileId;
-use super::record::{self, Recorded};
+use super::record::{self, RecordState};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
 use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -183,7 +183,7 @@ impl ReplacePolicy {
     #[doc(hidden)]
     pub fn check_ahead(&self, path: &Path) -> Result<()> {
         self.check_inputs(path)?;
-        let may_be_cut_off = || record::find(path) == Recorded::Changed { is_shorter: true };
+        let may_be_cut_off = || record::find(path) == RecordState::Changed { is_shorter: true };
         match self.check(path) {
             Err(error) if record::is_complete() && !may_be_cut_off() => Err(error),
             _ => Ok(()),
@@ -212,9 +212,9 @@ impl ReplacePolicy {
             return Ok(());
         }
         let recorded = record::find(path);
-        let has_changed = matches!(recorded, Recorded::Changed { .. });
+        let has_changed = matches!(recorded, RecordState::Changed { .. });
         let is_ours = self.knows(path)
-            || matches!(recorded, Recorded::Unchanged(sources) if self.is_made_from_inputs(&sources))
+            || matches!(recorded, RecordState::Unchanged(sources) if self.is_made_from_inputs(&sources))
             || !has_changed && !self.may_be_source(path);
         if is_ours {
             if is_told(path) {
@@ -252,7 +252,7 @@ impl ReplacePolicy {
         if path.symlink_metadata().is_err() || self.force || self.knows(path) || is_beginning(path, parts) {
             return Ok(true);
         }
-        if let Recorded::Unchanged(sources) = record::find(path)
+        if let RecordState::Unchanged(sources) = record::find(path)
             && self.is_made_from_inputs(&sources)
         {
             return Ok(true);

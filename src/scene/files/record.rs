@@ -10,7 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-pub(super) use self::user::Recorded;
+pub(super) use self::user::RecordState;
 use self::user::{Hash, UserRecord};
 use super::confined::is_confined;
 use super::{Target, folder_of};
@@ -57,12 +57,12 @@ pub(super) fn note(target: &Path, contents: impl FnOnce() -> io::Result<Box<dyn 
 }
 
 /// What the record knows of the file that an output at `path` would replace.
-pub(super) fn find(path: &Path) -> Recorded {
+pub(super) fn find(path: &Path) -> RecordState {
     let Ok(Target::File(target)) = Target::of(path) else {
-        return Recorded::Unknown;
+        return RecordState::Unknown;
     };
     let found = record().zip(real_path(&target));
-    found.map_or(Recorded::Unknown, |(record, path)| record.find(&path))
+    found.map_or(RecordState::Unknown, |(record, path)| record.find(&path))
 }
 
 fn real_path(target: &Path) -> Option<PathBuf> {
@@ -75,7 +75,7 @@ pub(super) fn may_replace(path: &Path, sources: &[&str]) {
     if let Some(record) = record() {
         // A process may be killed between its note and the rename. The file that is there must then not look like an
         // output that somebody has changed.
-        if find(path) == Recorded::Unknown
+        if find(path) == RecordState::Unknown
             && let Ok(Target::File(target)) = Target::of(path)
             && let Some((path, mut earlier)) = real_path(&target).zip(File::open(&target).ok())
         {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
-use super::{Animation, MmdModel, Recorded, Solved};
+use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -36,10 +36,10 @@ pub struct Metadata {
     pub steps: Vec<AppliedStep>,
     /// Events, analog channels and force plates of the file.
     #[serde(skip)]
-    pub recorded: Option<Arc<Recorded>>,
+    pub recorded: Option<Arc<Recording>>,
     /// How well a skeleton that was solved from markers explains them.
     #[serde(skip)]
-    pub solved: Option<Arc<Solved>>,
+    pub solved: Option<Arc<MarkerSolution>>,
     /// The model of MikuMikuDance whose skeleton it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[doc(hidden)]

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Recorded {
+pub struct Recording {
     /// Events, in the order of time.
     pub events: Vec<Event>,
     /// Samples of each channel a second; 0 without channels.
@@ -32,7 +32,7 @@ pub struct Recorded {
 
 /// A moment that somebody, or a program, named.
 ///
-/// [`Recorded`] has an example.
+/// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// In seconds from the first frame.
@@ -47,7 +47,7 @@ pub struct Event {
 
 /// A channel of analog samples, as scaled by the file.
 ///
-/// [`Recorded`] has an example.
+/// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AnalogChannel {
     /// Its label.
@@ -61,7 +61,7 @@ pub struct AnalogChannel {
 
 /// A force plate as C3D describes it: by its type, where it is, and its channels.
 ///
-/// [`Recorded`] has an example.
+/// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ForcePlate {
     /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of
@@ -73,7 +73,7 @@ pub struct ForcePlate {
     /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of types 3, 6 and 7
     /// half the distances of the sensors along x and y, and the height of the sensors.
     pub origin: DVec3,
-    /// The indices of its channels in [`Recorded::channels`].
+    /// The indices of its channels in [`Recording::channels`].
     pub channels: Vec<usize>,
     /// What the values of each channel are multiplied by to be in newtons, metres and newton metres.
     pub scales: Vec<f64>,

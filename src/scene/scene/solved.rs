@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Solved {
+pub struct MarkerSolution {
     /// Each marker that takes part.
     pub markers: Vec<SolvedMarker>,
     /// The distance of all markers from their bodies, as RMS in metres, in each second of the take.
@@ -30,7 +30,7 @@ pub struct Solved {
 
 /// A marker beside the body that explains it.
 ///
-/// [`Solved`] has an example.
+/// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SolvedMarker {
     /// Its label in the file.
@@ -51,7 +51,7 @@ pub struct SolvedMarker {
 
 /// A joint: how far it is from its parent, and how well that is known.
 ///
-/// [`Solved`] has an example.
+/// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SolvedJoint {
     /// Its name.
@@ -67,7 +67,7 @@ pub struct SolvedJoint {
 
 /// Two markers that had the labels of each other.
 ///
-/// [`Solved`] has an example.
+/// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SwappedMarkers {
     /// Their labels.

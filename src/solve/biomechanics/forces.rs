@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::FORCES_MARK;
-use mocap_scene::scene::{AnalogChannel, ForcePlate, Recorded, Scene};
+use mocap_scene::scene::{AnalogChannel, ForcePlate, Recording, Scene};
 
 use super::TimeSeries;
 use super::series::recorded;
@@ -99,7 +99,7 @@ type ForceAndMoment = (DVec3, DVec3);
 type OfValues = fn(&ForcePlate, &[f64]) -> ForceAndMoment;
 
 /// Computes the wrench of each sample. The error says why a plate is left out.
-fn wrenches(plate: &ForcePlate, recorded: &Recorded) -> Result<Vec<Wrench>, String> {
+fn wrenches(plate: &ForcePlate, recorded: &Recording) -> Result<Vec<Wrench>, String> {
     let (needed, of_values): (usize, OfValues) = match plate.plate_type {
         1 => (6, force_and_centre),
         2 | 4 => (6, force_and_moment),

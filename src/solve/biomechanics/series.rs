@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{ANALOG_MARK, ANGLES_MARK};
-use mocap_scene::scene::{Recorded, Scene};
+use mocap_scene::scene::{Recording, Scene};
 
 use super::JointAngles;
 use super::angles::POSITION;
@@ -88,7 +88,7 @@ impl From<JointAngles> for TimeSeries {
 }
 
 /// What the file of `scene` has beside the motion, if `has` finds there what is asked for: `what`, in the plural.
-pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recorded) -> bool, what: &str) -> Result<&'a Recorded> {
+pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recording) -> bool, what: &str) -> Result<&'a Recording> {
     let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
     recorded.ok_or_else(|| {
         let help = "C3D files of laboratories have them: mocap info lists what is in a file";

@@ -2,7 +2,9 @@
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::wide_median;
-use mocap_scene::scene::{Assumption, Confidence, Scene, Solved, SolvedJoint, SolvedMarker, SwappedMarkers, Topic};
+use mocap_scene::scene::{
+    Assumption, Confidence, MarkerSolution, Scene, SolvedJoint, SolvedMarker, SwappedMarkers, Topic,
+};
 
 use super::calibrate::Certainty;
 use super::model::Model;
@@ -26,8 +28,8 @@ pub(super) fn solved(
     take: &Take,
     (set, model, known): (&JointSet, &Model, &[Option<Certainty>]),
     tracked: &Tracked,
-) -> Solved {
-    let mut solved = Solved::default();
+) -> MarkerSolution {
+    let mut solved = MarkerSolution::default();
     for (marker, distances) in tracked.distances.iter().enumerate() {
         let seen = distances
             .iter()
@@ -94,7 +96,7 @@ fn rms(distances: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Adds the report to the scene: sentences, and a warning for each marker and each swap that is worth a look.
-pub(super) fn say(scene: &mut Scene, take: &Take, solved: &Solved, tracked: &Tracked) {
+pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, tracked: &Tracked) {
     let label = |marker: usize| take.labels[marker].as_str();
     let all = tracked.distances.iter().flatten();
     let seen = all.clone().flatten().count();
@@ -213,7 +215,7 @@ fn say_file(scene: &mut Scene, take: &Take) {
 
 /// Whether a guess goes with a body: the median of its markers is near to it, both arms are there, and both sides are
 /// alike.
-fn is_plausible(solved: &Solved, distance: f64) -> bool {
+fn is_plausible(solved: &MarkerSolution, distance: f64) -> bool {
     /// Metres, and the part of a length.
     const NEAR: f64 = 0.010;
     const ALIKE: f64 = 0.12;
@@ -232,7 +234,7 @@ fn is_plausible(solved: &Solved, distance: f64) -> bool {
 }
 
 /// Lengths of limbs, and which joints the motion does not tell.
-fn say_joints(scene: &mut Scene, solved: &Solved) {
+fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
     let length = |names: [&str; 2]| -> String {
         let of = |name: &str| solved.joints.iter().find(|joint| joint.name == name);
         let lengths = names.map(|name| of(name).map_or("-".to_owned(), |joint| format!("{:.1}", joint.length * 100.0)));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use mocap::figure::Humanoid;
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::{Importer, Scene, SkeletonMesh};
 
 use crate::feet::import;
@@ -48,7 +48,7 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
 /// Poses a second without and with feet, the best of the rounds.
 fn own(source: &Scene, target: &Scene, rounds: usize) -> Result<(f64, f64)> {
     let animation = &source.animations[0];
-    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default())?;
+    let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default())?;
     let (mut free, mut with_feet) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..rounds {
         let start = cpu_seconds().ok_or("the system does not tell the time of a thread")?;

@@ -7,7 +7,7 @@ use bevy::asset::LoadState;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Animation, Scene};
 use mocap::{Binding, LoopMode, Player, Trs};
 
@@ -271,7 +271,7 @@ fn fit(motion: &Motion, clip: &Clip, body: &Body, lock_feet: bool) -> Task<Resul
                 mean_degrees: 0.0,
             });
         }
-        let moved = Retargeter::new(&source, &target, &RetargetOptions::default())
+        let moved = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default())
             .and_then(|mut retargeter| retargeter.clip(&source, index, &target, lock_feet));
         let (animation, report) = moved.map_err(|error| error.to_string())?;
         Ok(Fitted {

@@ -3,7 +3,7 @@
 //! Names are in kebab case, as in a job, and documentation is in sentences with Rust's marks for code.
 
 use mocap::FormatInfo;
-use mocap::edit::{EditStep, Takes};
+use mocap::edit::{EditStep, ValueKind};
 use mocap::job::Job;
 use serde_json::{Map, Value, json};
 
@@ -120,7 +120,7 @@ pub struct StepOption {
     /// Its documentation.
     pub docs: String,
     /// What it takes.
-    pub takes: Takes,
+    pub takes: ValueKind,
     /// Whether it must be given.
     pub is_required: bool,
     /// What it has where it is not given.
@@ -366,7 +366,7 @@ fn step(step: &mocap::edit::StepInfo, docs: &mocap::edit::StepDocs) -> Step {
         .keys
         .iter()
         .zip(docs.keys)
-        .filter(|(key, _)| key.takes != Takes::Input);
+        .filter(|(key, _)| key.takes != ValueKind::Input);
     let option = |(key, docs): (&mocap::edit::StepKey, &&str)| StepOption {
         name: key.name(),
         docs: sentences(docs),

@@ -1,6 +1,6 @@
 //! Writes the Python of `tools/python/python/mocap` that mirrors jobs and steps.
 
-use mocap::edit::Takes;
+use mocap::edit::ValueKind;
 use mocap::figure::Unit;
 use mocap::job::RobotFormat;
 use mocap::scene::UpAxis;
@@ -366,9 +366,9 @@ Limb = {limbs}
         for option in &step.options {
             let name = named(&option.name, &option.name);
             given.push(match option.takes {
-                Takes::TimeRange => format!("{name}=time_range({name})"),
-                Takes::Target | Takes::Point => format!("{name}=target_of({name})"),
-                Takes::Path => format!("{name}=path_points({name})"),
+                ValueKind::TimeRange => format!("{name}=time_range({name})"),
+                ValueKind::Target | ValueKind::Point => format!("{name}=target_of({name})"),
+                ValueKind::Path => format!("{name}=path_points({name})"),
                 _ => format!("{name}={name}"),
             });
         }
@@ -497,26 +497,26 @@ fn hash() -> Parameter {
 
 fn parameter_of_step(option: &StepOption) -> Parameter {
     let annotation = match option.takes {
-        Takes::Seconds
-        | Takes::Metres
-        | Takes::MetresPerSecond
-        | Takes::Hertz
-        | Takes::Degrees
-        | Takes::Factor
-        | Takes::Fraction => "float".to_owned(),
-        Takes::Count | Takes::Input => "int".to_owned(),
-        Takes::Flag => "bool".to_owned(),
-        Takes::OneOf(_) if option.name == "limb" => "Limb".to_owned(),
-        Takes::OneOf(_) => words_of(option.takes).unwrap_or_default(),
-        Takes::FrameRange => "tuple[int, int]".to_owned(),
-        Takes::TimeRange => "TimeRange".to_owned(),
-        Takes::Frames => "Sequence[int]".to_owned(),
-        Takes::Weights => "float | Sequence[tuple[float, float]]".to_owned(),
-        Takes::Moments => "Sequence[tuple[float, float]]".to_owned(),
-        Takes::Path => "Sequence[tuple[float, float] | tuple[float, float, float]]".to_owned(),
-        Takes::Target => "str | Point".to_owned(),
-        Takes::Point => "Point".to_owned(),
-        Takes::Names => "Sequence[str]".to_owned(),
+        ValueKind::Seconds
+        | ValueKind::Metres
+        | ValueKind::MetresPerSecond
+        | ValueKind::Hertz
+        | ValueKind::Degrees
+        | ValueKind::Factor
+        | ValueKind::Fraction => "float".to_owned(),
+        ValueKind::Count | ValueKind::Input => "int".to_owned(),
+        ValueKind::Flag => "bool".to_owned(),
+        ValueKind::OneOf(_) if option.name == "limb" => "Limb".to_owned(),
+        ValueKind::OneOf(_) => words_of(option.takes).unwrap_or_default(),
+        ValueKind::FrameRange => "tuple[int, int]".to_owned(),
+        ValueKind::TimeRange => "TimeRange".to_owned(),
+        ValueKind::Frames => "Sequence[int]".to_owned(),
+        ValueKind::Weights => "float | Sequence[tuple[float, float]]".to_owned(),
+        ValueKind::Moments => "Sequence[tuple[float, float]]".to_owned(),
+        ValueKind::Path => "Sequence[tuple[float, float] | tuple[float, float, float]]".to_owned(),
+        ValueKind::Target => "str | Point".to_owned(),
+        ValueKind::Point => "Point".to_owned(),
+        ValueKind::Names => "Sequence[str]".to_owned(),
         _ => "str".to_owned(),
     };
     let (annotation, default) = match option.is_required {
@@ -533,9 +533,9 @@ fn parameter_of_step(option: &StepOption) -> Parameter {
     }
 }
 
-fn words_of(takes: Takes) -> Option<String> {
+fn words_of(takes: ValueKind) -> Option<String> {
     match takes {
-        Takes::OneOf(words) => {
+        ValueKind::OneOf(words) => {
             let words: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
             Some(format!("Literal[{}]", words.join(", ")))
         }

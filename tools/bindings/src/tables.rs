@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mocap::edit::Takes;
+use mocap::edit::ValueKind;
 
 use crate::model::{Model, Step, StepOption};
 use crate::{Generated, ROOT};
@@ -43,9 +43,9 @@ fn rows(step: &Step) -> String {
 fn head(option: &StepOption) -> String {
     match option.takes {
         // In text each pair is an option of its own.
-        Takes::Moments => format!("`{}`", option.takes.symbol()),
-        Takes::Flag => format!("`{}`", option.name),
-        Takes::OneOf(words) => {
+        ValueKind::Moments => format!("`{}`", option.takes.symbol()),
+        ValueKind::Flag => format!("`{}`", option.name),
+        ValueKind::OneOf(words) => {
             let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
             format!("`{}`: {}", option.name, words.join(", "))
         }

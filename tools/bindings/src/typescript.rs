@@ -2,7 +2,7 @@
 //! drop page opens.
 
 use mocap::Contents;
-use mocap::edit::Takes;
+use mocap::edit::ValueKind;
 use mocap::figure::Unit;
 use mocap::job::RobotFormat;
 use mocap::scene::UpAxis;
@@ -277,17 +277,17 @@ impl TypeScript<'_> {
 fn of_step(option: &StepOption) -> String {
     let point = "[number, number, number]";
     match option.takes {
-        Takes::Flag => "boolean".to_owned(),
-        Takes::OneOf(words) => union(words.iter().copied()),
-        Takes::FrameRange => "[number, number]".to_owned(),
-        Takes::Frames => "number[]".to_owned(),
-        Takes::Weights => "number | [number, number][]".to_owned(),
-        Takes::Moments => "[number, number][]".to_owned(),
-        Takes::Path => "{ seconds?: number | null; at: [number, number] }[]".to_owned(),
-        Takes::Target => format!("string | {point}"),
-        Takes::Point => point.to_owned(),
-        Takes::Names => "string[]".to_owned(),
-        Takes::TimeRange | Takes::Name => "string".to_owned(),
+        ValueKind::Flag => "boolean".to_owned(),
+        ValueKind::OneOf(words) => union(words.iter().copied()),
+        ValueKind::FrameRange => "[number, number]".to_owned(),
+        ValueKind::Frames => "number[]".to_owned(),
+        ValueKind::Weights => "number | [number, number][]".to_owned(),
+        ValueKind::Moments => "[number, number][]".to_owned(),
+        ValueKind::Path => "{ seconds?: number | null; at: [number, number] }[]".to_owned(),
+        ValueKind::Target => format!("string | {point}"),
+        ValueKind::Point => point.to_owned(),
+        ValueKind::Names => "string[]".to_owned(),
+        ValueKind::TimeRange | ValueKind::Name => "string".to_owned(),
         _ => "number".to_owned(),
     }
 }

@@ -5,7 +5,7 @@ use std::ptr;
 use std::slice;
 
 use mocap::Importer;
-use mocap::job::Reading;
+use mocap::job::InputOptions;
 
 use crate::border::{Failure, guard};
 use crate::handle::Scene;
@@ -64,7 +64,7 @@ pub unsafe extern "C" fn mocap_open_file_as(path: *const c_char, reading: *const
         // SAFETY: the caller hands over a text with a zero byte at its end.
         let path = path_from(unsafe { text(path, "path") }?)?;
         let reading = match reading.is_null() {
-            true => Reading::default(),
+            true => InputOptions::default(),
             // SAFETY: the caller hands over a text with a zero byte at its end.
             false => serde_json::from_slice(unsafe { text(reading, "reading") }?.to_bytes())
                 .map_err(|error| Failure::argument(&format!("reading: {error}")))?,

@@ -67,7 +67,7 @@ fn writing_job(json: &str, output: PathBuf) -> PyResult<MotionJob> {
 fn make(
     job: &MotionJob,
     policy: &ReplacePolicy,
-    made: impl FnOnce(&Maker<'_>, &MotionJob) -> Result<mocap::job::Made>,
+    made: impl FnOnce(&Maker<'_>, &MotionJob) -> Result<mocap::job::JobOutput>,
 ) -> Result<usize> {
     policy.check_inputs(&job.write.output)?;
     let maker = Maker::new(job, &[], &mut |_| {})?;

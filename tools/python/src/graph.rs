@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::files::{ReplacePolicy, write_file};
-use mocap::job::{FileGraph, Graphing, SourceSpace, Walking};
+use mocap::job::{FileGraph, GraphJobOptions, SourceSpace, WalkOptions};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde_json::json;
@@ -53,7 +53,7 @@ impl Graph {
 
     /// The motion of a walk, and the report as JSON.
     fn walk(&self, py: Python<'_>, walking: &str) -> PyResult<(Scene, String)> {
-        let walking: Walking = from_json(walking, "")?;
+        let walking: WalkOptions = from_json(walking, "")?;
         let made = py.detach(|| self.found.walk(&walking));
         let (scene, report) = made.map_err(|error| to_python(py, &error))?;
         let report = serde_json::to_string(&report).map_err(|error| invalid(error.to_string()))?;
@@ -85,7 +85,7 @@ pub(crate) fn graph(
     space: &str,
     read: ReadOptions,
 ) -> PyResult<Graph> {
-    let (graphing, space): (Graphing, SourceSpace) = (from_json(graphing, "")?, from_json(space, "")?);
+    let (graphing, space): (GraphJobOptions, SourceSpace) = (from_json(graphing, "")?, from_json(space, "")?);
     let read = read.reading()?;
     let found = py.detach(|| FileGraph::compare(&graphing, &read, &space, &paths));
     let found = found.map_err(|error| to_python(py, &error))?;

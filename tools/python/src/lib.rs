@@ -24,7 +24,7 @@ mod survey;
 use std::path::PathBuf;
 
 use mocap::figure::Unit;
-use mocap::job::{Job, MotionJob, Reading};
+use mocap::job::{InputOptions, Job, MotionJob};
 use mocap::{Importer, SkeletonMesh};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -127,7 +127,7 @@ impl ReadOptions {
     }
 
     /// The options as a job has them.
-    pub(crate) fn reading(&self) -> PyResult<Reading> {
+    pub(crate) fn reading(&self) -> PyResult<InputOptions> {
         motion_job(&format!(r#"{{"read":{}}}"#, self.json)).map(|job| job.read)
     }
 }

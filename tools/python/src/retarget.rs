@@ -6,7 +6,7 @@ use mocap::Importer;
 use mocap::figure::HumanoidMap;
 use mocap::files::ReplacePolicy;
 use mocap::retarget::Scale;
-use mocap::retargeting::{Report, Retargeting, RetargetingOptions, Target};
+use mocap::retargeting::{Report, RetargetOptions, Retargeter, Target};
 use pyo3::prelude::*;
 
 use crate::edit::bones_of;
@@ -27,7 +27,7 @@ pub(crate) fn retarget(
     let options = options(scale, lock_feet, bones, target_bones)?;
     let done = py.detach(|| {
         let (source, target) = (source.scene().clone(), target.scene().clone());
-        Retargeting::new(source, target, options)
+        Retargeter::new(source, target, options)
     });
     let retargeting = done.map_err(|error| to_python(py, &error))?;
     Ok((Scene::new(retargeting.scene()), reports(&retargeting)?))
@@ -61,7 +61,7 @@ pub(crate) fn add_motions(
         policy.check_ahead(&target)?;
         // The skin shows the soles of the feet.
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
-        let mut retargeting = Retargeting::onto(Target::from(character), options)?;
+        let mut retargeting = Retargeter::onto(Target::from(character), options)?;
         for (name, motion) in &motions {
             let source = retargeting.prepare(motion.get().scene().clone())?;
             retargeting.add(source.named(name))?;
@@ -81,17 +81,17 @@ fn options(
     lock_feet: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
-) -> PyResult<RetargetingOptions> {
+) -> PyResult<RetargetOptions> {
     let map =
         |bones: Option<&str>| -> PyResult<HumanoidMap> { Ok(bones.map(bones_of).transpose()?.unwrap_or_default()) };
-    Ok(RetargetingOptions::new()
+    Ok(RetargetOptions::new()
         .scale(scale.map_or(Scale::Auto, Scale::Factor))
         .lock_feet(lock_feet)
         .source_bones(map(bones)?)
         .target_bones(map(target_bones)?))
 }
 
-fn reports(retargeting: &Retargeting) -> PyResult<String> {
+fn reports(retargeting: &Retargeter) -> PyResult<String> {
     let reports: Vec<&Report> = retargeting.clips().iter().map(|clip| &clip.report).collect();
     serde_json::to_string(&reports).map_err(|error| invalid(error.to_string()))
 }

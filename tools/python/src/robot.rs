@@ -7,7 +7,7 @@ use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::files::ReplacePolicy;
 use mocap::glam::Mat4;
 use mocap::job::RobotFormat;
-use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::retargeting::{RetargetOptions, Retargeter, Target};
 use mocap::robot::{Floor, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::{Conversion, Importer, Pose};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3};
@@ -68,7 +68,7 @@ impl Robot {
                 Some(rate) => Conversion::new().frame_rate(rate),
                 None => Conversion::new(),
             };
-            let options = RetargetingOptions::new()
+            let options = RetargetOptions::new()
                 .conversion(conversion)
                 .lock_feet(lock_feet)
                 .velocity_limits(velocity_limits)
@@ -76,7 +76,7 @@ impl Robot {
                 .floor(floor)
                 .source_bones(bones)
                 .target_bones(map);
-            Retargeting::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
+            Retargeter::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
         });
         let retargeting = done.map_err(|error| to_python(py, &error))?;
         let clip = &retargeting.clips()[0];
@@ -197,7 +197,7 @@ fn arrays<'py>(py: Python<'py>, motion: &RobotMotion) -> PyResult<Bound<'py, PyD
 /// A motion on a robot, to be written.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct RobotClip {
-    retargeting: Retargeting,
+    retargeting: Retargeter,
 }
 
 #[pymethods]

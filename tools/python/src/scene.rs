@@ -6,7 +6,7 @@ use mocap::arrays::{Arrays, BodyArrays, Rotation};
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
 use mocap::figure::Figure;
 use mocap::glam::Mat4;
-use mocap::scene::{NodeKind, Recorded, RotationOrder, Solved};
+use mocap::scene::{MarkerSolution, NodeKind, Recording, RotationOrder};
 use mocap::{Binding, Clips, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -33,10 +33,10 @@ enum Clip {
 /// What is written of a scene between processes, beside the scene itself.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 struct Beside {
-    recorded: Option<Recorded>,
+    recorded: Option<Recording>,
     /// The values of the recorded channels, which are no part of their JSON.
     values: Vec<Vec<f32>>,
-    solved: Option<Solved>,
+    solved: Option<MarkerSolution>,
 }
 
 /// A node of a scene; :attr:`Scene.nodes` lists them.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::FormatInfo;
 use mocap::files::{ReplacePolicy, write_file};
-use mocap::job::{Reading, Surveying};
-use mocap::survey::{ClipRow, Corpus, Examined};
+use mocap::job::{InputOptions, SurveyOptions};
+use mocap::survey::{ClipRecord, ClipRow, Corpus};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
@@ -17,8 +17,8 @@ use crate::errors::{from_json, to_python};
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Survey {
     corpus: Corpus,
-    surveying: Surveying,
-    read: Reading,
+    surveying: SurveyOptions,
+    read: InputOptions,
 }
 
 #[pymethods]
@@ -87,10 +87,10 @@ pub(crate) fn survey(
     options: &str,
     read: ReadOptions,
 ) -> PyResult<Survey> {
-    let (surveying, read): (Surveying, _) = (from_json(options, "")?, read.reading()?);
+    let (surveying, read): (SurveyOptions, _) = (from_json(options, "")?, read.reading()?);
     let corpus = py.detach(|| match records.is_empty() {
         true => surveying.corpus(&read, &paths),
-        false => surveying.judge(Examined::from_lines(&records.join("\n"))?),
+        false => surveying.judge(ClipRecord::from_lines(&records.join("\n"))?),
     });
     Ok(Survey {
         corpus: corpus.map_err(|error| to_python(py, &error))?,
@@ -107,7 +107,7 @@ pub(crate) fn examine(
     options: &str,
     read: ReadOptions,
 ) -> PyResult<Vec<String>> {
-    let thresholds = from_json::<Surveying>(options, "")?
+    let thresholds = from_json::<SurveyOptions>(options, "")?
         .thresholds()
         .map_err(|error| to_python(py, &error))?;
     let importer = read.importer()?;

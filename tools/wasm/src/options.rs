@@ -5,10 +5,10 @@ use mocap::convert::Moment;
 use mocap::figure::HumanoidMap;
 use mocap::gltf::{Compression, GltfOptions};
 use mocap::job::{
-    CharacterTarget, DrawnMesh, JobTarget, JointNames, Reading, Smaller, SourceFrames, SourceSpace, UnitChoice,
-    UpChoice, Writing, WritingBvh,
+    BvhOutputOptions, CharacterTarget, InputOptions, JobTarget, JointNames, MeshStyle, OutputOptions, SizeOptions,
+    SourceFrames, SourceSpace, UnitChoice, UpChoice,
 };
-use mocap::retargeting::RetargetingOptions;
+use mocap::retargeting::RetargetOptions;
 use mocap::{Clips, Conversion, Diagnostic, Exporter, FormatInfo, Importer, Limits, WriteOption};
 use serde::Deserialize;
 use serde_json::Value;
@@ -23,7 +23,7 @@ fn limits() -> Limits {
 }
 
 pub(crate) struct ReadOptions {
-    reading: Reading,
+    reading: InputOptions,
     own: OwnReadOptions,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct ReadOptions {
 struct OwnReadOptions {
     collapse_keys: Option<bool>,
     hash: Option<bool>,
-    skeleton_mesh: Option<DrawnMesh>,
+    skeleton_mesh: Option<MeshStyle>,
     gltf_meshes: bool,
     morph_targets: bool,
 }
@@ -42,7 +42,7 @@ impl ReadOptions {
         let mut given = Given::new(function, options)?;
         // In a job the text `1` is an index, too.
         let name = given.get("clip").and_then(Value::as_str).map(str::to_owned);
-        let mut reading: Reading = given.take()?;
+        let mut reading: InputOptions = given.take()?;
         if let Some(name) = name {
             reading.clip = Clips::Name(name);
         }
@@ -60,7 +60,7 @@ impl ReadOptions {
             .limits(limits())
             .gltf_meshes(own.gltf_meshes)
             .morph_targets(own.morph_targets)
-            .skeleton_mesh(own.skeleton_mesh.unwrap_or(DrawnMesh::Skinned).into());
+            .skeleton_mesh(own.skeleton_mesh.unwrap_or(MeshStyle::Skinned).into());
         if let Some(collapse) = own.collapse_keys {
             importer = importer.collapse_keys(collapse);
         }
@@ -148,7 +148,7 @@ impl ConvertOptions {
 
 /// Options of all writers; each reads its own.
 pub(crate) struct WriteOptions {
-    writing: Writing,
+    writing: OutputOptions,
     /// Those that were given, of those that only some formats take.
     stated: Vec<WriteOption>,
     /// What a picture calls the clip.
@@ -171,12 +171,12 @@ impl WriteOptions {
             .filter(|option| given.states(option.as_str()));
         let stated = stated.collect();
         let own: OwnWriteOptions = given.take()?;
-        let mut smaller: Smaller = given.take()?;
-        let bvh: WritingBvh = given.take()?;
+        let mut smaller: SizeOptions = given.take()?;
+        let bvh: BvhOutputOptions = given.take()?;
         given.end()?;
         // A job rounds keys where a largest error is given; a call leaves them as they are.
         smaller.compress.get_or_insert(Compression::None);
-        let mut writing = Writing::default();
+        let mut writing = OutputOptions::default();
         (writing.smaller, writing.bvh) = (smaller, bvh);
         (writing.keep_constant, writing.skeleton_only) = (own.keep_constant, own.skeleton_only);
         // The page gets one file.
@@ -214,7 +214,7 @@ impl WriteOptions {
     }
 }
 
-pub(crate) struct RetargetOptions {
+pub(crate) struct PoseRetargetOptions {
     character: CharacterTarget,
     own: OwnRetargetOptions,
 }
@@ -228,7 +228,7 @@ struct OwnRetargetOptions {
     limb_angles: bool,
 }
 
-impl RetargetOptions {
+impl PoseRetargetOptions {
     pub(crate) fn of(options: Value) -> Result<Self, Failure> {
         let mut given = Given::new("retarget", options)?;
         let made = Self {
@@ -239,7 +239,7 @@ impl RetargetOptions {
         Ok(made)
     }
 
-    pub(crate) fn retargeting(&self) -> Result<RetargetingOptions, Failure> {
+    pub(crate) fn retargeting(&self) -> Result<RetargetOptions, Failure> {
         let options = JobTarget::Character(self.character.clone()).options()?;
         Ok(options
             .source_bones(self.own.bones.clone())

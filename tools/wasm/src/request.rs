@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, Takes};
+use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, ValueKind};
 use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
-use mocap::retargeting::{Report, Retargeting, SourceMotion, Target, apply_steps};
+use mocap::retargeting::{Report, Retargeter, SourceMotion, Target, apply_steps};
 use mocap::robot::add_links;
 use mocap::scene::{Assumption, RootOffsetUsed};
-use mocap::{Code, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
+use mocap::{Code, ExportFile, Importer, MemoryFile, Scene, SkeletonMesh};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -17,7 +17,7 @@ use serde_json::Value;
 use crate::answer::SceneAt;
 use crate::failure::{Failure, Finding};
 use crate::laboratory::{self, Columns};
-use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, WriteOptions};
+use crate::options::{ConvertOptions, PoseRetargetOptions, ReadOptions, WriteOptions};
 use crate::robot_streams::{self, StreamOptions};
 use crate::scenes::{Entry, Scenes};
 use crate::state::State;
@@ -153,7 +153,7 @@ pub(crate) fn answer(state: &mut State, request: &[u8], files: &[Vec<u8>]) -> Re
             scene,
             character,
             options,
-        } => retarget(scenes, scene, character, &RetargetOptions::of(options)?),
+        } => retarget(scenes, scene, character, &PoseRetargetOptions::of(options)?),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::RobotMotion { scene } => robot_motion(scenes.get(scene)?),
         Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &WriteOptions::of(options)?),
@@ -210,7 +210,9 @@ fn parsed<T: DeserializeOwned>(request: &[u8]) -> Result<T, Failure> {
 fn steps() -> Value {
     let of = |step: &StepInfo| {
         let keys = step.keys.iter().map(|key| match key.takes {
-            Takes::OneOf(words) => serde_json::json!({"name": key.name(), "takes": key.takes.symbol(), "words": words}),
+            ValueKind::OneOf(words) => {
+                serde_json::json!({"name": key.name(), "takes": key.takes.symbol(), "words": words})
+            }
             takes => serde_json::json!({"name": key.name(), "takes": takes.symbol()}),
         });
         let keys: Vec<Value> = keys.collect();
@@ -224,7 +226,7 @@ fn run(job: &Value, names: &[String], files: &[Vec<u8>]) -> Result<Answer, Failu
     let (first, mut all) = memory_files(names, files)?;
     all.insert(0, first);
     let (written, report) = job.run_in_memory(&all)?;
-    let bytes = written.files.into_iter().flat_map(WrittenFile::into_bytes);
+    let bytes = written.files.into_iter().flat_map(ExportFile::into_bytes);
     Ok((json(&report)?, bytes.collect()))
 }
 
@@ -457,7 +459,12 @@ fn robot_motion(entry: &Entry) -> Result<Answer, Failure> {
     Ok((json(&said)?, robot_streams::numbers(motion)))
 }
 
-fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &RetargetOptions) -> Result<Answer, Failure> {
+fn retarget(
+    scenes: &mut Scenes,
+    motion: u32,
+    character: u32,
+    options: &PoseRetargetOptions,
+) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     struct Retargeted<'a> {
         #[serde(flatten)]
@@ -471,7 +478,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         (None, None) => Target::from(target.scene.clone()),
     };
     let (source, assumptions) = in_metres(entry)?;
-    let mut retargeting = Retargeting::onto(onto, options.retargeting()?)?;
+    let mut retargeting = Retargeter::onto(onto, options.retargeting()?)?;
     let source = SourceMotion::converted(source);
     retargeting.add(match options.name() {
         Some(name) => source.named(name),

@@ -7,7 +7,7 @@ use mocap::figure::Humanoid;
 use mocap::glam::Mat4;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::LimbAngles;
-use mocap::retargeting::Retargeting;
+use mocap::retargeting::Retargeter;
 use mocap::robot::{Robot, add_links, robot_scene};
 use mocap::{Binding, Pose, Scene};
 
@@ -21,7 +21,7 @@ pub(crate) struct Entry {
     /// The robot that it is the links of.
     pub(crate) robot: Option<Arc<Robot>>,
     /// The motion that was put on the robot.
-    pub(crate) on_robot: Option<Arc<Retargeting>>,
+    pub(crate) on_robot: Option<Arc<Retargeter>>,
     /// Which joints are which bones, where that is known.
     pub(crate) humanoid: Option<Humanoid>,
     /// Whether a conversion made it, so that what a file leaves open is known.
@@ -70,7 +70,7 @@ impl Entry {
         }
     }
 
-    pub(crate) fn on_robot(mut self, robot: Option<Arc<Robot>>, motion: Option<Arc<Retargeting>>) -> Self {
+    pub(crate) fn on_robot(mut self, robot: Option<Arc<Robot>>, motion: Option<Arc<Retargeter>>) -> Self {
         self.robot = robot;
         self.on_robot = motion;
         self

@@ -6,7 +6,7 @@ use mocap::gltf;
 use mocap::job::RobotFormat;
 use mocap::render::{Clip, Drawing, SheetOptions};
 use mocap::scene::{Assumption, UpAxis};
-use mocap::{Conversion, Error, FormatInfo, Scene, WriteOption, Written};
+use mocap::{Conversion, Error, Export, FormatInfo, Scene, WriteOption};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -48,8 +48,8 @@ struct Said {
 struct WriterReport {
     nodes: usize,
     notes: Vec<String>,
-    renamed: Vec<gltf::Renamed>,
-    achieved: Option<gltf::Achieved>,
+    renamed: Vec<gltf::NodeRename>,
+    achieved: Option<gltf::Deviation>,
 }
 
 pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {
@@ -114,7 +114,7 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     file(exporter.write_as(&scene, name)?, assumptions)
 }
 
-fn file(mut written: Written, assumptions: Vec<Assumption>) -> Result<Answer, Failure> {
+fn file(mut written: Export, assumptions: Vec<Assumption>) -> Result<Answer, Failure> {
     let said = Said {
         assumptions,
         warnings: std::mem::take(&mut written.warnings),

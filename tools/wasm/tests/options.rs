@@ -14,7 +14,7 @@ use mocap::dump::SceneView;
 use mocap::figure::{BoneNames, Humanoid, HumanoidBone, HumanoidMap};
 use mocap::gltf::{BufferPlace, Compression};
 use mocap::retarget::Scale;
-use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion, Target};
+use mocap::retargeting::{RetargetOptions, Retargeter, SourceMotion, Target};
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
 use mocap::solve::Lengths;
 use mocap::{Clips, Conversion, Error, Exporter, Importer, MemoryFile, Scene, SkeletonMesh};
@@ -356,7 +356,7 @@ fn options_of_the_clip_of_a_character_are_those_of_gltf() {
     let target = Target::Character(std::sync::Arc::new(importer().read_character(file, &[]).unwrap()));
     let mut scene = imported(&importer(), WALK, "a.bvh").unwrap();
     Conversion::new().apply(&mut scene).unwrap();
-    let mut retargeting = Retargeting::onto(target, RetargetingOptions::new()).unwrap();
+    let mut retargeting = Retargeter::onto(target, RetargetOptions::new()).unwrap();
     retargeting.add(SourceMotion::converted(scene)).unwrap();
     let expected = retargeting.character_file().unwrap().unwrap();
     assert!(written(&moved, "glb", &json!({})).unwrap() == expected.into_bytes().unwrap());
@@ -369,7 +369,7 @@ fn options_of_retargeting_are_those_of_the_library() {
         read(walk, "a.bvh", &json!({})).unwrap(),
         read(body, "b.bvh", &json!({})).unwrap(),
     );
-    let new = RetargetingOptions::new;
+    let new = RetargetOptions::new;
     let neck = bones(&[(HumanoidBone::Head, "Neck1")]);
     let body_scene = imported(&importer(), body, "b.bvh").unwrap();
     let shoulder = Humanoid::of(&body_scene).joint(HumanoidBone::LeftShoulder).unwrap();
@@ -385,11 +385,11 @@ fn options_of_retargeting_are_those_of_the_library() {
             new().target_bones(moved),
         ),
     ];
-    let expected = |options: RetargetingOptions| {
+    let expected = |options: RetargetOptions| {
         let mut source = imported(&importer(), walk, "a.bvh").unwrap();
         Conversion::new().apply(&mut source).unwrap();
         let target = Target::from(imported(&importer(), body, "b.bvh").unwrap());
-        let mut retargeting = Retargeting::onto(target, options).unwrap();
+        let mut retargeting = Retargeter::onto(target, options).unwrap();
         retargeting.add(SourceMotion::converted(source)).unwrap();
         let reports = retargeting.clips().iter().map(|clip| clip.report.clone());
         // Read as the answer is, so that numbers are rounded as its numbers are.

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use mocap::job::Job;
-use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds};
+use mocap::survey::{ClipRecord, ClipRow, Condition, Corpus, DefectKind, Quality, Thresholds};
 
 use crate::program::{Folder, words};
 use crate::{ROOT, at_root};
 
 const WALK: &str = "cmu_12_01_walk.bvh";
 
-fn rows_of(file: &str) -> Vec<Examined> {
+fn rows_of(file: &str) -> Vec<ClipRecord> {
     let scene = mocap::import(Path::new(ROOT).join("fixtures/real").join(file)).unwrap();
     Thresholds::default().examine(&scene, file)
 }
@@ -111,10 +111,10 @@ fn a_record_is_read_again() {
     clips.extend(rows_of("lecture_Test.bvh"));
     clips.push(ClipRow::unreadable("broken.bvh", "it is").into());
     let corpus = Corpus::new(clips, &thresholds);
-    let again = Corpus::new(Examined::from_lines(&corpus.to_record()).unwrap(), &thresholds);
+    let again = Corpus::new(ClipRecord::from_lines(&corpus.to_record()).unwrap(), &thresholds);
     assert_eq!(corpus, again);
     assert!(
-        Examined::from_lines("{}\nnonsense")
+        ClipRecord::from_lines("{}\nnonsense")
             .unwrap_err()
             .to_string()
             .contains("line 1")
@@ -327,7 +327,7 @@ fn a_survey_is_a_job() {
 /// Whoever dances on the spot stands on the floor; on a treadmill the feet that stand go backwards.
 #[test]
 fn a_dance_is_no_treadmill_and_a_walk_in_place_is_one() {
-    let amount = |clips: Vec<Examined>| clips[0].row.amounts[&DefectKind::Treadmill];
+    let amount = |clips: Vec<ClipRecord>| clips[0].row.amounts[&DefectKind::Treadmill];
     assert!(amount(rows_of("z_up_dab.bvh")) < 1.5);
     let folder = Folder::of_real(&[WALK]);
     folder.succeeds(&format!("edit {WALK} -o here.bvh --step in-place"));

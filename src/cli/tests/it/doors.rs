@@ -218,7 +218,7 @@ fn table(cells: &[(Row, Vec<Cell>)]) -> String {
 
 const HEAD: &str = "# Every door by every format
 
-Written by `MOCAP_WRITE=1 cargo test --features meshopt --test it doors`, which runs each cell. Each that works is a job too:
+Export by `MOCAP_WRITE=1 cargo test --features meshopt --test it doors`, which runs each cell. Each that works is a job too:
 what `--print-job` prints gives the same bytes by `mocap run`, `mocap.run` in Python and `mocap_run` in C, which read files,
 and by `run` in JavaScript, which has them in memory. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use clap::{Arg, Command, CommandFactory};
-use mocap::edit::{EditStep, Takes};
+use mocap::edit::{EditStep, ValueKind};
 use mocap_cli::internals::Args;
 
 use crate::program::{Folder, words};
@@ -55,7 +55,7 @@ fn every_length_of_a_step_needs_its_unit() {
     let step = edit.get_arguments().find(|arg| arg.get_id() == "step").unwrap();
     let mut tried = 0;
     for info in EditStep::ALL {
-        for key in info.keys.iter().filter(|key| key.takes == Takes::Metres) {
+        for key in info.keys.iter().filter(|key| key.takes == ValueKind::Metres) {
             for name in [key.name(), key.field.to_owned()] {
                 let said = refusal(step, &format!("{}:{name}=5", info.name)).unwrap_or_default();
                 assert!(

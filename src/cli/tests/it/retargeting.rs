@@ -1,8 +1,8 @@
-//! `retarget` and `robot` against `Retargeting`.
+//! `retarget` and `robot` against `Retargeter`.
 
 use mocap::Importer;
 use mocap::gltf::Character;
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::Scene;
 
 use crate::at_root;
@@ -35,12 +35,12 @@ fn the_program_and_the_library_give_the_same_bytes() {
         assert!(done.status.success(), "{}", crate::program::words(&done));
         std::fs::read(output).unwrap()
     };
-    let retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(import(SHORT), character(), RetargetOptions::new()).unwrap();
     let program = run(&["retarget", SHORT, CHARACTER, "--embed"], "out.gltf");
     assert!(retargeting.character_file().unwrap().unwrap().into_bytes().unwrap() == program);
 
     let robot = Importer::new().import_robot(at_root(ROBOT)).unwrap();
-    let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(import(SHORT), robot, RetargetOptions::new()).unwrap();
     let motion = retargeting.clips()[0].robot_motion.as_ref().unwrap();
     let program = run(&["robot", SHORT, "--robot", ROBOT, "--to", "pkl"], "out.pkl");
     assert!(mocap::arrays::robot_pickle(motion) == program);

@@ -6,9 +6,9 @@ use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
 use mocap::glam::{Mat4, Vec2, Vec3};
 use mocap::matching::{
-    Controller, Database, FeatureTree, FindOptions, Found, Gamepad, IndexedClip, Moves, Query, Trajectory,
+    Controller, Database, FeatureTree, FindOptions, Gamepad, IndexedClip, Match, Moves, Query, Trajectory,
 };
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, NodeId};
 use mocap::{Code, Conversion, Pose, Scene};
 use sha2::{Digest, Sha256};
@@ -25,7 +25,7 @@ fn indexed(scene: &Scene) -> IndexedClip {
 
 /// The walk on the skeleton of another file.
 fn on_another(skeleton: &str) -> Scene {
-    let moved = Retargeting::new(import(WALK), import(skeleton), RetargetingOptions::new()).unwrap();
+    let moved = Retargeter::new(import(WALK), import(skeleton), RetargetOptions::new()).unwrap();
     let mut scene = moved.target().scene().into_owned();
     scene.animations = vec![moved.clips()[0].animation.clone()];
     scene
@@ -118,7 +118,7 @@ fn a_mirrored_clip_is_that_of_the_mirrored_motion() {
     assert_eq!(own.mirror(), plain);
 }
 
-fn best(database: &Database, scene: &Scene, part: &str) -> Found {
+fn best(database: &Database, scene: &Scene, part: &str) -> Match {
     let query = Query::part(scene, 0, part.parse().unwrap()).unwrap();
     database.find(&query, &FindOptions::new()).remove(0)
 }
@@ -132,7 +132,7 @@ fn a_part_is_found_on_other_skeletons_mirrored_and_slower() {
             .flat_map(|file| IndexedClip::of(&import(file), file, false))
             .collect(),
     );
-    let is_there = |found: &Found, first: f64| {
+    let is_there = |found: &Match, first: f64| {
         assert!(found.file == WALK && (found.first - first).abs() < 0.16, "{found:?}");
     };
     let on_dancer = on_another("rokoko_dance.bvh");
@@ -276,7 +276,7 @@ fn matched_of(files: &[&str]) -> (Database, Moves, Scene) {
     for file in files {
         let scene = import(file);
         let of_file = IndexedClip::of(&scene, file, true);
-        let retargeting = Retargeting::new(scene, hero.clone(), RetargetingOptions::new()).unwrap();
+        let retargeting = Retargeter::new(scene, hero.clone(), RetargetOptions::new()).unwrap();
         let animation = retargeting.into_clips().remove(0).animation;
         for clip in &of_file {
             moves.add(clip, &animation).unwrap();

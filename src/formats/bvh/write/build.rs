@@ -11,7 +11,7 @@ use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, Nod
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{BvhOptions, Channels};
-use crate::Renamed;
+use crate::NodeRename;
 use crate::unique_names::{UniqueNames, is_separator};
 
 /// The order for joints that have none; most programs write it.
@@ -21,7 +21,7 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 const POSE_FRAME_RATE: f64 = 30.0;
 
 /// The text, and the nodes that are called otherwise in it.
-pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<Renamed>)> {
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<NodeRename>)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
     let (heads, renamed) = heads(scene, &joints);
@@ -329,7 +329,7 @@ fn push_line(text: &mut String, indentation: usize, line: &str) {
 /// `JOINT name` of each node, and the nodes that are called otherwise there. Blender keeps the last of several joints
 /// of one name. A joint keeps the name that a group has too. An end site with the name that readers make for one is
 /// written without a name.
-fn heads(scene: &Scene, joints: &[Joint<'_>]) -> (Vec<String>, Vec<Renamed>) {
+fn heads(scene: &Scene, joints: &[Joint<'_>]) -> (Vec<String>, Vec<NodeRename>) {
     let (mut unique, mut renamed) = (UniqueNames::default(), Vec::new());
     let mut head = |joint: &Joint<'_>| {
         let keyword = match (joint.is_end_site, joint.depth) {

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{AnalogChannel, Event, ForcePlate, Recorded};
+use mocap_scene::scene::{AnalogChannel, Event, ForcePlate, Recording};
 
 use super::bytes::Processor;
 use super::parameters::Parameters;
@@ -29,7 +29,7 @@ pub(super) fn read(
     parameters: &Parameters,
     frames: usize,
     warnings: &mut Warnings,
-) -> Option<Recorded> {
+) -> Option<Recording> {
     let mut events = events(header, parameters);
     if events.is_empty() {
         events = header_events(bytes, processor, header);
@@ -37,14 +37,14 @@ pub(super) fn read(
     events.retain(|event| event.time.is_finite());
     events.sort_by(|a, b| a.time.total_cmp(&b.time));
     let (per_frame, channels) = channels(bytes, processor, header, parameters, frames, warnings);
-    let recorded = Recorded {
+    let recorded = Recording {
         events,
         analog_rate: header.frame_rate * per_frame as f64,
         samples_per_frame: per_frame,
         plates: plates(parameters, header, &channels, warnings),
         channels,
     };
-    (recorded != Recorded::default()).then_some(recorded)
+    (recorded != Recording::default()).then_some(recorded)
 }
 
 /// The events of the parameters. Their times count from frame 1, which may have been cut off.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{Assumption, Format, Recorded, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Assumption, Format, Recording, Scene, Topic, UpAxis};
 
 use super::Header;
 use super::parameters::Parameters;
@@ -16,7 +16,7 @@ pub(super) fn build(
     parameters: &Parameters,
     header: &Header,
     points: Points,
-    recorded: Option<Recorded>,
+    recorded: Option<Recording>,
     warnings: &mut Warnings,
 ) -> Scene {
     let mut scene = Scene::default();
@@ -56,7 +56,7 @@ pub(super) fn build(
 }
 
 /// Says what is there beside motion, which outputs of motion cannot hold.
-fn say(recorded: &Recorded, mut assume: impl FnMut(Topic, &str, &str)) {
+fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     let (channels, plates) = (recorded.channels.len(), recorded.plates.len());
     if channels > 0 {
         let rate = recorded.analog_rate;

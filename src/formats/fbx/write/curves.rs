@@ -12,7 +12,7 @@ use mocap_scene::scene::{Animation, Scene};
 
 use super::skeleton::Placed;
 use super::space::Space;
-use crate::Achieved;
+use crate::Deviation;
 
 /// What a track moves.
 #[derive(Clone, Copy)]
@@ -145,8 +145,8 @@ impl<'a> Reduced<'a> {
     }
 
     /// Adds the error of the clip to that of others, in metres.
-    pub(super) fn add_error(&self, scene: &Scene, sum: &mut Option<Achieved>) {
-        Achieved::add(sum, scene, &self.clip, self.metres);
+    pub(super) fn add_error(&self, scene: &Scene, sum: &mut Option<Deviation>) {
+        Deviation::add(sum, scene, &self.clip, self.metres);
     }
 
     /// The curves of a part of a node that has any; `None` where every key stays.

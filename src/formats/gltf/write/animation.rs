@@ -19,7 +19,7 @@ use super::rest::Rest;
 use super::text::{Animation, Channel, Sampler, Target};
 use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, with_middles, without_noise};
 use super::{GltfOptions, GltfReport};
-use crate::Achieved;
+use crate::Deviation;
 
 /// What becomes of the nodes of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,7 +185,7 @@ fn compressed(
 impl GltfReport {
     /// Adds the error of one more animation.
     fn add_error(&mut self, scene: &Scene, clip: &CompressedClip) {
-        Achieved::add(&mut self.achieved, scene, clip, 1.0);
+        Deviation::add(&mut self.achieved, scene, clip, 1.0);
     }
 }
 

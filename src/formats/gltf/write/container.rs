@@ -9,7 +9,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 
 use super::glb::Glb;
 use super::{Document, text};
-use crate::WrittenFile;
+use crate::ExportFile;
 
 impl Document {
     /// The bytes of a `.glb` file.
@@ -30,16 +30,16 @@ impl Document {
     }
 
     /// A `.glb` file; its buffer is not copied.
-    pub(in crate::gltf) fn into_glb_file(self, name: &str) -> Result<WrittenFile> {
+    pub(in crate::gltf) fn into_glb_file(self, name: &str) -> Result<ExportFile> {
         let glb = self.glb()?;
-        Ok(WrittenFile::of_parts(name, vec![glb.head, self.bin, glb.tail]))
+        Ok(ExportFile::of_parts(name, vec![glb.head, self.bin, glb.tail]))
     }
 
     /// A `.gltf` file after the `.bin` of its buffer, which has the same name, and is absent where it is empty.
-    pub(in crate::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<WrittenFile>> {
+    pub(in crate::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<ExportFile>> {
         let bin_name = bin_name(name);
-        let text = WrittenFile::new(name, self.to_text_and_bin(&bin_name)?.0);
-        let bin = (!self.bin.is_empty()).then(|| WrittenFile::new(bin_name, self.bin));
+        let text = ExportFile::new(name, self.to_text_and_bin(&bin_name)?.0);
+        let bin = (!self.bin.is_empty()).then(|| ExportFile::new(bin_name, self.bin));
         Ok(bin.into_iter().chain([text]).collect())
     }
 

@@ -14,7 +14,7 @@ use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Clip, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions};
-use crate::{WriteOptions, Written, WrittenFile};
+use crate::{Export, ExportFile, WriteOptions};
 
 /// The lists of what may stand in files of its own.
 #[derive(Default, Deserialize)]
@@ -58,7 +58,7 @@ struct Target {
 }
 
 /// The files of a scene in its original: `.gltf` where the name has that extension, otherwise `.glb`.
-pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, gltf: &GltfOptions) -> Result<Written> {
+pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, gltf: &GltfOptions) -> Result<Export> {
     original.check(scene)?;
     let file = &*original.file;
     // The clips go where the nodes are, which a scene whose joints stand in the bind pose does not know.
@@ -88,13 +88,13 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     }
     let (mut files, report) = patch::with_animations(&bytes, &skeleton, &clips, replaced, &embedded, name)?;
     if is_text != was_text {
-        let bytes = files.pop().map(WrittenFile::into_bytes).unwrap_or_default();
+        let bytes = files.pop().map(ExportFile::into_bytes).unwrap_or_default();
         files = match is_text {
             true => text_and_bin(name, &bytes, gltf.buffer)?,
-            false => vec![WrittenFile::new(name, glb_of_text(&bytes)?)],
+            false => vec![ExportFile::new(name, glb_of_text(&bytes)?)],
         };
     }
-    let mut written = Written {
+    let mut written = Export {
         files,
         nodes: scene.nodes.len(),
         ..report.written()
@@ -153,19 +153,19 @@ fn kind_of(name: &str) -> &'static str {
 }
 
 /// A `.glb` as a text and its buffer.
-fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<WrittenFile>> {
+fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<ExportFile>> {
     let (text, bin) = json::split(glb)?;
     let text = utf8(text)?.trim_end();
     let mut edits = Edits::new(text);
     let Lists { buffers, .. } = parse(text)?;
     let (Some(bin), Some(buffer)) = (bin, buffers.first()) else {
-        return Ok(vec![WrittenFile::new(name, text.as_bytes().to_vec())]);
+        return Ok(vec![ExportFile::new(name, text.as_bytes().to_vec())]);
     };
     let beside = (embedded == BufferPlace::Beside).then(|| bin_name(name));
     let uri = uri_of_buffer(beside.as_deref(), bin);
     edits.insert_in(buffer, format!("\"uri\":\"{uri}\","));
-    let text = WrittenFile::new(name, edits.finish().into_bytes());
-    let beside = beside.map(|beside| WrittenFile::new(beside, bin.to_vec()));
+    let text = ExportFile::new(name, edits.finish().into_bytes());
+    let beside = beside.map(|beside| ExportFile::new(beside, bin.to_vec()));
     Ok(beside.into_iter().chain([text]).collect())
 }
 

@@ -2,7 +2,7 @@
 
 use mocap_scene::scene::Scene;
 
-use super::Renamed;
+use super::NodeRename;
 use crate::unique_names::UniqueNames;
 
 /// What separates the names of a path in Unity, which finds animated nodes by it.
@@ -22,7 +22,7 @@ impl Names {
     }
 
     /// A name for every node of `scene`, in its order, and the changed ones.
-    pub(super) fn of_nodes(&mut self, scene: &Scene) -> (Vec<String>, Vec<Renamed>) {
+    pub(super) fn of_nodes(&mut self, scene: &Scene) -> (Vec<String>, Vec<NodeRename>) {
         let mut renamed = Vec::new();
         let is_allowed = |c: char| c != SEPARATOR && !c.is_control();
         let names = (0..scene.nodes.len())

@@ -20,7 +20,7 @@ use super::freed::{Freed, NO_ACCESSOR, NO_VIEW};
 use super::glb::Glb;
 use super::rest::Rest;
 use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
-use crate::WrittenFile;
+use crate::ExportFile;
 
 /// The sections of a file that may change, as they are written there.
 #[derive(Default, Deserialize)]
@@ -133,7 +133,7 @@ pub(in super::super) fn with_animations(
     replaced: Replaced,
     options: &GltfOptions,
     name: &str,
-) -> Result<(Vec<WrittenFile>, GltfReport)> {
+) -> Result<(Vec<ExportFile>, GltfReport)> {
     let is_glb = bytes.starts_with(MAGIC);
     let (text, bin) = json::split(bytes)?;
     let text = utf8(text)?;
@@ -228,9 +228,9 @@ pub(in super::super) fn with_animations(
         let mark = bytes.len() - bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).len();
         [&bytes[..mark], text.as_bytes()].concat()
     };
-    let beside = beside.map(|beside| WrittenFile::new(beside, parts.bytes));
-    let files = Vec::from_iter(beside.into_iter().chain([WrittenFile::new(name, file)]));
-    report.bytes = files.iter().map(WrittenFile::len).sum();
+    let beside = beside.map(|beside| ExportFile::new(beside, parts.bytes));
+    let files = Vec::from_iter(beside.into_iter().chain([ExportFile::new(name, file)]));
+    report.bytes = files.iter().map(ExportFile::len).sum();
     Ok((files, report))
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::kinematics::{self, Capture, Placement, Root};
 use mocap::convert::RestPoseSource;
-use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::retargeting::{RetargetOptions, Retargeter, Target};
 use mocap::{Conversion, Exporter, Format, Importer, Pose, Scene};
 
 /// In metres.
@@ -16,7 +16,7 @@ fn moving(character: &str) -> Scene {
     let path = Path::new("../../fixtures/characters").join(character);
     let target = Target::import(path, &Importer::new()).unwrap();
     let motion = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
-    let retargeting = Retargeting::new(motion, target, RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(motion, target, RetargetOptions::new()).unwrap();
     retargeting.scene_in_metres().unwrap()
 }
 

@@ -7,9 +7,9 @@ use std::fs;
 use mocap::compress::ErrorBound;
 use mocap::glam::{DQuat, DVec3, Vec3};
 use mocap::gltf::{Character, Compression, GltfOptions, Provenance};
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Animation, Keys};
-use mocap::{Code, Conversion, Importer, Result, Scene, Written};
+use mocap::{Code, Conversion, Export, Importer, Result, Scene};
 use serde_json::Value;
 
 /// The largest error, in metres, and what single precision adds.
@@ -48,7 +48,7 @@ fn import(bytes: &[u8], name: &str) -> Character {
     Importer::new().import_character(&path).unwrap()
 }
 
-fn with_clip(character: &Character, (clip, from): &(Animation, Provenance), options: &GltfOptions) -> Result<Written> {
+fn with_clip(character: &Character, (clip, from): &(Animation, Provenance), options: &GltfOptions) -> Result<Export> {
     let motions = Scene {
         animations: vec![clip.clone()],
         ..character.scene().clone()
@@ -58,8 +58,8 @@ fn with_clip(character: &Character, (clip, from): &(Animation, Provenance), opti
 
 fn walk(character: &Character) -> (Animation, Provenance) {
     let motion = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
-    let options = RetargetOptions::new().target(character.humanoid().cloned());
-    let mut retargeter = Retargeter::new(&motion, character.scene(), &options).unwrap();
+    let options = PoseRetargetOptions::new().target(character.humanoid().cloned());
+    let mut retargeter = PoseRetargeter::new(&motion, character.scene(), &options).unwrap();
     let animation = retargeter.animation(&motion, &motion.animations[0]);
     (animation, Provenance::of_clip(&motion, 0))
 }

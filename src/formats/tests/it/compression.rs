@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use crate::sample::{Sample, is_all};
 use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
-use mocap::gltf::{Achieved, Compression, Document, GltfOptions};
+use mocap::gltf::{Compression, Deviation, Document, GltfOptions};
 
 use mocap::scene::{Keys, Node, NodeId, Scene};
 use mocap::verify::Verification;
@@ -307,7 +307,7 @@ fn the_report_says_how_far_and_where() {
     let source = import("z_up_dab.bvh");
     let scene = in_metres(&source);
     let document = Document::new(&scene, &options(Compression::Int16, 0.005)).unwrap();
-    let Achieved {
+    let Deviation {
         max_error,
         rms_error,
         joint,

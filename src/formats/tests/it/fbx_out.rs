@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::sample::Sample;
 use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 use mocap::verify::Verifier;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
@@ -548,7 +548,7 @@ fn characters_move_as_their_glb_does() {
         assert!(scene.textures.len() >= textures);
         let mut source = import("../../fixtures/real/cmu_short.bvh").unwrap();
         source.animations.truncate(1);
-        let mut retargeter = Retargeter::new(&source, &scene, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(&source, &scene, &PoseRetargetOptions::default()).unwrap();
         let (clip, _) = retargeter.clip(&source, 0, &scene, false).unwrap();
         scene.animations = vec![clip];
         let (bytes, report) = FbxOptions::default().write(&scene).unwrap();

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use mocap::figure::vrm_humanoid;
 use mocap::glam::Vec3;
-use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion};
+use mocap::retargeting::{RetargetOptions, Retargeter, SourceMotion};
 use mocap::scene::{Face, HumanoidBone};
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
@@ -322,7 +322,7 @@ fn bytes_behind_the_last_table_are_said() {
     assert_eq!(scene.animations, whole_scene.animations);
 }
 
-fn written(scene: &Scene) -> (Vec<u8>, mocap::Written) {
+fn written(scene: &Scene) -> (Vec<u8>, mocap::Export) {
     let written = Exporter::new().write(scene, Format::Vmd).unwrap();
     (written.clone().into_bytes().unwrap(), written)
 }
@@ -481,7 +481,7 @@ fn a_motion_is_retargeted_onto_a_model_and_written_for_it() {
     let mut walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     Conversion::new().frame_rate(30.0).apply(&mut walk).unwrap();
     let model = Importer::new().import(MODEL).unwrap();
-    let mut retargeting = Retargeting::onto(model, RetargetingOptions::new()).unwrap();
+    let mut retargeting = Retargeter::onto(model, RetargetOptions::new()).unwrap();
     retargeting.add(SourceMotion::converted(walk)).unwrap();
     let scene = retargeting.scene();
     let (bytes, said) = written(&scene);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mocap::figure::{Humanoid, HumanoidBone as Bone, vrm_humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::GltfOptions;
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Confidence, Format, Keys, NodeId};
 use mocap::verify::{FindingKind, Verification};
 use mocap::vrma::VrmaOptions;
@@ -66,7 +66,7 @@ fn sources() -> Vec<(String, Scene, f32)> {
     // A VRM 0 character faces -Z, and so does its motion.
     let walk = motion("real/cmu_12_01_walk.bvh");
     let mut turned = character("human_vrm0");
-    let mut retargeter = Retargeter::new(&walk, &turned, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(&walk, &turned, &PoseRetargetOptions::default()).unwrap();
     turned.animations = vec![retargeter.animation(&walk, &walk.animations[0])];
     sources.push(("human_vrm0".to_owned(), turned, 180.0));
     sources
@@ -367,7 +367,7 @@ fn a_character_moves_by_the_animation_as_by_its_source() {
         let over = read(&written(&scene));
         let target = character("human_vrm1");
         let moved = |source: &Scene| {
-            let mut retargeter = Retargeter::new(source, &target, &RetargetOptions::default()).unwrap();
+            let mut retargeter = PoseRetargeter::new(source, &target, &PoseRetargetOptions::default()).unwrap();
             let animation = retargeter.animation(source, &source.animations[0]);
             Scene {
                 animations: vec![animation],

@@ -4,7 +4,7 @@ use mocap::edit::{EditStep, Mirror};
 use mocap::glam::{EulerRot, Quat, Vec3};
 use mocap::gltf::GltfOptions;
 use mocap::job::{Maker, MotionJob};
-use mocap::retargeting::{Retargeting, RetargetingOptions, apply_steps};
+use mocap::retargeting::{RetargetOptions, Retargeter, apply_steps};
 use mocap::scene::{Face, HumanoidBone, NodeId, NodeKind};
 use mocap::verify::{FindingKind, Verification};
 use mocap::vrma::VrmaOptions;
@@ -212,7 +212,7 @@ fn values(bytes: &[u8], node: &str, path: &str) -> Vec<f32> {
         .collect()
 }
 
-fn retargeted(output: &str) -> mocap::Written {
+fn retargeted(output: &str) -> mocap::Export {
     let job = json!({
         "source": { "inputs": ["../../fixtures/made/face.vrma"] },
         "target": { "character": { "file": "../../fixtures/characters/human_vrm0.vrm" } },
@@ -295,7 +295,7 @@ fn the_scene_of_a_motion_on_a_character_keeps_the_face() {
     let character = Importer::new()
         .import_character("../../fixtures/characters/human_vrm0.vrm")
         .unwrap();
-    let retargeting = Retargeting::new(fixture(), character.clone(), RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(fixture(), character.clone(), RetargetOptions::new()).unwrap();
     let scene = retargeting.scene();
     assert_eq!(scene.validate(), []);
     assert_eq!(at(&scene, "happy", 1.0).0.x, 1.0);

@@ -7,7 +7,7 @@ use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::{BufferPlace, Provenance};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
 use mocap::verify::{Verification, Verifier};
-use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption, Written};
+use mocap::{Code, Conversion, Export, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
 
 use crate::sample::{Sample, is_all};
 
@@ -230,7 +230,7 @@ fn names_that_a_format_cannot_hold_are_replaced_and_told() {
 }
 
 /// Each name of the file is there once, and is that of the scene or one that the report has.
-fn check_names(names: &[&str], exported: &Written) {
+fn check_names(names: &[&str], exported: &Export) {
     assert_eq!(names.len(), 1 + NAMES.len(), "{names:?}");
     let once: std::collections::BTreeSet<_> = names.iter().collect();
     assert_eq!(once.len(), names.len(), "{names:?}");

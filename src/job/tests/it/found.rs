@@ -53,7 +53,7 @@ fn one_page_finds_its_source_once() {
     use mocap_figure::{Figure, HumanoidMap};
     use mocap_io::Importer;
     use mocap_render::{Clip, Page, PageClip};
-    use mocap_retarget::retargeting::{Retargeting, RetargetingOptions};
+    use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
 
     let mut scene = mocap_io::import("../../fixtures/real/cmu_short.bvh").unwrap();
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
@@ -68,7 +68,7 @@ fn one_page_finds_its_source_once() {
         let contacts = ContactOptions::default()
             .detect(&scene, 0, Some(&figure.humanoid))
             .unwrap();
-        let mut retargeting = Retargeting::onto(robot, RetargetingOptions::new()).unwrap();
+        let mut retargeting = Retargeter::onto(robot, RetargetOptions::new()).unwrap();
         let source = retargeting.prepare_figure(scene.clone(), &figure).unwrap();
         retargeting.add(source).unwrap();
         let clip = Clip {

@@ -4,7 +4,7 @@ use std::fs;
 
 use mocap::convert::{FirstFrame, Moment};
 use mocap::job::Job;
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::robot::RobotMotion;
 use mocap::{Conversion, MemoryFile};
 
@@ -261,11 +261,8 @@ fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
             .apply(&mut walk)
             .unwrap();
         // Frame by frame, so that a frame does not depend on those after it.
-        let options = RetargetingOptions::new()
-            .lock_feet(false)
-            .passes(1)
-            .conversion(conversion);
-        let moved = Retargeting::new(walk, robot.clone(), options).unwrap();
+        let options = RetargetOptions::new().lock_feet(false).passes(1).conversion(conversion);
+        let moved = Retargeter::new(walk, robot.clone(), options).unwrap();
         moved.clips()[0].robot_motion.clone().unwrap()
     };
     let whole = moved(Conversion::new(), FirstFrame::Keep);

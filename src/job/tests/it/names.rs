@@ -146,7 +146,7 @@ fn tables_are_those_of_files() {
     }
 }
 
-fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::Naming, mocap::Error> {
+fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::NamingReport, mocap::Error> {
     let names: HumanoidMap = serde_json::from_value(names.clone()).unwrap();
     let bones = Humanoid::of(scene);
     mocap::figure::name_joints(scene, &bones, &names)

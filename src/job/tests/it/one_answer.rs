@@ -4,7 +4,7 @@ use mocap::arrays::{ArrayOptions, Arrays, Contacts};
 use mocap::edit::{ContactOptions, DetectedContacts};
 use mocap::figure::{Figure, HumanoidBone as Bone, Side, vrm_humanoid};
 use mocap::glam::Vec3;
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::robot::{RobotOptions, RobotRetargeter};
 use mocap::scene::{NodeId, UpAxis};
 use mocap::{Conversion, Importer, Scene};
@@ -134,7 +134,7 @@ fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
     let with_robot = random.some(FILES, WITH_ROBOT);
     for file in FILES {
         let hero = import("skeletons/human_default.gltf");
-        let retargeting = Retargeting::new(part(&mut random, file), hero, RetargetingOptions::new()).unwrap();
+        let retargeting = Retargeter::new(part(&mut random, file), hero, RetargetOptions::new()).unwrap();
         let source = &retargeting.sources().next().unwrap().scene();
         let found = ContactOptions::default().detect(source, 0, None).unwrap();
         let held = |points: [Bone; 2]| -> usize {

@@ -4,7 +4,7 @@
 use std::f32::consts::FRAC_PI_2;
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::{Node, NodeId, NodeKind};
 use mocap::{Importer, MemoryFile, Pose, Scene};
 use serde_json::{Value, json};
@@ -60,7 +60,7 @@ fn with_armature(bytes: &[u8], turn: Quat, world_stays: bool) -> Vec<u8> {
 fn on(bytes: &[u8], name: &str) -> Scene {
     let file = MemoryFile { name, bytes };
     let character = Importer::new().gltf_meshes(true).read_character(file, &[]).unwrap();
-    let done = Retargeting::new(mocap::import(WALK).unwrap(), character, RetargetingOptions::new()).unwrap();
+    let done = Retargeter::new(mocap::import(WALK).unwrap(), character, RetargetOptions::new()).unwrap();
     done.scene()
 }
 
@@ -186,7 +186,7 @@ fn a_motion_comes_from_a_turned_armature_as_from_one_that_is_not() {
     ] {
         let scene = mocap::import(source).unwrap();
         let on = |scene: Scene| {
-            let done = Retargeting::new(scene, character.clone(), RetargetingOptions::new()).unwrap();
+            let done = Retargeter::new(scene, character.clone(), RetargetOptions::new()).unwrap();
             let scene = done.scene();
             positions(&scene, &joint_names(&scene))
         };

@@ -4,8 +4,8 @@ use std::f32::consts::FRAC_PI_2;
 
 use mocap::figure::{Creature, Humanoid};
 use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
-use mocap::retarget::{RetargetOptions, Retargeter, Verdict};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Verdict};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
 use mocap::{Pose, Scene};
 
@@ -168,7 +168,7 @@ fn creatures_are_refused_by_their_class() {
         assert_eq!(found.creature, Some(class), "{}", found.reason);
         assert!(!found.found && found.bones.is_empty());
         let hero = person(0);
-        let refused = Retargeter::new(&scene, &hero, &RetargetOptions::default()).unwrap_err();
+        let refused = PoseRetargeter::new(&scene, &hero, &PoseRetargetOptions::default()).unwrap_err();
         let words = refused.to_string();
         assert!(
             words.contains("not a humanoid") && words.contains(&found.reason),
@@ -254,7 +254,7 @@ fn a_creature_moves_as_another_of_its_kind() {
     for (size, heading) in [(1.0, 0.0), (1.7, FRAC_PI_2), (0.4, -FRAC_PI_2)] {
         let source = trot(dog(true));
         let target = rebuilt(&dog(true), size, heading);
-        let done = Retargeting::new(source.clone(), target, RetargetingOptions::new()).unwrap();
+        let done = Retargeter::new(source.clone(), target, RetargetOptions::new()).unwrap();
         let report = done.clips()[0].report.body().unwrap();
         assert_eq!(report.by_names.as_ref().unwrap().joints, source.nodes.len());
         assert_eq!(report.by_names.as_ref().unwrap().creature, "four-legged");
@@ -278,7 +278,7 @@ fn a_creature_moves_as_another_of_its_kind() {
 /// Joints that one of them lacks are said, and the others move.
 #[test]
 fn what_a_creature_lacks_is_said() {
-    let done = Retargeting::new(trot(dog(true)), dog(false), RetargetingOptions::new()).unwrap();
+    let done = Retargeter::new(trot(dog(true)), dog(false), RetargetOptions::new()).unwrap();
     let report = done.clips()[0].report.body().unwrap().by_names.clone().unwrap();
     assert_eq!(report.lacking, ["Tail", "Tail1"]);
     assert_eq!(report.joints, done.scene().nodes.len());
@@ -287,7 +287,7 @@ fn what_a_creature_lacks_is_said() {
 #[test]
 fn creatures_of_other_kinds_and_names_are_refused() {
     let refused = |source: Scene, target: Scene| {
-        let error = Retargeting::new(source, target, RetargetingOptions::new()).unwrap_err();
+        let error = Retargeter::new(source, target, RetargetOptions::new()).unwrap_err();
         assert_eq!(error.code().as_str(), "not-humanoid");
         error.to_string()
     };

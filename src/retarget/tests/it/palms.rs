@@ -3,7 +3,7 @@
 
 use mocap::glam::{Mat3, Vec3};
 use mocap::retarget::Aspect;
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::retargeting::{RetargetOptions, Retargeter};
 use mocap::scene::NodeId;
 use mocap::{Importer, Pose, Scene};
 
@@ -78,12 +78,12 @@ fn palms_are_as_far_off_as_the_report_says() {
             .import_character(format!("../../fixtures/characters/{file}"))
             .unwrap();
         let source = mocap::import("../../fixtures/real/rokoko_dance.bvh").unwrap();
-        let done = Retargeting::new(source, character, RetargetingOptions::new()).unwrap();
+        let done = Retargeter::new(source, character, RetargetOptions::new()).unwrap();
         let (from, to) = (done.sources().next().unwrap().scene(), done.scene());
         let angles = apart((from, &ROKOKO), (&to, names));
         let report = done.clips()[0].report.body().unwrap();
         for (side, bone) in ["leftHand", "rightHand"].into_iter().enumerate() {
-            let palm = |seen: &&mocap::retarget::Seen| seen.aspect == Aspect::Palm && seen.bone.as_str() == bone;
+            let palm = |seen: &&mocap::retarget::AspectError| seen.aspect == Aspect::Palm && seen.bone.as_str() == bone;
             let said = report.seen.iter().find(palm).unwrap().mean_degrees as f32;
             assert!(
                 (said - angles[side]).abs() < 5.0,

@@ -2,7 +2,7 @@
 
 use mocap::figure::{Axis, Figure, HumanoidBone as Bone, TPoseSource};
 use mocap::glam::Mat4;
-use mocap::retarget::{RetargetOptions, Retargeter, Verdict};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Verdict};
 use mocap::{Pose, Scene};
 
 use crate::characters::{character, motion};
@@ -134,7 +134,7 @@ fn few_frames_are_said_to_be_few() {
     for file in ["skeletons/accad_run_turn.bvh", "real/nan_tokens.bvh"] {
         let mut source = motion(file);
         source.trim(10.0, 30.0);
-        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
         let (_, report) = retargeter.clip(&source, 0, &target, false).unwrap();
         let said = |bone: Bone| report.guessed.iter().any(|guess| guess.bone == bone);
         assert!(said(Bone::Hips) && said(Bone::LeftFoot), "{file}: {:?}", report.guessed);
@@ -148,7 +148,7 @@ fn few_frames_are_said_to_be_few() {
 fn a_hand_that_the_source_lacks_goes_with_its_forearm() {
     let source = motion("skeletons/blender_rigify_names.bvh");
     let target = character("human_vrm1");
-    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
     let (animation, report) = retargeter.clip(&source, 0, &target, false).unwrap();
     let hand = report.unmapped.iter().find(|unmapped| unmapped.bone == Bone::LeftHand);
     assert!(hand.unwrap().reason.contains("follows the bone above"), "{hand:?}");

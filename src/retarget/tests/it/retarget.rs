@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use mocap::compress::PackedClip;
 use mocap::figure::{Figure, Humanoid, HumanoidBone as Bone, Sides};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Scale, Verdict};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
 use mocap::{Binding, Code, Conversion, Limits, Pose, Scene};
 
@@ -89,7 +89,7 @@ fn angle(a: Quat, b: Quat) -> f32 {
 
 /// A target with the motion of a source.
 fn retargeted(source: &Scene, target: &Scene) -> Scene {
-    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
     let animations = source
         .animations
         .iter()
@@ -128,7 +128,7 @@ const HANGING: &str = "real/slimevr_headset_root.bvh";
 
 /// The largest angle of a joint, and the largest distance of one in metres, between a whole clip and its single poses.
 fn off_between_clip_and_poses(source: &Scene, target: &Scene) -> (f32, f32) {
-    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
     let animation = &source.animations[0];
     let clip = retargeter.animation(source, animation);
     let (from, to) = (Binding::new(source, animation), Binding::new(target, &clip));
@@ -215,7 +215,7 @@ fn every_limb_points_where_that_of_the_source_points() {
         let joint = joints(source);
         for (name, target) in &targets {
             // A body that hangs on its head is no worse a source.
-            let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+            let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
             let to_joint = joints(target);
             let turn = turn(source, target);
             let binding = Binding::new(source, &source.animations[0]);
@@ -327,8 +327,9 @@ fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
         (Bone::RightThumbMetacarpal, None),
     ];
     let moved = [(&amc, wrists), (&bvh, hands)].map(|(source, map)| {
-        let options = RetargetOptions::new().source(Humanoid::of(source).with_map(source, named(map).into()).unwrap());
-        let mut retargeter = Retargeter::new(source, &target, &options).unwrap();
+        let options =
+            PoseRetargetOptions::new().source(Humanoid::of(source).with_map(source, named(map).into()).unwrap());
+        let mut retargeter = PoseRetargeter::new(source, &target, &options).unwrap();
         Scene {
             animations: vec![retargeter.animation(source, &source.animations[0])],
             ..target.clone()
@@ -471,8 +472,8 @@ fn the_path_is_as_long_as_the_legs_ask_or_as_the_caller_says() {
         (last - first).length()
     };
     let scaled = |scale| {
-        let options = RetargetOptions::new().scale(scale);
-        let mut retargeter = Retargeter::new(&source, &target, &options).unwrap();
+        let options = PoseRetargetOptions::new().scale(scale);
+        let mut retargeter = PoseRetargeter::new(&source, &target, &options).unwrap();
         let animations = vec![retargeter.animation(&source, &source.animations[0])];
         path(&Scene {
             animations,
@@ -523,7 +524,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     let walk = motion("real/cmu_12_01_walk.bvh");
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     for (source, target, role) in [(&arm, &walk, "source"), (&walk, &arm, "target")] {
-        let error = Retargeter::new(source, target, &RetargetOptions::default()).unwrap_err();
+        let error = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap_err();
         assert_eq!(error.code(), Code::NotHumanoid);
         assert!(
             error.to_string().contains(&format!("the {role} is not a humanoid: ")),
@@ -532,10 +533,10 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     }
     // Nothing moves a body by hips that hang on its head.
     let hanging = motion(HANGING);
-    let error = Retargeter::new(&walk, &hanging, &RetargetOptions::default()).unwrap_err();
+    let error = PoseRetargeter::new(&walk, &hanging, &PoseRetargetOptions::default()).unwrap_err();
     assert!(error.to_string().contains("is not below its hips"), "{error}");
-    let options = RetargetOptions::new().scale(Scale::Factor(0.0));
-    let error = Retargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
+    let options = PoseRetargetOptions::new().scale(Scale::Factor(0.0));
+    let error = PoseRetargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
     assert_eq!(error.code(), Code::InvalidValue);
 }
 
@@ -543,7 +544,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
 fn the_report_measures_what_is_there() {
     let source = motion("real/cmu_12_01_walk.bvh");
     let target = character("human_cmu");
-    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
     let mut moved = retargeter.animation(&source, &source.animations[0]);
     let report = retargeter.measure(&source, &source.animations[0], &target, &moved);
     assert_eq!(report.verdict, Verdict::Good);
@@ -609,7 +610,7 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
         ("real/z_up_dab.bvh", "human_default"),
     ] {
         let (source, target) = (motion(file), character(name));
-        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
         let free = retargeter.animation(&source, &source.animations[0]);
         let before = retargeter.measure(&source, &source.animations[0], &target, &free);
         assert!(before.slides(), "{file} on {name}: {:?}", before.feet);
@@ -632,7 +633,7 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
     // On its own body nothing slides that did not.
     let source = motion("real/cmu_12_01_walk.bvh");
     let own = retargeted(&source, &source);
-    let retargeter = Retargeter::new(&source, &source, &RetargetOptions::default()).unwrap();
+    let retargeter = PoseRetargeter::new(&source, &source, &PoseRetargetOptions::default()).unwrap();
     let report = retargeter.measure(&source, &source.animations[0], &source, &own.animations[0]);
     assert!(!report.slides(), "{:?}", report.feet);
 }
@@ -645,7 +646,7 @@ fn a_packed_walk_moves_the_knees_of_another_body_as_the_walk_does() {
     let clip = PackedClip::encode(&walk, 0, 1e-4).unwrap();
     let packed = mocap::Importer::new().read(clip.bytes(), "walk.mclip").unwrap();
     let moved = |source: &Scene| -> Vec<Vec<Vec3>> {
-        let mut retargeter = Retargeter::new(source, &target, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(source, &target, &PoseRetargetOptions::default()).unwrap();
         let mut animation = retargeter.animation(source, &source.animations[0]);
         retargeter.lock_feet(source, 0, &target, &mut animation).unwrap();
         let binding = Binding::new(&target, &animation);
@@ -689,7 +690,7 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
         }
     }
     // And where the body stands, no toe is below the floor.
-    let retargeter = Retargeter::new(&plain, &target, &RetargetOptions::default()).unwrap();
+    let retargeter = PoseRetargeter::new(&plain, &target, &PoseRetargetOptions::default()).unwrap();
     let report = retargeter.measure(&plain, &plain.animations[0], &target, &moved[0].animations[0]);
     assert!(
         report.feet.unwrap().target.fraction_below_floor < 0.01,

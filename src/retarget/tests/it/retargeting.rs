@@ -1,8 +1,8 @@
-//! `Retargeting`: the recipe, its order, and that it is the one of every door.
+//! `Retargeter`: the recipe, its order, and that it is the one of every door.
 
 use mocap::convert::Moment;
 use mocap::gltf::Character;
-use mocap::retargeting::{Report, Retargeted, Retargeting, RetargetingOptions, SourceMotion, Target};
+use mocap::retargeting::{Report, RetargetOptions, RetargetedClip, Retargeter, SourceMotion, Target};
 use mocap::scene::{AppliedStep, Scene};
 use mocap::{Code, Conversion, Importer};
 
@@ -19,7 +19,7 @@ fn character() -> Character {
     Importer::new().gltf_meshes(true).import_character(CHARACTER).unwrap()
 }
 
-fn names(clips: &[Retargeted]) -> Vec<&str> {
+fn names(clips: &[RetargetedClip]) -> Vec<&str> {
     clips.iter().map(|clip| clip.animation.name.as_str()).collect()
 }
 
@@ -29,7 +29,7 @@ fn a_rest_pose_in_the_first_frame_is_left_out_for_every_target() {
     let frames = import(SHORT).animations[0].frame_count();
     let robot = Importer::new().import_robot(ROBOT).unwrap();
     for target in [Target::from(character()), import(WALK).into(), robot.into()] {
-        let retargeting = Retargeting::new(import(SHORT), target, RetargetingOptions::new()).unwrap();
+        let retargeting = Retargeter::new(import(SHORT), target, RetargetOptions::new()).unwrap();
         let clip = &retargeting.clips()[0];
         assert_eq!(clip.animation.frame_count(), frames - 1);
         assert_eq!(clip.provenance.frames, frames as u64 - 1);
@@ -42,7 +42,7 @@ fn a_rest_pose_in_the_first_frame_is_left_out_for_every_target() {
 
 #[test]
 fn clips_have_names_that_no_other_clip_of_the_output_has() {
-    let mut retargeting = Retargeting::onto(character(), RetargetingOptions::new()).unwrap();
+    let mut retargeting = Retargeter::onto(character(), RetargetOptions::new()).unwrap();
     for name in ["walk", "walk", "run"] {
         let source = retargeting.prepare(import(SHORT)).unwrap();
         retargeting.add(source.named(name)).unwrap();
@@ -63,8 +63,8 @@ fn clips_have_names_that_no_other_clip_of_the_output_has() {
     );
     let moving = Target::from(moving.unwrap());
     for (replace, expected, clips) in [(false, "run_2", 4), (true, "run", 1)] {
-        let options = RetargetingOptions::new().replace_animations(replace);
-        let mut more = Retargeting::onto(moving.clone(), options).unwrap();
+        let options = RetargetOptions::new().replace_animations(replace);
+        let mut more = Retargeter::onto(moving.clone(), options).unwrap();
         let source = more.prepare(import(SHORT)).unwrap();
         more.add(source.named("run")).unwrap();
         assert_eq!(names(more.clips()), [expected]);
@@ -83,9 +83,9 @@ fn a_source_with_several_motions_gives_a_clip_of_each() {
         ..scene.animations[0].clone()
     };
     scene.animations.push(second);
-    let retargeting = Retargeting::new(scene, character(), RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(scene, character(), RetargetOptions::new()).unwrap();
     assert_eq!(names(retargeting.clips()), ["first", "second"]);
-    let selected = |clip: &Retargeted| clip.provenance.steps.first().cloned();
+    let selected = |clip: &RetargetedClip| clip.provenance.steps.first().cloned();
     let of = |index| Some(AppliedStep::SelectClip { index });
     assert_eq!(
         retargeting.clips().iter().map(selected).collect::<Vec<_>>(),
@@ -95,7 +95,7 @@ fn a_source_with_several_motions_gives_a_clip_of_each() {
 
 #[test]
 fn the_provenance_says_where_a_motion_is_from_and_onto_what_it_went() {
-    let retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(import(SHORT), character(), RetargetOptions::new()).unwrap();
     let provenance = &retargeting.clips()[0].provenance;
     assert_eq!(provenance.source.as_ref().unwrap().name, "cmu_short.bvh");
     let Some(AppliedStep::Retarget { onto, lock_feet, .. }) = provenance.steps.last() else {
@@ -111,22 +111,22 @@ fn the_provenance_says_where_a_motion_is_from_and_onto_what_it_went() {
 
 #[test]
 fn what_cannot_be_moved_is_an_error_and_changes_nothing() {
-    let code = |result: mocap::Result<Retargeting>| result.unwrap_err().code();
+    let code = |result: mocap::Result<Retargeter>| result.unwrap_err().code();
     let arm = import("../../fixtures/real/lecture_Test.bvh");
     assert_eq!(
-        code(Retargeting::onto(arm.clone(), RetargetingOptions::new())),
+        code(Retargeter::onto(arm.clone(), RetargetOptions::new())),
         Code::NotHumanoid
     );
     let wrong = [(mocap::figure::HumanoidBone::Head, Some("Hat".to_owned()))];
-    let target_bones = RetargetingOptions::new().target_bones(wrong.clone().into());
-    assert_eq!(code(Retargeting::onto(character(), target_bones)), Code::InvalidValue);
-    let source_bones = RetargetingOptions::new().source_bones(wrong.into());
+    let target_bones = RetargetOptions::new().target_bones(wrong.clone().into());
+    assert_eq!(code(Retargeter::onto(character(), target_bones)), Code::InvalidValue);
+    let source_bones = RetargetOptions::new().source_bones(wrong.into());
     assert_eq!(
-        code(Retargeting::new(import(SHORT), character(), source_bones)),
+        code(Retargeter::new(import(SHORT), character(), source_bones)),
         Code::InvalidValue
     );
 
-    let mut retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
+    let mut retargeting = Retargeter::new(import(SHORT), character(), RetargetOptions::new()).unwrap();
     let refused = retargeting.add(SourceMotion::converted(arm)).unwrap_err();
     assert_eq!(refused.code(), Code::NotHumanoid);
     let still = Scene {
@@ -142,8 +142,8 @@ fn what_cannot_be_moved_is_an_error_and_changes_nothing() {
 /// The angles of the limbs are those of which the report has the mean.
 #[test]
 fn the_angles_of_the_limbs_are_those_of_the_report() {
-    let options = RetargetingOptions::new().lock_feet(false);
-    let retargeting = Retargeting::new(import(SHORT), character(), options).unwrap();
+    let options = RetargetOptions::new().lock_feet(false);
+    let retargeting = Retargeter::new(import(SHORT), character(), options).unwrap();
     let Report::Body(report) = &retargeting.clips()[0].report else {
         panic!("the target is a character");
     };
@@ -161,7 +161,7 @@ fn the_angles_of_the_limbs_are_those_of_the_report() {
 fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
     let links = robot.links.len();
-    let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
+    let retargeting = Retargeter::new(import(SHORT), robot, RetargetOptions::new()).unwrap();
     let Report::Robot(report) = &retargeting.clips()[0].report else {
         panic!("the target is a robot");
     };
@@ -188,8 +188,8 @@ fn a_part_of_a_motion_on_a_character_is_that_part_of_the_whole() {
     ] {
         let source = import(&format!("../../fixtures/{file}"));
         let moved = |conversion: Conversion| {
-            let options = RetargetingOptions::new().lock_feet(false).conversion(conversion);
-            let retargeting = Retargeting::new(source.clone(), character(), options).unwrap();
+            let options = RetargetOptions::new().lock_feet(false).conversion(conversion);
+            let retargeting = Retargeter::new(source.clone(), character(), options).unwrap();
             retargeting.into_clips().remove(0).animation
         };
         let count = source.animations[0].frame_count() as u64;

@@ -2,7 +2,7 @@
 
 use mocap::figure::{Axis, Figure, Humanoid, HumanoidBone as Bone, Sides, TPoseReason};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
+use mocap::retarget::{Aspect, PoseRetargetOptions, PoseRetargeter, Verdict};
 use mocap::scene::{Format, Keys};
 use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
 
@@ -74,7 +74,7 @@ fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
 
 /// The rotations of bones of a character with a motion in the world, at some ticks.
 pub(crate) fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<Vec<Quat>> {
-    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
     let animation = retargeter.animation(source, &source.animations[0]);
     let moved = Scene {
         animations: vec![animation],
@@ -192,7 +192,7 @@ fn hands_do_not_depend_on_the_frames_of_joints() {
 fn a_dancer_who_lifts_the_heels_lifts_them_on_a_character() {
     let source = motion("real/rokoko_dance.bvh");
     let target = character("human_game_engine");
-    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
     let moved = Scene {
         animations: vec![retargeter.animation(&source, &source.animations[0])],
         ..target
@@ -255,7 +255,7 @@ fn limbs_bend_on_a_character_where_they_bend_in_the_motion() {
     let target = character("human_game_engine");
     for file in COLLAPSED {
         let source = motion(file);
-        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
         let (_, report) = retargeter.clip(&source, 0, &target, false).unwrap();
         let of = |aspect: Aspect| report.seen.iter().filter(move |seen| seen.aspect == aspect);
         assert!(of(Aspect::Roll).count() >= 2, "{file}: {:?}", report.seen);

@@ -3,7 +3,7 @@
 use mocap::edit::{ContactOptions, EditStep, StepReport};
 use mocap::figure::{Humanoid, HumanoidBone};
 use mocap::glam::Vec3;
-use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::retargeting::apply_steps;
 use mocap::scene::NodeId;
 
@@ -62,7 +62,7 @@ fn locked_feet_of_another_body_are_no_faster_than_free_ones() {
     let target = character("human_vrm1");
     for file in ["motionbuilder_vicon_walk.bvh", "z_up_dab.bvh", "additive_root_walk.bvh"] {
         let source = import(file);
-        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
         let mut on_target = |lock_feet| {
             let (animation, report) = retargeter.clip(&source, 0, &target, lock_feet).unwrap();
             let mut scene = target.clone();

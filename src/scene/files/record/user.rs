@@ -23,7 +23,7 @@ pub(crate) type Hash = fn(&mut dyn Read) -> io::Result<(u64, String)>;
 
 /// What a record knows of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Recorded {
+pub enum RecordState {
     /// Nothing.
     Unknown,
     /// The file was an output, and has other contents now.
@@ -184,12 +184,12 @@ impl UserRecord {
 
     /// What is known of the file at `path`. A process that was killed has noted an output that it did not write, so any
     /// line of the path may be that of the file.
-    pub fn find(&self, path: &Path) -> Recorded {
+    pub fn find(&self, path: &Path) -> RecordState {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.catch_up(self);
         let lines = path.to_str().and_then(|path| known.lines.get(path));
         let Some((newest, lines)) = lines.and_then(|lines| Some((lines.last()?, lines))) else {
-            return Recorded::Unknown;
+            return RecordState::Unknown;
         };
         let length = fs::metadata(path).map_or(0, |found| found.len());
         let sha256 = match lines.iter().any(|line| line.bytes == length) {
@@ -199,8 +199,8 @@ impl UserRecord {
         let is_same =
             |line: &&Line| line.bytes == length && sha256.as_ref().is_ok_and(|(_, found)| *found == line.sha256);
         match lines.iter().rev().find(is_same) {
-            Some(line) => Recorded::Unchanged(line.from.clone()),
-            None => Recorded::Changed {
+            Some(line) => RecordState::Unchanged(line.from.clone()),
+            None => RecordState::Changed {
                 is_shorter: length < newest.bytes,
             },
         }

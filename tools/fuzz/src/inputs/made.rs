@@ -122,7 +122,7 @@ pub(super) fn vrma() -> Vec<Vec<u8>> {
     let written = [4.0, 0.0].map(|last| {
         scene.trim(0.0, last);
         let written = Exporter::new().write(&scene, Format::Vrma);
-        let bytes = written.and_then(mocap::Written::into_bytes);
+        let bytes = written.and_then(mocap::Export::into_bytes);
         bytes.expect("the fixture is written")
     });
     written.into()

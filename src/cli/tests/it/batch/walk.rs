@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-use mocap_cli::internals::{Failure, Found, Pattern, Search};
+use mocap_cli::internals::{Entry, Failure, Pattern, Search};
 
 /// A folder with files, links as `name -> target`, and nothing else.
 fn folder(entries: &[&str]) -> tempfile::TempDir {
@@ -36,11 +36,11 @@ fn search(folder: &tempfile::TempDir, root: &str) -> Vec<String> {
         is_excluded: &|_| false,
     };
     let name = |path: &Path| path.strip_prefix(folder.path()).unwrap().display().to_string();
-    let take = |entry: Found| {
+    let take = |entry: Entry| {
         found.push(match entry {
-            Found::File(path) => name(&path),
-            Found::Problem(path, problem) => format!("!{}: {problem}", name(&path)),
-            Found::Again(path) => format!("={}", name(&path)),
+            Entry::File(path) => name(&path),
+            Entry::Problem(path, problem) => format!("!{}: {problem}", name(&path)),
+            Entry::Again(path) => format!("={}", name(&path)),
         });
         Ok::<_, Infallible>(())
     };

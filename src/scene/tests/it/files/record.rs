@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use mocap_scene::internals::{Recorded, UserRecord};
+use mocap_scene::internals::{RecordState, UserRecord};
 
 fn record(folder: &Path) -> UserRecord {
     UserRecord::new(folder.join("mocap"), hash)
@@ -21,8 +21,8 @@ fn note(record: &UserRecord, path: &Path, bytes: &[u8]) {
     record.note(path, &mut &*bytes, &["walk.bvh"]);
 }
 
-fn unchanged() -> Recorded {
-    Recorded::Unchanged(vec!["walk.bvh".to_owned()])
+fn unchanged() -> RecordState {
+    RecordState::Unchanged(vec!["walk.bvh".to_owned()])
 }
 
 #[test]
@@ -31,21 +31,21 @@ fn a_file_is_known_by_its_path_and_its_bytes() {
     let (one, other) = (record(folder.path()), record(folder.path()));
     let path = folder.path().join("out.bvh");
     fs::write(&path, "motion").unwrap();
-    assert_eq!(one.find(&path), Recorded::Unknown);
+    assert_eq!(one.find(&path), RecordState::Unknown);
     note(&one, &path, b"motion");
     // Another process that has read the record before sees what is new.
     for record in [&one, &other] {
         assert_eq!(record.find(&path), unchanged());
     }
     fs::write(&path, "MOTION").unwrap();
-    assert_eq!(other.find(&path), Recorded::Changed { is_shorter: false });
+    assert_eq!(other.find(&path), RecordState::Changed { is_shorter: false });
     fs::write(&path, "mot").unwrap();
-    assert_eq!(one.find(&path), Recorded::Changed { is_shorter: true });
+    assert_eq!(one.find(&path), RecordState::Changed { is_shorter: true });
     note(&other, &path, b"mot");
     assert_eq!(one.find(&path), unchanged());
     let copy = folder.path().join("copy.bvh");
     fs::copy(&path, &copy).unwrap();
-    assert_eq!(one.find(&copy), Recorded::Unknown);
+    assert_eq!(one.find(&copy), RecordState::Unknown);
 }
 
 /// It notes an output before it gets its name.
@@ -60,7 +60,7 @@ fn a_process_that_is_killed_leaves_the_former_output_known() {
     note(&record, &path, b"again");
     assert_eq!(record.find(&path), unchanged());
     fs::write(&path, "edited").unwrap();
-    assert_eq!(record.find(&path), Recorded::Changed { is_shorter: false });
+    assert_eq!(record.find(&path), RecordState::Changed { is_shorter: false });
 }
 
 #[test]
@@ -106,6 +106,6 @@ fn the_record_stays_small_and_forgets_the_oldest() {
         note(&record(folder.path()), Path::new("/new"), b"");
         assert!(size() < 9 << 20, "{}", size());
     }
-    assert_eq!(record(folder.path()).find(&path), Recorded::Unknown);
+    assert_eq!(record(folder.path()).find(&path), RecordState::Unknown);
     assert_eq!(fs::read_dir(folder.path().join("mocap")).unwrap().count(), 2);
 }
