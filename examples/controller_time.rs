@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use mocap::glam::{Vec2, Vec3};
 use mocap::matching::{Controller, Database, Moves};
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Binding, Conversion, Pose};
 
 /// Runs, of which the fastest counts: another program may be in the way of the others.

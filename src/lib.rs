@@ -27,8 +27,8 @@
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] | |
 //! | change a motion: lock feet, mirror, smooth, loop, blend | [`edit`] | `edit` |
 //! | walk through many clips: motion graphs | [`graph`] | `edit` |
-//! | retarget files to a character, a skeleton or a robot | [`Retargeter`] | `retarget` |
-//! | retarget single poses as they come | [`retarget`], [`robot`] | `retarget` |
+//! | retarget files to a character, a skeleton or a robot | [`retarget::Retargeter`] | `retarget` |
+//! | retarget single poses as they come | [`retarget::PoseRetargeter`], [`retarget::robot`] | `retarget` |
 //! | receive or send motion over a network: the VMC protocol | [`live`] | `live` |
 //! | see a motion: a page with a player, pictures, curves | [`render`] | `render` |
 //! | solve markers or joint positions to rotations | [`solve`] | `laboratory` |
@@ -101,13 +101,13 @@ pub use mocap_corpus::{matching, survey};
 pub use mocap_edit::{self as edit, graph};
 #[doc(inline)]
 pub use mocap_figure::{self as figure, Conversion, convert};
-#[doc(hidden)]
-pub use mocap_formats::Contents;
 #[cfg(feature = "gltf")]
 #[doc(inline)]
 pub use mocap_formats::vrma;
+#[doc(hidden)]
+pub use mocap_formats::{Contents, WriteOption};
 #[doc(inline)]
-pub use mocap_formats::{Export, ExportFile, FormatInfo, WriteOption, bvh, dump, fbx, gltf};
+pub use mocap_formats::{Export, ExportFile, FormatInfo, bvh, dump, fbx, gltf};
 #[doc(inline)]
 pub use mocap_io::{Clips, Exporter, Importer, MemoryFile, convert::convert, import::import};
 #[cfg(feature = "jobs")]
@@ -116,24 +116,24 @@ pub use mocap_job::{self as job, arrays, verify};
 #[cfg(feature = "render")]
 #[doc(inline)]
 pub use mocap_render as render;
+#[cfg(feature = "retarget")]
+#[doc(inline)]
+pub use mocap_retarget as retarget;
 #[cfg(feature = "live")]
 #[doc(inline)]
 pub use mocap_retarget::live;
-#[cfg(feature = "retarget")]
-#[doc(inline)]
-pub use mocap_retarget::{self as retarget, Retargeter, retargeting, robot};
 #[doc(hidden)]
 pub use mocap_scene::error::{nearest, spell_options, spelled};
 #[cfg(feature = "edit")]
 #[doc(inline)]
 pub use mocap_scene::ik;
-#[doc(hidden)]
-pub use mocap_scene::visible_json;
 #[doc(inline)]
 pub use mocap_scene::{
     Binding, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose, Result, RootOffset,
-    Scene, SkeletonMesh, Trs, Updater, files, process, scene, visible,
+    Scene, SkeletonMesh, Trs, Updater, process, scene,
 };
+#[doc(hidden)]
+pub use mocap_scene::{files, visible, visible_json};
 #[cfg(feature = "laboratory")]
 #[doc(inline)]
 pub use mocap_solve::{self as solve, biomechanics};

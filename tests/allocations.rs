@@ -9,7 +9,7 @@ use mocap::compress::PackedClip;
 use mocap::glam::{Mat4, Quat, Vec2, Vec3};
 use mocap::matching::{Controller, Database, IndexedClip, Moves, Trajectory};
 use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
 use mocap::{Binding, Conversion, LoopMode, Player, Pose, Trs, Updater};
 

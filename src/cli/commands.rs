@@ -48,8 +48,9 @@ use mocap::figure::Figure;
 use mocap::files::check_distinct;
 use mocap::job::{InputOptions, Maker, SourceMap};
 use mocap::render::Drawing;
-use mocap::retargeting::{Report, RetargetOptions, Retargeter};
-use mocap::robot::add_links;
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::robot::add_links;
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::Scene;
 use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
@@ -232,7 +233,7 @@ const MANY: &[&str] = &["resume", "shard", "threads", "progress", "allow-empty"]
 const ONE_OUTPUT: &str = "one motion goes into one file; name a folder";
 
 /// An error where a motion on another body is worse than the arguments allow.
-fn require(maker: &Maker<'_>, clips: &[Report]) -> Result<(), Failure> {
+fn require(maker: &Maker<'_>, clips: &[ClipReport]) -> Result<(), Failure> {
     match maker.problem(clips) {
         None => Ok(()),
         Some(problem) => {

@@ -80,6 +80,7 @@ pub use self::packed::PackedClip;
 #[doc(hidden)]
 pub use self::quantize::{Lattice, RotationFormat, TranslationFormat};
 use self::raw_clip::RawClip;
+#[doc(hidden)]
 pub use self::reduce_keys::reduce_keys;
 use self::refinement::Refinement;
 

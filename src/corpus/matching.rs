@@ -32,6 +32,7 @@ mod moves;
 mod play;
 mod query;
 mod record;
+pub mod report;
 pub(crate) mod steering;
 mod trajectory;
 mod tree;
@@ -39,11 +40,11 @@ mod tree;
 pub use self::clip::IndexedClip;
 pub use self::controller::Controller;
 pub use self::database::Database;
-pub use self::follow::FollowReport;
+#[doc(hidden)]
 pub use self::gamepad::Gamepad;
-pub use self::like::{FindOptions, Match};
+pub use self::like::FindOptions;
 pub use self::moves::Moves;
-pub use self::play::PlayReport;
 pub use self::query::Query;
 pub use self::trajectory::Trajectory;
+#[doc(hidden)]
 pub use self::tree::FeatureTree;

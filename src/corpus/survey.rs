@@ -3,7 +3,8 @@
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
-//! use mocap::survey::{ClipRow, Quality, Thresholds};
+//! use mocap::survey::Thresholds;
+//! use mocap::survey::report::{ClipRow, Quality};
 //! # fn main() -> mocap::Result<()> {
 //! let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! let clips = Thresholds::default().examine(&scene, "cmu_12_01_walk.bvh");
@@ -22,6 +23,7 @@ mod filter;
 pub(crate) mod fingerprint;
 mod formats;
 mod motion;
+pub mod report;
 mod row;
 mod sarif;
 mod select;
@@ -37,12 +39,12 @@ use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
 
 use self::activity::Activity;
-pub use self::corpus::{ClipRecord, Corpus};
+pub use self::corpus::Corpus;
 use self::defects::Findings;
 pub use self::filter::Condition;
 pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
 pub(crate) use self::motion::{Body, Motion};
-pub use self::row::{ClipRow, Defect, Quality};
+use self::report::{ClipRecord, ClipRow, Quality};
 pub use self::select::{SelectAmount, SelectBy};
 pub use self::thresholds::{DefectKind, Thresholds};
 pub(crate) use self::twins::mirrored_row;

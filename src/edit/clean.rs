@@ -40,7 +40,8 @@ step! {
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
-    /// use mocap::edit::{Clean, CleanOutcome, CleanPart, Step, StepInput};
+    /// use mocap::edit::{Clean, CleanPart, Step, StepInput};
+    /// use mocap::edit::report::CleanOutcome;
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
     /// let report = Clean::new().contacts(false).apply(&mut scene, &StepInput::new())?;

@@ -50,56 +50,66 @@ mod work;
 #[doc(hidden)]
 pub use self::body::knee_at_rest;
 #[doc(hidden)]
-pub use self::clean::MotionErrors;
-pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts};
+pub use self::clean::{LiveClean, MotionErrors};
+pub use self::contacts::ContactOptions;
 #[doc(hidden)]
 pub use self::contacts::{LiveContacts, contacts_of};
-pub use self::frames_report::FramesReport;
-pub use self::held::LimbReport;
 pub use self::layer_part::LayerPart;
 pub use self::limb::Limb;
-pub use self::list::EditReport;
 #[doc(hidden)]
 pub use self::lock::{FootGuide, SolePoint, follow_feet};
-pub use self::lock::{FootLockOptions, FootLockReport, foot_lock};
+#[doc(hidden)]
+pub use self::lock::{FootLockOptions, foot_lock};
 #[doc(hidden)]
 pub use self::sequence::Fitted;
 #[doc(hidden)]
 pub use self::step::StepDocs;
-pub use self::step::{Step, StepInfo, StepInput, StepKey, ValueKind};
+pub use self::step::{Step, StepInput};
+#[doc(hidden)]
+pub use self::step::{StepInfo, StepKey, ValueKind};
 pub use self::target::ReachTarget;
 #[doc(hidden)]
 pub use self::value::metres;
-pub use self::walk::WalkReport;
-pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
-pub use self::warp_time::WarpTimeReport;
+pub use self::warp_path::{PathFacing, PathPoint};
 
-// A line for each step, in the order of the help: its file, its type, and what else of the file is public.
+// A line for each step, in the order of the help: its file, its type, what else of the file is public, and what it
+// reports.
 self::list::steps! {
+    report {
+        contacts: ContactPoint;
+        contacts: DetectedContacts;
+        frames_report: FramesReport;
+        held: LimbReport;
+        list: EditReport;
+        lock: FootLockReport;
+        walk: WalkReport;
+        warp_path: WarpPathReport;
+        warp_time: WarpTimeReport;
+    }
     foot_lock: FootLock;
-    mirror: Mirror, MirrorReport;
-    smooth: Smooth, SmoothFilter, SmoothReport;
-    despike: Despike, DespikeReport;
-    fill: Fill, FillReport;
-    clean: Clean, CleanMeasures, CleanOutcome, CleanPart, CleanReport, CleanedPart, LiveClean;
-    loop_clip: Loop, LoopReport;
-    concat: Concat, ConcatReport;
-    blend: Blend, BlendReport, BlendWeight;
-    layer: Layer, LayerReport;
-    warp: Warp, WarpReport;
-    in_between: InBetween, InBetweenReport, KeyInterpolation;
+    mirror: Mirror => MirrorReport;
+    smooth: Smooth, SmoothFilter => SmoothReport;
+    despike: Despike => DespikeReport;
+    fill: Fill => FillReport;
+    clean: Clean, CleanPart => CleanMeasures, CleanOutcome, CleanReport, CleanedPart;
+    loop_clip: Loop => LoopReport;
+    concat: Concat => ConcatReport;
+    blend: Blend, BlendWeight => BlendReport;
+    layer: Layer => LayerReport;
+    warp: Warp => WarpReport;
+    in_between: InBetween, KeyInterpolation => InBetweenReport;
     trim: Trim;
     resample: Resample;
     drop_first_frame: DropFirstFrame;
     in_place: InPlace;
     extract_root: ExtractRoot;
     reverse: Reverse;
-    rest: Rest, RestReport, StandingPose;
+    rest: Rest, StandingPose => RestReport;
     t_pose_first: TPoseFirst;
-    bone_axis: BoneAxis, BoneAxisReport;
-    reach: Reach, ReachReport;
-    pin: Pin, PinReport;
-    look_at: LookAt, LookAtReport;
-    ground: Ground, GroundReport;
-    turn: Turn, TurnReport;
+    bone_axis: BoneAxis => BoneAxisReport;
+    reach: Reach => ReachReport;
+    pin: Pin => PinReport;
+    look_at: LookAt => LookAtReport;
+    ground: Ground => GroundReport;
+    turn: Turn => TurnReport;
 }

@@ -12,13 +12,44 @@ use serde_json::{Map, Value};
 use super::{EditStep, StepInput, StepReport, text};
 
 /// Declares the file of each step as a module, re-exports what is public there, of which the first is the step, and
-/// makes [`EditStep`] and [`StepReport`] of the steps.
+/// makes [`EditStep`] and [`StepReport`] of the steps. What a step reports stands after `=>`, and in the module
+/// `report`, with the reports that are in files of no step.
 macro_rules! steps {
-    ($($file:ident: $step:ident $(, $public:ident)*;)*) => {
+    (
+        report { $($shared:ident: $shared_report:ident;)* }
+        $($file:ident: $step:ident $(, $public:ident)* $(=> $($report:ident),+)?;)*
+    ) => {
         $(
             mod $file;
             pub use self::$file::{$step, $($public),*};
         )*
+
+        pub mod report {
+            //! What steps change, and by how much.
+
+            $(pub use super::$shared::$shared_report;)*
+            $($(pub use super::$file::{$($report),+};)?)*
+
+            /// What a step changed, as the step itself reports it.
+            ///
+            /// [`EditStep`](crate::EditStep) has an example.
+            #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+            #[serde(untagged)]
+            #[non_exhaustive]
+            pub enum StepReport {
+                $(
+                    #[doc = concat!("Of [`", stringify!($step), "`](crate::", stringify!($step), ").")]
+                    $step(<super::$step as super::Step>::Report),
+                )*
+            }
+
+            impl std::fmt::Display for StepReport {
+                fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                    match self { $(Self::$step(report) => std::fmt::Display::fmt(report, f),)* }
+                }
+            }
+        }
+        use self::report::StepReport;
 
         /// Any of the steps, with its options.
         ///
@@ -27,7 +58,8 @@ macro_rules! steps {
         ///
         /// ```
         /// # std::env::set_current_dir("../..").unwrap();
-        /// use mocap::edit::{EditStep, StepInput, StepReport};
+        /// use mocap::edit::{EditStep, StepInput};
+        /// use mocap::edit::report::StepReport;
         ///
         /// let step: EditStep = "smooth:cut-off=8".parse()?;
         /// assert_eq!(step.to_string(), "smooth:cut-off=8.0,ease=0.2,filter=butterworth,range=..");
@@ -44,16 +76,6 @@ macro_rules! steps {
         #[non_exhaustive]
         pub enum EditStep {
             $(#[doc = concat!("[`", stringify!($step), "`].")] $step($step),)*
-        }
-
-        /// What a step changed, as the step itself reports it.
-        ///
-        /// [`EditStep`](crate::EditStep) has an example.
-        #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-        #[serde(untagged)]
-        #[non_exhaustive]
-        pub enum StepReport {
-            $(#[doc = concat!("Of [`", stringify!($step), "`].")] $step(<$step as Step>::Report),)*
         }
 
         impl EditStep {
@@ -97,12 +119,6 @@ macro_rules! steps {
 
             fn report(&self, scene: &mut mocap_scene::scene::Scene, input: &StepInput<'_>) -> mocap_scene::error::Result<StepReport> {
                 match self { $(Self::$step(step) => step.apply(scene, input).map(StepReport::$step),)* }
-            }
-        }
-
-        impl std::fmt::Display for StepReport {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                match self { $(Self::$step(report) => std::fmt::Display::fmt(report, f),)* }
             }
         }
 

@@ -40,7 +40,8 @@ step! {
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::edit::{Rest, Step, StepInput};
-    /// use mocap::figure::{Figure, RestPose};
+    /// use mocap::figure::Figure;
+    /// use mocap::figure::report::RestPose;
     ///
     /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
     /// let report = Rest::new().apply(&mut scene, &StepInput::new())?;

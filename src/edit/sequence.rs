@@ -4,8 +4,9 @@ use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Node, NodeId, Scene};
 
+use super::report::EditReport;
 use super::step::names;
-use super::{EditReport, EditStep, StepInput};
+use super::{EditStep, StepInput};
 
 /// A second motion on the skeleton of the first.
 #[doc(hidden)]

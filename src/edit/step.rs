@@ -8,7 +8,8 @@ use serde_json::Value;
 
 use mocap_figure::{Humanoid, HumanoidBone, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{AppliedStep, Scene, SecondMotion};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 
 /// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text.
 ///

@@ -16,7 +16,8 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::edit::{Step, StepInput, Warp, WarpReport};
+/// use mocap::edit::{Step, StepInput, Warp};
+/// use mocap::edit::report::WarpReport;
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
 /// let WarpReport::Time(report) = Warp::Moments(vec![(0.0, 0.0), (0.9, 1.8)]).apply(&mut scene, &StepInput::new())?

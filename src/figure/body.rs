@@ -10,8 +10,9 @@ use mocap_scene::scene::{NodeId, NodeKind, Scene, Side, Topic};
 
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
+use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
-use crate::{Confidence, Figure, HumanoidBone as Bone, TPose, TPoseBone, TPoseReason, TPoseSource};
+use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
 /// Fewer frames than this may all show one moment of a step: parts of 20 to 24 frames of motions whose rest pose does
 /// not stand have feet, pelvis and head up to 37 degrees off those of the whole.

@@ -45,6 +45,7 @@ pub use self::space::{Needs, Space};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[doc(hidden)]
 #[non_exhaustive]
 pub enum FirstFrame {
     /// Drop it if it is a rest pose, and the motion jumps after it.
@@ -66,6 +67,7 @@ pub enum FirstFrame {
 ///
 /// [`Conversion::rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[doc(hidden)]
 #[non_exhaustive]
 pub enum RestPoseSource {
     /// The rest pose of the file; in BVH the OFFSETs, with all rotations zero.
@@ -308,6 +310,7 @@ impl Conversion {
     /// assert!(late.to_string().contains("at most frame 3"));
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     #[must_use]
     pub fn trim(mut self, first: impl Into<Option<Moment>>, last: impl Into<Option<Moment>>) -> Self {
         self.first = first.into();
@@ -334,6 +337,7 @@ impl Conversion {
     /// assert_eq!(scene.animations[0].frame_count(), 19); // every fourth frame
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     #[must_use]
     pub fn frame_rate(mut self, frames_per_second: f64) -> Self {
         self.frame_rate = Some(frames_per_second);
@@ -358,6 +362,7 @@ impl Conversion {
     /// assert_eq!(scene.animations[0].frame_count(), 74);
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     #[must_use]
     pub fn first_frame(mut self, first_frame: FirstFrame) -> Self {
         self.first_frame = first_frame;
@@ -381,6 +386,7 @@ impl Conversion {
     /// assert_eq!(Pose::rest(&scene).position(NodeId(3)), ninth.position(NodeId(3)));
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     #[must_use]
     pub fn rest(mut self, rest: RestPoseSource) -> Self {
         self.rest = rest;
@@ -403,6 +409,7 @@ impl Conversion {
     /// assert_eq!((&*scene.nodes[0].name, &*scene.nodes[1].name), ("Root", "Hips"));
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     #[must_use]
     pub fn root(mut self, root: RootMotion) -> Self {
         self.root = root;

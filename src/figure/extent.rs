@@ -9,7 +9,8 @@ use mocap_scene::scene::{NodeId, Scene, UpAxis};
 use super::names::Name;
 use super::names::words::Part;
 use super::poses::poses;
-use super::{Confidence, Guess, Unit};
+use super::{Confidence, Unit};
+use mocap_scene::scene::report::Guess;
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
 /// spread span as much.

@@ -29,6 +29,7 @@ mod name_joints;
 #[doc(hidden)]
 pub mod names;
 mod poses;
+pub mod report;
 #[cfg(feature = "robots")]
 #[doc(hidden)]
 pub mod robot_bones;
@@ -58,26 +59,28 @@ use mocap_scene::error::Result;
 use mocap_scene::process::{first_frame_is_rest_pose, frame_rate};
 use mocap_scene::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 
-pub use mocap_scene::scene::{Confidence, Guess, HumanoidBone, Side};
+pub use mocap_scene::scene::{Confidence, HumanoidBone, Side};
 
-pub use self::axis::{Axis, RestPose};
+pub use self::axis::Axis;
 pub use self::bone_names::BoneNames;
 pub use self::convert::Conversion;
 use self::ground::Ground;
-pub use self::humanoid::{
-    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides,
-};
+pub use self::humanoid::{Creature, Humanoid, HumanoidMap};
+#[doc(hidden)]
 pub use self::limb_angles::LimbAngles;
 #[doc(hidden)]
 pub use self::name_joints::apply_names;
-pub use self::name_joints::{NamingReport, name_joints};
+pub use self::name_joints::name_joints;
 #[doc(hidden)]
 pub use self::poses::is_at_rest_alike;
+use self::report::{Guess, RestPose};
 #[cfg(feature = "robots")]
 #[doc(hidden)]
 pub use self::robot_clip::robot_clip;
-pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
+#[doc(hidden)]
+pub use self::t_pose::TPose;
 pub use self::unit::Unit;
+#[doc(hidden)]
 pub use self::vrm_humanoid::vrm_humanoid;
 
 /// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
@@ -130,6 +133,7 @@ pub fn up(scene: &Scene) -> Axis {
 
 /// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
 /// used, and the guesses of [`Figure::assumptions`].
+#[doc(hidden)]
 pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
     if let Some(used) = &scene.metadata.root_offset {
@@ -153,7 +157,8 @@ pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::figure::{Axis, Figure, HumanoidBone, RestPose};
+/// use mocap::figure::{Axis, Figure, HumanoidBone};
+/// use mocap::figure::report::RestPose;
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let figure = Figure::new(&scene);

@@ -6,11 +6,12 @@ use glam::Vec3;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
+use super::Confidence;
 use super::axis::{Axis, RestPose};
 use super::humanoid::{Humanoid, Sides, rest_positions};
 use super::poses::poses;
 use super::unit::{Unit, family_unit, unit_of};
-use super::{Confidence, Guess};
+use mocap_scene::scene::report::Guess;
 
 /// A skeleton is bound in a pose in which left and right mirror each other: those of the fixtures do to 6 degrees, most
 /// exactly. One that does not, by more degrees than this, is a moment of a motion, in which limbs are rolled as they

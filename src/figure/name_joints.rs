@@ -5,7 +5,8 @@ use std::fmt;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Binding;
-use mocap_scene::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
+use mocap_scene::scene::report::{AppliedStep, NamedJoint};
+use mocap_scene::scene::{HumanoidBone, NodeId, NodeKind, Scene};
 
 use super::{Humanoid, HumanoidMap};
 

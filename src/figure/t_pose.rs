@@ -79,7 +79,7 @@ impl TPoseReason {
     /// The reason as one phrase.
     ///
     /// ```
-    /// use mocap::figure::TPoseReason;
+    /// use mocap::figure::report::TPoseReason;
     ///
     /// assert_eq!(TPoseReason::ShortestArc.as_str(), "by the shortest rotation to where it points");
     /// ```

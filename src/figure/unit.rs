@@ -3,7 +3,8 @@
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
-use super::{Confidence, Guess};
+use super::Confidence;
+use mocap_scene::scene::report::Guess;
 
 /// A unit of length of motion files.
 ///

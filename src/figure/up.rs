@@ -4,9 +4,10 @@ use glam::Vec3;
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId};
 
+use super::Confidence;
 use super::axis::Axis;
 use super::measure::Measures;
-use super::{Confidence, Guess};
+use mocap_scene::scene::report::Guess;
 
 /// Heights of a body that lies on a floor at height 0, as fractions of the figure: that of its lowest joint, and that
 /// of its hips, which are above it. One that stands above the origin has its hips at 0, and joints behind it.

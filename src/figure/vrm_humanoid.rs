@@ -5,14 +5,16 @@ use std::collections::BTreeMap;
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Animation, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
 use super::body::Body;
 use super::ground;
 use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
-use crate::{Confidence, Figure, Humanoid, HumanoidBone as Bone, HumanoidJoint, is_at_rest_alike};
+use crate::report::HumanoidJoint;
+use crate::{Confidence, Figure, Humanoid, HumanoidBone as Bone, is_at_rest_alike};
 
 /// Bones whose rotation is no part of a VRM animation, which has a point to look at instead.
 const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];

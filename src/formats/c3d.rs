@@ -11,8 +11,8 @@
 //!
 //! A marker becomes a node with position keys below one group. The file has no skeleton, and the reader does not
 //! compute one: markers are on the skin, and finding the joints needs a model of the person (`solve`). Events, analog
-//! samples and force plates are in the scene's metadata (`Recording`). Positions are in the file's unit, rotated so that
-//! +Y is up; `POINT:Y_SCREEN` states the file's up axis, and without it +Z is assumed.
+//! samples and force plates are in the scene's metadata (`Recording`). Positions are in the file's unit, rotated so
+//! that +Y is up; `POINT:Y_SCREEN` states the file's up axis, and without it +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files, so this crate has its own reader, which checks every count against the bytes that follow.

@@ -22,6 +22,7 @@
 mod json;
 pub(crate) mod number;
 mod print;
+pub mod report;
 mod summary;
 
 use std::fmt;
@@ -29,9 +30,9 @@ use std::fmt;
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
+#[doc(hidden)]
 pub use self::json::SceneView;
 use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
-pub use self::summary::Summary;
 
 impl SceneView<'_> {
     /// The JSON Schema (draft 2020-12) of a serialised scene.

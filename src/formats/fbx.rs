@@ -7,6 +7,8 @@ mod options;
 #[cfg(feature = "fbx")]
 mod read;
 #[cfg(feature = "fbx")]
+pub mod report;
+#[cfg(feature = "fbx")]
 pub(crate) mod write;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -17,8 +19,6 @@ use crate::provenance::Provenance;
 use crate::{FormatInfo, WriteOption};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
-#[cfg(feature = "fbx")]
-pub use self::write::FbxReport;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,

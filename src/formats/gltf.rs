@@ -32,6 +32,7 @@ mod original;
 mod raw_file;
 #[cfg(feature = "gltf")]
 mod read;
+pub mod report;
 #[cfg(feature = "gltf")]
 mod required;
 #[cfg(feature = "gltf")]
@@ -52,6 +53,7 @@ use mocap_scene::scene::Format;
 use crate::{FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
+#[doc(hidden)]
 pub use self::character::Character;
 pub use self::compression::Compression;
 #[cfg(feature = "gltf")]
@@ -64,9 +66,10 @@ pub use self::raw_file::RawFile;
 #[doc(hidden)]
 pub use self::tracks::{Bend, Values};
 #[cfg(feature = "gltf")]
-pub use self::write::{Document, GltfOptions, GltfReport};
-pub use crate::provenance::Provenance;
-pub use crate::{Deviation, NodeRename};
+#[doc(hidden)]
+pub use self::write::Document;
+#[cfg(feature = "gltf")]
+pub use self::write::GltfOptions;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Gltf,

@@ -55,6 +55,7 @@ mod proportions;
 mod provenance;
 #[doc(hidden)]
 pub mod read_back;
+pub mod report;
 mod sidecar;
 #[doc(hidden)]
 mod text;
@@ -94,12 +95,13 @@ pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
 pub use self::array_files::{ParquetRows, parquet_rows};
 #[cfg(feature = "gltf")]
 pub use self::gltf::vrma;
+#[doc(hidden)]
 pub use self::option::WriteOption;
 #[doc(hidden)]
 pub use self::option::words;
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
-pub use self::written::{Deviation, Export, ExportFile, NodeRename};
+pub use self::written::{Export, ExportFile};
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;
 
@@ -152,7 +154,7 @@ pub struct FormatInfo {
     pub has_file_meshes: bool,
     /// Whether a written file states which joint is which bone of a humanoid.
     pub states_bones: bool,
-    /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::Provenance).
+    /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::report::Provenance).
     pub states_origin: bool,
     /// Whether a written file can have rotations in its rest pose. BVH has OFFSETs alone.
     #[doc(hidden)]
@@ -184,7 +186,7 @@ pub struct FormatInfo {
     #[doc(hidden)]
     pub is_packed: bool,
     /// What a file of this program says of itself, where its bytes alone say it.
-    pub(crate) provenance: fn(&[u8]) -> Option<gltf::Provenance>,
+    pub(crate) provenance: fn(&[u8]) -> Option<gltf::report::Provenance>,
     /// What is wrong with a file that its reader takes all the same: an error, or a warning.
     #[doc(hidden)]
     pub inspect: fn(&[u8], &Scene) -> Result<Option<Diagnostic>>,
@@ -300,7 +302,7 @@ impl FormatInfo {
 
     /// What a file of this program says of itself, where its bytes alone say it.
     #[doc(hidden)]
-    pub fn provenance(bytes: &[u8]) -> Option<gltf::Provenance> {
+    pub fn provenance(bytes: &[u8]) -> Option<gltf::report::Provenance> {
         FormatInfo::ALL.iter().find_map(|row| (row.provenance)(bytes))
     }
 

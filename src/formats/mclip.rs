@@ -8,8 +8,9 @@ use mocap_scene::limits::{FrameBudget, limit_exceeded};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
+use super::report::Deviation;
 use super::written::{millimetres, unit_warning};
-use super::{Deviation, Export, ExportFile, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions};
+use super::{Export, ExportFile, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,

@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use mocap_scene::scene::{
-    Animation, AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, SecondMotion, UpAxis, format_name,
-};
+use mocap_scene::scene::report::Origin;
+use mocap_scene::scene::report::{AppliedStep, RootOffsetUsed, SecondMotion};
+use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_name};
 
 /// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
 /// the file of a character, a property of the scene in FBX.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::gltf::Provenance;
+/// use mocap::gltf::report::Provenance;
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
 /// mocap::Conversion::new().apply(&mut scene)?;

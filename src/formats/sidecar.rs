@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use mocap_scene::error::Code;
 use mocap_scene::limits;
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

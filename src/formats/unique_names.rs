@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use mocap_scene::scene::{NodeKind, Scene};
 
-use crate::NodeRename;
+use crate::report::NodeRename;
 
 /// Makes names unique.
 #[derive(Default)]

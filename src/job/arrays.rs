@@ -34,6 +34,7 @@ pub(crate) mod robot;
 mod rotation;
 mod rows;
 #[cfg(feature = "arrow")]
+#[doc(hidden)]
 pub mod table;
 mod timeline;
 #[cfg_attr(
@@ -44,23 +45,30 @@ pub(crate) mod trainers;
 
 use serde::Serialize;
 
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::math::velocity;
 use mocap_scene::scene::{Scene, UpAxis};
 
 #[cfg(feature = "npz")]
-pub use self::body::{BodyArrays, BodyLayout};
+#[doc(hidden)]
+pub use self::body::BodyArrays;
+pub use self::body::BodyLayout;
+#[doc(hidden)]
 pub use self::joints::Joint;
 #[cfg(feature = "npz")]
+#[doc(hidden)]
 pub use self::npz::{contacts_npz, matrix_npy, robot_npz, robot_qpos_npz};
 pub use self::options::{ArrayOptions, Contacts, Space};
 #[cfg(feature = "parquet")]
+#[doc(hidden)]
 pub use self::parquet::time_series_parquet;
+#[doc(hidden)]
 pub use self::robot::{robot_csv, robot_pickle};
 pub use self::rotation::{Rotation, RotationSpace};
 pub use mocap_figure::convert::Moment;
+#[doc(hidden)]
 pub use mocap_scene::files::csv_field;
 
 /// A motion as arrays, and their description.
@@ -128,6 +136,7 @@ impl Arrays {
 /// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
 ///
 /// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
+#[doc(hidden)]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Header {

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_edit::WalkReport;
 use mocap_edit::graph::{GraphBuilder, MotionGraph, Walk};
+use mocap_edit::report::WalkReport;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_io::import::Importer;
-use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
+use mocap_retarget::{RetargetOptions, Retargeter};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use mocap_formats::{Export, ExportFile};
 use mocap_io::import::{self, Importer, MemoryFile};
-use mocap_retarget::retargeting::Target;
+use mocap_retarget::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
-use super::{InputOptions, JobTarget, OutputFile, refuse};
+use super::report::OutputFile;
+use super::{InputOptions, JobTarget, refuse};
 
 /// Where the files of a job are.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use mocap_formats::fbx::FbxTextures;
 use mocap_formats::gltf::{Character, Compression};
 use mocap_formats::{FormatInfo, WriteOption, words};
-use mocap_retarget::retargeting::Target;
+use mocap_retarget::Target;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Format;
 

@@ -1,16 +1,14 @@
 //! One piece of work: what a command line, a call from Python, JavaScript or C, and a job file all mean.
 //!
-//! A [`Job`] is one of four kinds:
+//! A [`Job`] is a document. Its JSON Schema, [`Job::SCHEMA`], lists the options of its four kinds:
 //!
-//! - A [`MotionJob`] reads motions ([`InputOptions`]), says what is known of them and which frames are taken
-//!   ([`Sources`]), changes them ([`EditStep`](mocap_edit::EditStep)), retargets them ([`JobTarget`]), and writes the result
-//!   ([`OutputOptions`]).
-//! - A [`SurveyJob`] writes a table with a row for each clip.
-//! - A [`GraphJob`] writes the motion graph of its clips.
-//! - A [`WalkJob`] changes, retargets and writes a walk over a motion graph.
+//! - A motion job reads motions, selects frames, changes them by [steps](mocap_edit::EditStep), retargets them, and
+//!   writes the result.
+//! - A survey job writes a table with a row for each clip.
+//! - A graph job writes the motion graph of its clips.
+//! - A walk job changes, retargets and writes a walk over a motion graph.
 //!
-//! A job serializes: `src/job/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and
-//! `--print-job` prints what a command line means.
+//! `mocap run job.json` runs a job, and `--print-job` prints the job of a command line.
 //!
 //! ```
 //! use mocap::job::Job;
@@ -42,7 +40,7 @@ mod motion_job;
 mod names;
 mod reading;
 mod record;
-mod report;
+pub mod report;
 mod robot_format;
 mod run;
 mod said;
@@ -67,34 +65,53 @@ use mocap_scene::files::ReplacePolicy;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
+#[doc(hidden)]
 pub use self::file_graph::FileGraph;
 use self::files::Files;
+#[doc(hidden)]
 pub use self::graph::{GraphJobOptions, GraphReport};
+#[doc(hidden)]
 pub use self::graph_job::{GraphJob, GraphSources};
+#[doc(hidden)]
 pub use self::maker::{JobOutput, Maker};
+#[doc(hidden)]
 pub use self::motion_job::MotionJob;
+#[doc(hidden)]
 pub use self::names::JointNames;
+#[doc(hidden)]
 pub use self::reading::InputOptions;
+#[doc(hidden)]
 pub use self::record::remember_outputs;
-pub use self::report::{JobReport, OutputFile};
+use self::report::JobReport;
+#[doc(hidden)]
 pub use self::robot_format::RobotFormat;
+#[doc(hidden)]
 pub use self::said::Notice;
+#[doc(hidden)]
 pub use self::smaller::SizeOptions;
+#[doc(hidden)]
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
+#[doc(hidden)]
 pub use self::survey::SurveyOptions;
+#[doc(hidden)]
 pub use self::survey_job::{SurveyJob, SurveySources};
+#[doc(hidden)]
 pub use self::target::{CharacterTarget, Feet, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
+#[doc(hidden)]
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
+#[doc(hidden)]
 pub use self::walk::WalkOptions;
+#[doc(hidden)]
 pub use self::walk_job::{WalkJob, WalkSources};
+#[doc(hidden)]
 pub use self::writing::{
     BvhOutputOptions, FbxOutputOptions, FileOutputOptions, MeshStyle, OutBoneAxis, OutSpace, OutUp, OutputOptions,
 };
 
 /// One piece of work. Its kind has only the options that do something in it.
 ///
-/// In JSON the keys tell the kind: an object with `walk` is a [`WalkJob`], one with `graph` a [`GraphJob`], one with
-/// `survey` a [`SurveyJob`], and every other a [`MotionJob`].
+/// In JSON the keys tell the kind: an object with `walk` is a walk job, one with `graph` a graph job, one with `survey`
+/// a survey job, and every other a motion job.
 ///
 /// The [module](self) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -157,7 +174,7 @@ impl Job {
     ///
     /// # Errors
     /// Those of its parts, with the file: of [`Importer::import`](mocap_io::Importer::import), of the steps, of
-    /// [`Retargeter`](mocap_retarget::retargeting::Retargeter), of [`Exporter::export`](mocap_io::Exporter::export).
+    /// [`Retargeter`](mocap_retarget::Retargeter), of [`Exporter::export`](mocap_io::Exporter::export).
     /// [`Code::InvalidValue`] for standard output and for a folder of outputs, which are for programs:
     /// [`Maker`] makes what they write.
     pub fn run(&self) -> Result<JobReport> {

@@ -13,11 +13,13 @@ use mocap_figure::{Figure, Humanoid, HumanoidMap};
 use mocap_formats::{Export, FormatInfo, WriteOption};
 use mocap_io::export::is_at_rest_for;
 use mocap_io::import::{Importer, MemoryFile};
-use mocap_retarget::retargeting::{Report, Retargeter, SourceMotion, apply_steps_with_bones, whole};
+use mocap_retarget::report::ClipReport;
+use mocap_retarget::{Retargeter, SourceMotion, apply_steps_with_bones, whole};
 use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::{self, SkeletonMesh};
-use mocap_scene::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Assumption, Scene, Topic, UpAxis};
 
 use self::onto::import_onto;
 use self::skeletons::{Shared, Skeleton};
@@ -77,7 +79,7 @@ pub struct JobOutput {
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
     pub humanoid: Option<Humanoid>,
     /// How well each motion is kept on the other body.
-    pub clips: Vec<Report>,
+    pub clips: Vec<ClipReport>,
     /// The motions of several for one output that could not be put on the other body, and why.
     pub left_out: Vec<(PathBuf, Diagnostic)>,
 }
@@ -197,7 +199,7 @@ impl<'a> Maker<'a> {
     }
 
     /// What of the motions on another body is worse than the job allows.
-    pub fn problem(&self, clips: &[Report]) -> Option<String> {
+    pub fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         self.job.target.as_ref()?.problem(clips)
     }
 

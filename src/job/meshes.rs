@@ -5,7 +5,8 @@ use std::path::Path;
 use mocap_formats::FormatInfo;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, Format, Scene};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Format, Scene};
 
 use super::MotionJob;
 use super::said::{Hear, Notice};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mocap_edit::EditStep;
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::files::policy;
 use super::{InputOptions, JobTarget, OutputOptions, Sources, is_default};
-use crate::verify::{Verification, Verifier};
+use crate::verify::Verifier;
+use crate::verify::report::Verification;
 
 /// Reads motions, changes them, retargets them, and writes the result.
 ///

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use mocap_figure::name_joints;
+use mocap_figure::report::NamingReport;
 use mocap_figure::{BoneNames, Humanoid, HumanoidMap};
-use mocap_figure::{NamingReport, name_joints};
-use mocap_formats::{Export, NodeRename};
+use mocap_formats::Export;
+use mocap_formats::report::NodeRename;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_corpus::survey::ClipRow;
-use mocap_edit::{EditReport, WalkReport};
-use mocap_formats::{Deviation, Export, NodeRename};
-use mocap_retarget::retargeting::Report;
+use mocap_corpus::survey::report::ClipRow;
+use mocap_edit::report::{EditReport, WalkReport};
+use mocap_formats::Export;
+use mocap_formats::report::{Deviation, NodeRename};
+use mocap_retarget::report::ClipReport;
 use mocap_scene::error::Diagnostic;
 use serde::Serialize;
 
 use super::{GraphReport, Notice};
-use crate::verify::Verification;
+use crate::verify::report::Verification;
 
 /// What a job has done.
 ///
@@ -47,7 +48,7 @@ pub struct JobReport {
     pub steps: Vec<EditReport>,
     /// How well each motion is kept on the other body.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub clips: Vec<Report>,
+    pub clips: Vec<ClipReport>,
     /// How far the output is from the motion, where keys or bits were left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Deviation>,

@@ -1,8 +1,8 @@
 //! The formats of motions on robots.
 
 use mocap_formats::Export;
-use mocap_retarget::retargeting::{Retargeter, Target};
 use mocap_retarget::robot::{Robot, RobotMotion};
+use mocap_retarget::{Retargeter, Target};
 use mocap_scene::error::{Code, Diagnostic, Result};
 
 use crate::arrays::{self, trainers};

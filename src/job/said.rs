@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mocap_edit::EditReport;
+use mocap_edit::report::EditReport;
 use mocap_scene::error::{Code, Diagnostic, spelled};
 use mocap_scene::scene::{Assumption, Scene, Topic};
 

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_corpus::survey::{ClipRecord, ClipRow, Condition, Corpus, Quality, SelectAmount, SelectBy, Thresholds};
+use mocap_corpus::survey::report::{ClipRecord, ClipRow, Quality};
+use mocap_corpus::survey::{Condition, Corpus, SelectAmount, SelectBy, Thresholds};
 use mocap_io::import::Importer;
 use mocap_scene::error::Result;
 use mocap_scene::math::spread::spread;

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_retarget::retargeting::{Report, RetargetOptions};
-use mocap_retarget::robot::Floor;
-use mocap_retarget::{Scale, Verdict};
+use mocap_retarget::RetargetOptions;
+use mocap_retarget::Scale;
+use mocap_retarget::report::ClipReport;
+use mocap_retarget::report::Verdict;
+use mocap_retarget::robot::report::Floor;
 use mocap_scene::error::{Code, Diagnostic, Result, spelled};
 use serde::{Deserialize, Serialize};
 
@@ -279,13 +281,13 @@ impl JobTarget {
     }
 
     /// What of the motions is worse than is allowed.
-    pub(super) fn problem(&self, clips: &[Report]) -> Option<String> {
+    pub(super) fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         let allowed = match self {
             Self::Robot(robot) => return robot.problem(clips),
             Self::Character(character) => character.max_angle?,
             Self::Skeleton(skeleton) => skeleton.max_angle?,
         };
-        let clips = clips.iter().filter_map(Report::body);
+        let clips = clips.iter().filter_map(ClipReport::body);
         let worst = clips.max_by(|a, b| a.worst_degrees().total_cmp(&b.worst_degrees()))?;
         worst.problem(allowed.0)
     }
@@ -302,7 +304,7 @@ impl RobotTarget {
         }
     }
 
-    fn problem(&self, clips: &[Report]) -> Option<String> {
+    fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         let required = self.require?;
         let clip = clips.iter().find(|clip| !required.allows(clip.verdict()))?;
         let (name, verdict) = (clip.name(), clip.verdict().as_str());

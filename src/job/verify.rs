@@ -42,18 +42,20 @@ mod pairs;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod rates;
-mod report;
+pub mod report;
 mod skin;
 mod timeline;
 mod units;
 
 use std::path::{Path, PathBuf};
 
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{Origin, Scene, SecondMotion};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::Origin;
+use mocap_scene::scene::report::SecondMotion;
 
 use crate::SourceSpace;
 
@@ -61,7 +63,7 @@ use self::claims::{import_source, is_same_file};
 use self::comparison::Comparison;
 use self::output::Output;
 use self::rates::Rates;
-pub use self::report::{Finding, FindingKind, LargestDeviation, Resampling, Verification, VerifiedClip};
+use self::report::{Finding, FindingKind, LargestDeviation, Resampling, Verification, VerifiedClip};
 #[cfg(feature = "npz")]
 use mocap_formats::usd;
 
@@ -72,7 +74,7 @@ impl Verification {
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::gltf::GltfOptions;
-    /// use mocap::verify::Verification;
+    /// use mocap::verify::report::Verification;
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let verified = Verification::of(&scene, &GltfOptions::default().write_glb(&scene)?)?;
@@ -102,7 +104,7 @@ impl Verification {
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Exporter;
-/// use mocap::gltf::Provenance;
+/// use mocap::gltf::report::Provenance;
 /// use mocap::verify::Verifier;
 ///
 /// let walk = "fixtures/real/cmu_short.bvh";

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_edit::{EditStep, WalkReport};
+use mocap_edit::EditStep;
+use mocap_edit::report::WalkReport;
 use mocap_formats::Export;
 use mocap_scene::error::Result;
 use mocap_scene::files::ReplacePolicy;

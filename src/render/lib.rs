@@ -36,10 +36,15 @@ mod view;
 
 pub use self::drawing::Drawing;
 pub use self::figure::Clip;
+#[doc(hidden)]
 pub use self::matrix::distance_matrix_png;
 pub use self::movie::{Movie, MovieOptions};
 pub use self::plot::PlotOptions;
 pub use self::sheet::SheetOptions;
+#[doc(hidden)]
 pub use self::t_pose::TPoseClip;
+#[doc(hidden)]
 pub use self::terminal::ScreenOptions;
-pub use self::view::{ListingEntry, Page, PageClip, PlayerClip};
+#[doc(hidden)]
+pub use self::view::{ListingEntry, PlayerClip};
+pub use self::view::{Page, PageClip};

@@ -1,7 +1,9 @@
 //! T-poses: a row for each skeleton, seen from three sides, with the names of its bones.
 
 use glam::{Quat, Vec3};
-use mocap_figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
+use mocap_figure::report::TPoseSource;
+use mocap_figure::report::{RestPose, Sides};
+use mocap_figure::{Confidence, Figure, HumanoidBone, Side, TPose};
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use super::camera::{Camera, paint_bone};

@@ -21,7 +21,7 @@ pub(crate) mod skin;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use mocap_edit::DetectedContacts;
+use mocap_edit::report::DetectedContacts;
 use mocap_figure::Figure;
 use mocap_figure::LimbAngles;
 use mocap_scene::error::visible;

@@ -15,9 +15,10 @@ use mocap_scene::limits::positive;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::math::up_axis::from_to;
 use mocap_scene::pose::{Binding, Pose, Trs};
-use mocap_scene::scene::{Animation, AppliedStep, Channel, Keys, NodeId, NodeKind, Scene, SecondMotion, UpAxis};
+use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene, UpAxis};
 
-use super::report::{ByNames, RetargetReport, Verdict, verdict};
+use super::quality::{ByNames, RetargetReport, Verdict, verdict};
 use super::{Scale, no_animation};
 
 /// The fewest joints of one name, and the fraction of those of the source, that make two skeletons of one kind.

@@ -1,7 +1,8 @@
 //! What the feet of the target are to do.
 
 use glam::Vec3;
-use mocap_edit::{DetectedContacts, FootGuide, SolePoint};
+use mocap_edit::report::DetectedContacts;
+use mocap_edit::{FootGuide, SolePoint};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::{HumanoidBone as Bone, Side};

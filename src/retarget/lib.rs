@@ -1,10 +1,33 @@
-//! Moves the motion of one humanoid onto the skeleton of another.
+//! Retargets motions to characters, skeletons and robots.
 //!
-//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
-//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's,
-//! bone by bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
+//! A [`Retargeter`] takes whole files. It brings the source to metres with +Y up, finds its bones, reads the T-pose
+//! while a rest pose stands in the first frame, leaves that frame out, moves each motion, holds feet on the ground where
+//! that is better, and gives every clip its own name, its provenance and a report. `docs/retargeting.md` and
+//! `docs/robots.md` have the algorithms.
+//!
+//! ```
+//! # std::env::set_current_dir("../..").unwrap();
+//! use mocap::Importer;
+//! use mocap::retarget::{RetargetOptions, Retargeter};
+//!
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let hero = Importer::new().gltf_meshes(true).import_character("fixtures/skeletons/human_vrm1.gltf")?;
+//! let retargeter = Retargeter::new(walk, hero, RetargetOptions::new())?;
+//! for clip in retargeter.clips() {
+//!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
+//! }
+//! let file: Vec<u8> = retargeter.character_file()?.unwrap().into_bytes()?; // the character, and the clips
+//! # let _ = file;
+//! # Ok::<(), mocap::Error>(())
+//! ```
+//!
+//! A [`PoseRetargeter`] moves single poses as an engine has them; [`robot`] has the same for robots.
+//!
+//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward is
+//! +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's, bone
+//! by bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
 //! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of the
-//! source, scaled by the length of the legs. `docs/retargeting.md` has the formulas.
+//! source, scaled by the length of the legs.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -30,8 +53,9 @@ mod limb_angles;
 pub mod live;
 mod measure;
 mod plan;
-mod report;
-pub mod retargeting;
+mod quality;
+pub mod report;
+pub(crate) mod retargeting;
 pub mod robot;
 mod root;
 mod rules;
@@ -41,7 +65,9 @@ mod skin;
 mod solve;
 
 use glam::{Quat, Vec3};
-use mocap_edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
+use mocap_edit::report::DetectedContacts;
+use mocap_edit::report::FootLockReport;
+use mocap_edit::{contacts_of, follow_feet};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::ticks::ticks;
@@ -49,18 +75,19 @@ use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::options::setters;
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
+use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::{Animation, NodeId, Scene};
 
 pub(crate) use self::by_names::CreatureRetargeter;
 use self::measure::Moving;
 use self::plan::Plan;
-pub use self::plan::UnmappedBone;
-pub use self::report::{ByNames, ClampedLeg, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
-pub use self::retargeting::Retargeter;
+use self::plan::UnmappedBone;
+use self::quality::RetargetReport;
+pub use self::retargeting::{RetargetOptions, RetargetedClip, Retargeter, Target};
+#[doc(hidden)]
+pub use self::retargeting::{SourceMotion, apply_steps, apply_steps_with_bones, second_motion, whole};
 use self::root::Root;
-pub use self::sight::{Aspect, AspectError};
 use self::solve::Solved;
-pub use mocap_figure::LimbAngles;
 
 /// How large the steps of the target are.
 ///

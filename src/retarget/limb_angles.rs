@@ -7,8 +7,8 @@ use mocap_scene::scene::{Animation, Scene};
 use super::{PoseRetargeter, measure};
 
 impl PoseRetargeter {
-    /// The angles of which [`PoseRetargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of
-    /// the scene `source`, and those of `moved`, of the scene `target`, at each tick of the source.
+    /// The angles between the limbs of `animation`, of the scene `source`, and those of `moved`, of the scene `target`,
+    /// at each tick of the source. [`PoseRetargeter::measure`] has their mean and the largest.
     pub fn limb_angles(
         &self,
         source: &Scene,

@@ -32,11 +32,14 @@ mod clock;
 mod play;
 mod poses;
 mod record;
+pub mod report;
 #[doc(hidden)]
 pub(crate) mod vmc;
 
 pub use self::bridge::VmcBridge;
+#[doc(hidden)]
 pub use self::clean::VmcCleaner;
 pub use self::play::VmcMotion;
+#[doc(hidden)]
 pub use self::poses::VmcPoses;
-pub use self::record::{VmcCounts, VmcRecorder};
+pub use self::record::VmcRecorder;

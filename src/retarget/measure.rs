@@ -10,7 +10,7 @@ use mocap_scene::scene::{Animation, NodeId, Scene};
 
 use super::feet::Soles;
 use super::plan::UnmappedBone;
-use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
+use super::quality::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
 use super::root::Root;
 use super::sight::{AspectError, Sight};
 

@@ -1,26 +1,4 @@
-//! The motions of files on another body: a character, a skeleton or a robot.
-//!
-//! A [`Retargeter`] knows the whole recipe and its order: the source is brought to metres with +Y up, its bones are
-//! found, the T-pose is read while a rest pose stands in the first frame, that frame is left out, each motion is moved,
-//! feet are held on the ground where that is better, and every clip gets its own name, its provenance and a report.
-//! `docs/retargeting.md` and `docs/robots.md` have the algorithms. An engine that moves single poses as they come uses
-//! [`PoseRetargeter`] instead.
-//!
-//! ```
-//! # std::env::set_current_dir("../..").unwrap();
-//! use mocap::Importer;
-//! use mocap::retargeting::{Retargeter, RetargetOptions};
-//!
-//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-//! let hero = Importer::new().gltf_meshes(true).import_character("fixtures/skeletons/human_vrm1.gltf")?;
-//! let retargeting = Retargeter::new(walk, hero, RetargetOptions::new())?;
-//! for clip in retargeting.clips() {
-//!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
-//! }
-//! let file: Vec<u8> = retargeting.character_file()?.unwrap().into_bytes()?; // the character, and the clips
-//! # let _ = file;
-//! # Ok::<(), mocap::Error>(())
-//! ```
+//! The [`Retargeter`]: the recipe of whole files, and its order.
 
 mod clip;
 mod face;
@@ -35,24 +13,23 @@ use std::collections::HashSet;
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_formats::Export;
-use mocap_formats::gltf::{BufferPlace, GltfOptions, Provenance};
+use mocap_formats::gltf::report::Provenance;
+use mocap_formats::gltf::{BufferPlace, GltfOptions};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Animation, AppliedStep, Scene, SecondMotion};
+use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::{Animation, Scene};
 
-pub use self::clip::{Report, RetargetedClip};
-pub use self::joined::apply_steps;
-#[doc(hidden)]
-pub use self::joined::{apply_steps_with_bones, second_motion};
+pub use self::clip::{ClipReport, RetargetedClip};
+pub use self::joined::{apply_steps, apply_steps_with_bones, second_motion};
 pub use self::options::RetargetOptions;
-pub use self::source::SourceMotion;
-#[doc(hidden)]
-pub use self::source::whole;
 use self::source::{Mover, Moving};
+pub use self::source::{SourceMotion, whole};
 pub use self::target::Target;
 use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
-use crate::{CreatureRetargeter, LimbAngles, PoseRetargeter, check_figure};
+use crate::{CreatureRetargeter, PoseRetargeter, check_figure};
+use mocap_figure::LimbAngles;
 
-/// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
+/// Retargets whole files. It owns the scenes, and has the clips.
 ///
 /// [`new`](Self::new) puts one source on a target. For several, [`onto`](Self::onto) takes the target alone, and
 /// [`add`](Self::add) each source; a clone of a retargeting without sources is cheap, so that a thread may have one.
@@ -60,7 +37,7 @@ use crate::{CreatureRetargeter, LimbAngles, PoseRetargeter, check_figure};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
-/// use mocap::retargeting::{Retargeter, RetargetOptions};
+/// use mocap::retarget::{Retargeter, RetargetOptions};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
 /// let mut retargeting = Retargeter::onto(robot, RetargetOptions::new())?;

@@ -9,7 +9,7 @@
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Importer;
-//! use mocap::robot::{RobotOptions, RobotRetargeter};
+//! use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
 //!
 //! let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
@@ -44,8 +44,9 @@ pub(crate) mod kinematics;
 mod links;
 mod measure;
 mod motion;
-mod report;
+pub mod report;
 pub(crate) mod retargeter;
+pub(crate) mod robot_report;
 mod smooth_stream;
 #[doc(hidden)]
 pub(crate) mod sole;
@@ -62,20 +63,19 @@ pub(crate) mod twin;
 pub(crate) mod verdict;
 pub(crate) mod window;
 
-pub use self::collision::LinkCollision;
+#[doc(hidden)]
 pub use self::drawn::add_links;
-pub use self::feasibility::Feasibility;
-pub use self::floor::Floor;
 #[doc(hidden)]
 pub use self::links::{LinkMotion, LinkOrder};
 pub use self::motion::RobotMotion;
-pub use self::report::{ClampedJoint, RobotReport};
 pub use self::retargeter::{RobotOptions, RobotRetargeter, RobotStream};
+#[doc(hidden)]
 pub use self::smooth_stream::SmoothRobotStream;
 #[doc(hidden)]
 pub use self::torques::InverseDynamics;
-pub use self::verdict::Criterion;
-pub use mocap_figure::robot_bones::{RobotBone, RobotMap, robot_bones, robot_scene};
+pub use mocap_figure::robot_bones::{RobotBone, RobotMap};
+#[doc(hidden)]
+pub use mocap_figure::robot_bones::{robot_bones, robot_scene};
 pub use mocap_scene::scene::robot::{
     Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };

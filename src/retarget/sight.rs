@@ -49,7 +49,7 @@ impl Aspect {
     /// Its name, as in JSON.
     ///
     /// ```
-    /// assert_eq!(mocap::retarget::Aspect::Roll.as_str(), "roll");
+    /// assert_eq!(mocap::retarget::report::Aspect::Roll.as_str(), "roll");
     /// ```
     pub const fn as_str(self) -> &'static str {
         match self {

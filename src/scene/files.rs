@@ -23,13 +23,12 @@ use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
 #[doc(hidden)]
 pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, FORCES_MARK, PARQUET_CREATOR};
+#[doc(hidden)]
 pub use self::confined::{check_confined, confine};
-pub use self::csv_table::csv_field;
 #[doc(hidden)]
-pub use self::csv_table::{PointColumns, Records, is_csv_of_points, is_own_csv, point_of};
+pub use self::csv_table::{PointColumns, Records, csv_field, is_csv_of_points, is_own_csv, point_of};
 #[doc(hidden)]
-pub use self::existing::percent_decoded;
-pub use self::existing::{ReplacePolicy, has_provenance};
+pub use self::existing::{ReplacePolicy, has_provenance, percent_decoded};
 #[doc(hidden)]
 pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 #[doc(hidden)]
@@ -65,6 +64,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 ///
 /// # Errors
 /// [`Code::Io`](crate::Code::Io), with the path.
+#[doc(hidden)]
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     write_file_with(path, |file| file.write_all(bytes))?;
     Ok(())
@@ -221,6 +221,7 @@ const UNFINISHED: &str = ".unfinished-";
 /// assert_eq!(unfinished_target(left).as_deref(), Some(Path::new("out/walk.glb")));
 /// assert_eq!(unfinished_target(Path::new("out/walk.glb")), None);
 /// ```
+#[doc(hidden)]
 pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
     let (target, _) = path.file_name()?.to_str()?.strip_prefix('.')?.rsplit_once(UNFINISHED)?;
     Some(path.with_file_name(target))
@@ -236,6 +237,7 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
 /// mocap::files::remove_unfinished(&folder.path().join("walk.glb"));
 /// assert!(!left.exists());
 /// ```
+#[doc(hidden)]
 pub fn remove_unfinished(path: &Path) {
     let buffer = path.with_extension("bin");
     let has_buffer = path

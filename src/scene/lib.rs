@@ -19,9 +19,9 @@ pub mod pose;
 pub mod process;
 pub mod scene;
 
+pub use self::error::{Code, Diagnostic, Error, Location, Result};
 #[doc(hidden)]
-pub use self::error::visible_json;
-pub use self::error::{Code, Diagnostic, Error, Location, Result, visible};
+pub use self::error::{visible, visible_json};
 pub use self::limits::Limits;
 pub use self::player::{LoopMode, Player};
 pub use self::pose::{Binding, OutOfRange, Pose, Trs, Updater};

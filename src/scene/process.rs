@@ -35,6 +35,7 @@ mod find_degenerates;
 mod join_identical_vertices;
 mod rate;
 mod remove_sizeless_meshes;
+pub mod report;
 mod resample;
 mod rest_pose;
 mod rest_rotations;
@@ -59,4 +60,3 @@ pub use self::rest_rotations::{can_zero_rest_rotations, set_rest_rotations, zero
 #[doc(hidden)]
 pub use self::shear::{Unsheared, take_shear_out};
 pub use self::skeleton_mesh::SkeletonMesh;
-pub use self::validate::{Part, Rule, Violation};

@@ -55,7 +55,8 @@
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
 //! use mocap::Conversion;
-//! use mocap::scene::{AppliedStep, Confidence, RootOffset, RotationOrder, Topic, UpAxis};
+//! use mocap::scene::{Confidence, RootOffset, RotationOrder, Topic, UpAxis};
+//! use mocap::scene::report::AppliedStep;
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! assert_eq!(scene.metadata.origin.as_ref().unwrap().name, "cmu_12_01_walk.bvh");
@@ -80,6 +81,7 @@ mod metadata;
 mod mmd;
 mod original;
 mod recorded;
+pub mod report;
 #[doc(hidden)]
 pub mod robot;
 mod solved;
@@ -88,22 +90,17 @@ use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use self::face::Face;
-pub use self::guess::Guess;
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub use self::mesh::{AlphaMode, Bone, Material, Mesh, MorphTarget, Primitive, Surface, Texture, VertexWeight, Wrap};
-pub use self::metadata::{
-    AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
-    SecondMotion, Topic, UpAxis,
-};
+pub use self::metadata::{Assumption, Confidence, Format, Metadata, RootOffset, Topic, UpAxis};
 #[doc(hidden)]
 pub use self::metadata::{UNNAMED_MOTION, format_name};
 #[doc(hidden)]
 pub use self::mmd::{MmdInherits, MmdModel};
-pub use self::original::Original;
 #[doc(hidden)]
-pub use self::original::{OriginalFile, SKELETON_MATERIAL};
+pub use self::original::{Original, OriginalFile, SKELETON_MATERIAL};
 pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
-pub use self::solved::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
+use self::report::MarkerSolution;
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.

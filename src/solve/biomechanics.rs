@@ -9,10 +9,11 @@ mod angles;
 pub(crate) mod events;
 mod forces;
 pub(crate) mod gait;
+pub mod report;
 mod segments;
 pub(crate) mod series;
 mod table;
 
 pub use self::angles::JointAngles;
-pub use self::gait::{Gait, MeanAndDeviation, SideOfGait, Stride};
+pub use self::gait::Gait;
 pub use self::series::TimeSeries;

@@ -73,10 +73,13 @@ impl Source {
         paths.into_iter().map(import).collect()
     }
 
-    /// What the macro `steps!` re-exports: `FILE: NAME, NAME;` of each step.
+    /// What the macro `steps!` re-exports beside reports: `FILE: NAME, NAME => REPORT;` of each step.
     fn steps(&self) -> Vec<Import> {
-        let rows = self.code.split("::steps! {").skip(1).flat_map(|list| list.split(';'));
-        let rows = rows.filter_map(|row| row.split_once(':'));
+        let lists = self.code.split("::steps! {").skip(1);
+        let rows = lists
+            .filter_map(|list| list.split_once('}'))
+            .flat_map(|(_, steps)| steps.split(';'));
+        let rows = rows.filter_map(|row| row.split("=>").next()?.split_once(':'));
         let names = rows.flat_map(|(file, names)| names.split(',').map(move |name| (file.trim(), name.trim())));
         let import = |(file, name): (&str, &str)| Import {
             path: self.absolute(&format!("self::{file}::{name}")),

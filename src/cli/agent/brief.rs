@@ -4,10 +4,13 @@ use std::cmp::Reverse;
 use std::fs;
 use std::path::Path;
 
-use mocap::job::{Job, JobReport};
-use mocap::retarget::{LimbError, RetargetReport, Verdict};
-use mocap::retargeting::Report;
-use mocap::survey::{ClipRow, Corpus, Quality};
+use mocap::job::Job;
+use mocap::job::report::JobReport;
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::report::Verdict;
+use mocap::retarget::report::{LimbError, RetargetReport};
+use mocap::survey::Corpus;
+use mocap::survey::report::{ClipRow, Quality};
 use serde_json::{Map, Value, json};
 
 use super::answer::Answer;
@@ -98,10 +101,10 @@ pub(super) fn folder(folder: &Path) -> Answer {
 
 /// One motion of a folder. Of several clips the worst counts.
 fn motion(record: &Record) -> Value {
-    let robot = record.robot_report().map(Report::Robot);
+    let robot = record.robot_report().map(ClipReport::Robot);
     let read = |text: &serde_json::value::RawValue| serde_json::from_str::<Vec<RetargetReport>>(text.get()).ok();
     let bodies = record.retarget.as_deref().and_then(read).unwrap_or_default();
-    let reports = bodies.into_iter().map(Report::Body).chain(robot);
+    let reports = bodies.into_iter().map(ClipReport::Body).chain(robot);
     let mut worst = sorted(reports.map(|report| clip(&report))).into_iter().next();
     let mut motion = worst.take().unwrap_or_else(|| json!({}));
     motion["input"] = record.input.as_str().into();
@@ -121,7 +124,7 @@ fn motion(record: &Record) -> Value {
 }
 
 /// How well a motion is kept on another body.
-fn clip(report: &Report) -> Value {
+fn clip(report: &ClipReport) -> Value {
     let limbs = report.body().map(|report| &report.limbs);
     let limbs = limbs
         .or(report.robot().map(|report| &report.limbs))

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::files::{ReplacePolicy, remove_all_unfinished};
-use mocap::retarget::Verdict;
+use mocap::retarget::report::Verdict;
 
 use super::hash::sha256;
 use super::inputs::{self, Input};

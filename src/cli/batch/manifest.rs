@@ -10,7 +10,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::files::write_file;
-use mocap::robot::RobotReport;
+use mocap::retarget::robot::report::RobotReport;
 use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -55,10 +55,11 @@ pub(crate) struct Record {
     /// How well the motion sits on the robot: a [`RobotReport`] as text, so that its numbers stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) robot: Option<Box<RawValue>>,
-    /// How well each clip sits on the character: a list of [`RetargetReport`](mocap::retarget::RetargetReport) as text.
+    /// How well each clip sits on the character: a list of
+    /// [`RetargetReport`](mocap::retarget::report::RetargetReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) retarget: Option<Box<RawValue>>,
-    /// What each step changed: a list of [`EditReport`](mocap::edit::EditReport) as text.
+    /// What each step changed: a list of [`EditReport`](mocap::edit::report::EditReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) edit: Option<Box<RawValue>>,
     /// The duration of the work.

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::biomechanics::{Gait, JointAngles, MeanAndDeviation, SideOfGait};
+use mocap::biomechanics::report::{MeanAndDeviation, SideOfGait};
+use mocap::biomechanics::{Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
 

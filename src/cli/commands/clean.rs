@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::edit::EditReport;
+use mocap::edit::report::EditReport;
 use mocap::job::{MotionJob, Notice};
 use mocap::visible_json;
 

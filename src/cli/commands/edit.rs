@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use mocap::arrays::contacts_npz;
-use mocap::edit::{ContactOptions, EditReport, StepReport};
+use mocap::edit::ContactOptions;
+use mocap::edit::report::{EditReport, StepReport};
 use mocap::figure::Humanoid;
 use mocap::job::{MotionJob, Notice};
 use mocap::render::{Clip, Drawing, PlotOptions};

@@ -4,7 +4,8 @@ use std::io::Write;
 use std::num::NonZeroUsize;
 
 use mocap::Scene;
-use mocap::matching::{FindOptions, Match, Query};
+use mocap::matching::report::Match;
+use mocap::matching::{FindOptions, Query};
 
 use super::{found, import_motion, index, print_json};
 use crate::args::FindArgs;

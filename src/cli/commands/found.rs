@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::Moment;
 use mocap::files::ReplacePolicy;
-use mocap::matching::{Database, Match};
+use mocap::matching::Database;
+use mocap::matching::report::Match;
 use mocap::render::{Clip, Drawing, Page, PageClip, SheetOptions};
 use mocap::{Conversion, Scene, SkeletonMesh};
 

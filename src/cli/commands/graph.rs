@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::job::{GraphJob, JobReport, WalkJob};
+use mocap::job::report::JobReport;
+use mocap::job::{GraphJob, WalkJob};
 
 use super::{check_json, made, output_format, print_job, print_json, refuse_one_file, unknown_extension};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};

@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use mocap::dump::Summary;
+use mocap::dump::report::Summary;
 use mocap::render::{Clip, ScreenOptions};
 use mocap::{Scene, SkeletonMesh};
 use serde::Serialize;

@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use mocap::edit::{Clean, Step, StepInput};
 use mocap::files::ReplacePolicy;
-use mocap::live::{VmcBridge, VmcCleaner, VmcCounts, VmcMotion, VmcRecorder};
-use mocap::robot::robot_bones;
+use mocap::live::report::VmcCounts;
+use mocap::live::{VmcBridge, VmcCleaner, VmcMotion, VmcRecorder};
+use mocap::retarget::robot::robot_bones;
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
 use super::packets::{PATIENCE, Packets, of_socket};

@@ -3,12 +3,17 @@
 use std::path::Path;
 
 use mocap::job::JobTarget;
-use mocap::retarget::Verdict;
-use mocap::retargeting::Report;
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::report::Verdict;
 
 /// The clips of a motion that are not good, each with the reasons and the command that shows it. `output` is absent
 /// where it was not written.
-pub(super) fn of_motion(reports: &[Report], input: &Path, output: Option<&Path>, target: &JobTarget) -> Vec<String> {
+pub(super) fn of_motion(
+    reports: &[ClipReport],
+    input: &Path,
+    output: Option<&Path>,
+    target: &JobTarget,
+) -> Vec<String> {
     let doubtful = reports.iter().filter(|found| found.verdict() != Verdict::Good);
     let lines = doubtful.map(|found| {
         let (verdict, reasons) = (found.verdict().as_str(), found.reasons().join("; "));

@@ -3,9 +3,9 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use mocap::edit::WalkReport;
+use mocap::edit::report::WalkReport;
 use mocap::files::ReplacePolicy;
-use mocap::gltf::Deviation;
+use mocap::gltf::report::Deviation;
 use mocap::job::{JobOutput, Maker, MotionJob, Notice, WalkJob};
 use mocap::{Code, Error, Export};
 

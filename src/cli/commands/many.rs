@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{JobOutput, JobTarget, JointNames, Maker, MotionJob, Notice};
-use mocap::retargeting::Report;
+use mocap::retarget::report::ClipReport;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use super::robot_reports::Table;
@@ -214,7 +214,7 @@ impl Work for OfJob<'_> {
             Some(_) => "clips on the character",
         };
         let found = self.reports(records);
-        let mut lines = Vec::from_iter(verdicts(what, found.iter().map(Report::verdict)));
+        let mut lines = Vec::from_iter(verdicts(what, found.iter().map(ClipReport::verdict)));
         lines.extend(records.iter().flat_map(|record| self.doubts(record)));
         lines
     }
@@ -225,7 +225,7 @@ impl Work for OfJob<'_> {
         }
         counts.verdict()?;
         let found = self.reports(records);
-        let is_worse = |report: &&Report| self.maker.problem(std::slice::from_ref(report)).is_some();
+        let is_worse = |report: &&ClipReport| self.maker.problem(std::slice::from_ref(report)).is_some();
         let worse = found.iter().filter(is_worse).count();
         if worse == 0 {
             return Ok(());
@@ -341,7 +341,7 @@ impl OfJob<'_> {
     }
 
     /// The reports of all motions on another body, those that were made before too.
-    fn reports(&self, records: &[&Record]) -> Vec<Report> {
+    fn reports(&self, records: &[&Record]) -> Vec<ClipReport> {
         let Some(target) = &self.job.target else {
             return Vec::new();
         };
@@ -351,12 +351,12 @@ impl OfJob<'_> {
 }
 
 /// The reports of a motion on another body; `None` where another version wrote them, with other fields.
-fn reports_of(record: &Record, target: &JobTarget) -> Option<Vec<Report>> {
+fn reports_of(record: &Record, target: &JobTarget) -> Option<Vec<ClipReport>> {
     match target {
-        JobTarget::Robot(_) => Some(vec![Report::Robot(record.robot_report()?)]),
+        JobTarget::Robot(_) => Some(vec![ClipReport::Robot(record.robot_report()?)]),
         _ => {
             let reports = serde_json::from_str::<Vec<_>>(record.retarget.as_ref()?.get());
-            Some(reports.ok()?.into_iter().map(Report::Body).collect())
+            Some(reports.ok()?.into_iter().map(ClipReport::Body).collect())
         }
     }
 }

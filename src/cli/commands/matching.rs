@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::glam::Vec3;
-use mocap::matching::{Controller, Database, FollowReport, Gamepad, Moves, PlayReport};
+use mocap::matching::report::{FollowReport, PlayReport};
+use mocap::matching::{Controller, Database, Gamepad, Moves};
 use mocap::scene::Animation;
 use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
 

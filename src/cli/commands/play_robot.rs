@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use mocap::arrays::robot_csv;
 use mocap::convert::FirstFrame;
 use mocap::live::{VmcCleaner, VmcPoses};
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::{Binding, Conversion, Importer, Pose, Scene};
 
 use super::live::{self, over_at_a_signal, scene_of, wait_until};

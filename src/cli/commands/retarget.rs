@@ -4,8 +4,9 @@ use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
 use mocap::job::MotionJob;
-use mocap::retarget::{RetargetReport, Verdict};
-use mocap::retargeting::Report;
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::report::RetargetReport;
+use mocap::retarget::report::Verdict;
 
 use super::{MANY, check_json, extension, looks, made, many, output_format, print_job, print_json};
 use crate::args::{Given, RetargetArgs};
@@ -20,7 +21,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         return many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume);
     }
     let (maker, made) = made::save(&job, given)?;
-    let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
+    let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(ClipReport::body).collect();
     match args.onto.json {
         true => print_json(&reports)?,
         false if reports.len() > MOST_TOLD => tell_all(&made.clips, &args.output),
@@ -76,7 +77,7 @@ pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<MotionJob, Failu
 const MOST_TOLD: usize = 3;
 
 /// A line of each clip, the worst first, and below the reasons and the command that shows it.
-fn tell_all(reports: &[Report], output: &Path) {
+fn tell_all(reports: &[ClipReport], output: &Path) {
     let mut sorted = Vec::from_iter(reports.iter().filter_map(|found| Some((found, found.body()?))));
     let grade = |found: &RetargetReport| match found.verdict {
         Verdict::Poor => 0,
@@ -140,7 +141,7 @@ fn default_format(args: &RetargetArgs, file: &Path) -> String {
     }
 }
 
-pub(super) fn tell(report: &Report) {
+pub(super) fn tell(report: &ClipReport) {
     let Some(found) = report.body() else { return };
     let what = if found.by_names.is_some() { "bones" } else { "limbs" };
     report::say(&format!(

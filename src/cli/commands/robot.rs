@@ -2,9 +2,9 @@
 
 use mocap::FormatInfo;
 use mocap::job::{MotionJob, RobotFormat};
-use mocap::retarget::Verdict;
-use mocap::retargeting::Report;
-use mocap::robot::RobotReport;
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::report::Verdict;
+use mocap::retarget::robot::report::RobotReport;
 
 use super::{
     MANY, ONE_OUTPUT, check_json, extension, made, many, print_job, print_json, robot_reports, unknown_extension,
@@ -65,7 +65,7 @@ fn run_many(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Fail
 
 fn one(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     let (maker, made) = made::save(job, given)?;
-    let found = made.clips.iter().filter_map(Report::robot);
+    let found = made.clips.iter().filter_map(ClipReport::robot);
     for found in found {
         match args.onto.json {
             true => print_json(found)?,

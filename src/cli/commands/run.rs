@@ -5,7 +5,8 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, JobReport, MotionJob};
+use mocap::job::report::JobReport;
+use mocap::job::{Job, MotionJob};
 
 use super::{MANY, TO_OF_FILE, many, print_json};
 use crate::args::{Given, RunArgs};

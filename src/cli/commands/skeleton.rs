@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
-use mocap::figure::{
-    Axis, Confidence, Creature, Explanation, Figure, Guess, Humanoid, HumanoidBone, RestPose, Sides, TPose, TPoseBone,
-    TPoseSource,
-};
+use mocap::figure::report::Guess;
+use mocap::figure::report::{Explanation, TPoseBone, TPoseSource};
+use mocap::figure::report::{RestPose, Sides};
+use mocap::figure::{Axis, Confidence, Creature, Figure, Humanoid, HumanoidBone, TPose};
 use mocap::scene::RootOffset;
 use serde::Serialize;
 
@@ -140,7 +140,7 @@ impl Report {
             reason: used.reason.clone(),
         });
         let humanoid = &found.humanoid;
-        let bone = |joint: &mocap::figure::HumanoidJoint| BoneReport {
+        let bone = |joint: &mocap::figure::report::HumanoidJoint| BoneReport {
             joint: scene.nodes[joint.joint.index()].name.clone(),
             confidence: joint.confidence,
             reason: joint.reason.clone(),

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
-use mocap::survey::{ClipRecord, ClipRow, Corpus, Quality};
+use mocap::survey::Corpus;
+use mocap::survey::report::{ClipRecord, ClipRow, Quality};
 
 use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
 use crate::batch::gather::gather;

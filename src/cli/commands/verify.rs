@@ -4,7 +4,8 @@ use std::io::Write;
 
 use mocap::Scene;
 use mocap::job::MotionJob;
-use mocap::verify::{Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::Verification;
 use serde::Serialize;
 
 use super::print_json;

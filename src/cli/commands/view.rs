@@ -5,12 +5,14 @@ use std::env;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mocap::edit::{ContactOptions, DetectedContacts};
+use mocap::edit::ContactOptions;
+use mocap::edit::report::DetectedContacts;
 use mocap::figure::Figure;
 use mocap::render::{Clip, ListingEntry, Page, PageClip};
-use mocap::retarget::{LimbAngles, PoseRetargetOptions, PoseRetargeter};
-use mocap::retargeting::{RetargetOptions, Retargeter, Target};
-use mocap::robot::add_links;
+use mocap::retarget::report::LimbAngles;
+use mocap::retarget::robot::add_links;
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
+use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Exporter, Importer, Scene, SkeletonMesh, gltf};
 

@@ -10,7 +10,8 @@ use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::features::{self, FEATURE_RATE, FEATURES, LEG, Track};
-use crate::survey::{ClipRow, Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
+use crate::survey::report::ClipRow;
+use crate::survey::{Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 
 /// Samples in a second of where limbs point, by which parts are compared.
 pub(super) const SAMPLE_RATE: f64 = 20.0;

@@ -47,7 +47,7 @@ type Difference = (Vec3, Vec3);
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::glam::Vec3;
 /// use mocap::matching::{Controller, Database, Moves, Trajectory, IndexedClip};
-/// use mocap::retargeting::{Retargeter, RetargetOptions};
+/// use mocap::retarget::{Retargeter, RetargetOptions};
 /// use mocap::{Conversion, Scene};
 ///
 /// # fn main() -> mocap::Result<()> {

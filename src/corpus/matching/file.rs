@@ -28,7 +28,8 @@ use sha2::{Digest, Sha256};
 use super::clip::{IndexedClip, has_leg_and_begin, is_plausible};
 use super::database::Database;
 use super::features::FEATURES;
-use crate::survey::{ClipRow, WIDTH};
+use crate::survey::WIDTH;
+use crate::survey::report::ClipRow;
 
 const VERSION: u32 = 2;
 /// The longest list, in bytes: some 100,000 clips.

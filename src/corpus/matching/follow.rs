@@ -50,7 +50,7 @@ impl Controller {
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::{Vec2, Vec3};
     /// use mocap::matching::{Controller, Database, Moves, IndexedClip};
-    /// use mocap::retargeting::{Retargeter, RetargetOptions};
+    /// use mocap::retarget::{Retargeter, RetargetOptions};
     ///
     /// # fn main() -> mocap::Result<()> {
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

@@ -14,7 +14,8 @@ use super::clip::{IndexedClip, SAMPLE_RATE};
 use super::database::Database;
 use super::movement::{Movement, Movements, Scale};
 use super::query::Query;
-use crate::survey::{ClipRow, Condition, LIMBS, WIDTH, mirrored_row};
+use crate::survey::report::ClipRow;
+use crate::survey::{Condition, LIMBS, WIDTH, mirrored_row};
 
 /// How much faster or slower a part may be.
 const PACE: f64 = 1.2;

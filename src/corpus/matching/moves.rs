@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use mocap_edit::{Mirror, Step, StepInput, knee_at_rest};
 use mocap_figure::contacts::ball;
 use mocap_figure::{Figure, HumanoidBone as Bone};
-use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
+use mocap_retarget::{RetargetOptions, Retargeter};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::ik::seen_hinge;
 use mocap_scene::limits::Limits;
@@ -17,7 +17,8 @@ use mocap_scene::scene::{Animation, Node, NodeId, Scene, Side};
 use super::clip::IndexedClip;
 use super::database::Database;
 use super::features::{FEATURE_RATE, FEATURES, LEG, Root, Track};
-use crate::survey::{ClipRow, Motion, clip_name};
+use crate::survey::report::ClipRow;
+use crate::survey::{Motion, clip_name};
 
 /// The poses of a database's frames on the skeleton of a character, for a [`Controller`](super::Controller).
 ///

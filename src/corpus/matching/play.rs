@@ -44,7 +44,7 @@ impl Controller {
     /// # std::env::set_current_dir("../..").unwrap();
     /// use mocap::glam::Vec3;
     /// use mocap::matching::{Controller, Database, Gamepad, IndexedClip, Moves};
-    /// use mocap::retargeting::{Retargeter, RetargetOptions};
+    /// use mocap::retarget::{Retargeter, RetargetOptions};
     ///
     /// # fn main() -> mocap::Result<()> {
     /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

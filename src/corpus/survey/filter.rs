@@ -12,7 +12,8 @@ use super::row::{Cell, CellType, ClipRow};
 /// An expression on rows, made from text.
 ///
 /// ```
-/// use mocap::survey::{ClipRow, Condition};
+/// use mocap::survey::Condition;
+/// use mocap::survey::report::ClipRow;
 ///
 /// let condition: Condition = "frames >= 10 and not (verdict = bad or twin)".parse()?;
 /// let mut row = ClipRow::default();

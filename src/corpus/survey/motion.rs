@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 
-use mocap_edit::DetectedContacts;
+use mocap_edit::report::DetectedContacts;
 use mocap_figure::Figure;
 use mocap_figure::contacts::ContactRule;
 use mocap_scene::error::Result;

@@ -91,7 +91,7 @@ impl Conversion {
         let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
         guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
         let of_figure = figure.assumptions_of_figure();
-        if figure.humanoid.sides == crate::Sides::Opposite {
+        if figure.humanoid.sides == crate::report::Sides::Opposite {
             guesses.extend(of_figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
         }
         if standing.is_some() || self.t_pose_first {

@@ -6,7 +6,8 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use mocap_scene::error::Result;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, NodeId, NodeKind, Scene};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{NodeId, NodeKind, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::Conversion;

@@ -3,7 +3,8 @@
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 
 use super::{Conversion, RestPoseSource};
 use crate::{Figure, TPose};

@@ -10,7 +10,7 @@
 //! | rotations | three rotation channels, in the node's [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
 //! | a constant scale | scaled lengths below the node; an animated scale is lost |
-//! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`NodeRename`](crate::NodeRename) |
+//! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`NodeRename`](crate::report::NodeRename) |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
 //!

@@ -4,13 +4,15 @@ use serde::Serialize;
 
 use mocap_figure::assumptions;
 use mocap_scene::error::Diagnostic;
-use mocap_scene::scene::{Animation, Assumption, Format, MarkerSolution, NodeKind, Recording, RootOffsetUsed, Scene};
+use mocap_scene::scene::report::MarkerSolution;
+use mocap_scene::scene::report::RootOffsetUsed;
+use mocap_scene::scene::{Animation, Assumption, Format, NodeKind, Recording, Scene};
 
 /// What a scene has: counts, clips, what was assumed, warnings. Serialised it is what `mocap info --json` prints.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::dump::Summary;
+/// use mocap::dump::report::Summary;
 ///
 /// let scene = mocap::import("fixtures/real/cmu_short.bvh")?;
 /// let json = serde_json::to_value(Summary::of(&scene)).unwrap();

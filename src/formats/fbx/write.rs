@@ -48,8 +48,9 @@ use self::space::Space;
 use self::time::Rate;
 pub(super) use super::{FbxOptions, FbxRest, FbxRoot, FbxTextures, FbxVersion};
 use crate::provenance::Provenance;
+use crate::report::{Deviation, NodeRename};
 use crate::written::millimetres;
-use crate::{Deviation, Export, ExportFile, NodeRename, WriteOptions};
+use crate::{Export, ExportFile, WriteOptions};
 
 /// What a file says of the program that wrote it.
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));

@@ -14,7 +14,8 @@ use super::read::{Placed, RestPose, read_placed};
 use super::write::dangling;
 use super::write::patch::{self, Clip, Replaced};
 use super::write::{GltfOptions, GltfReport};
-use super::{Provenance, json, meshes};
+use super::{json, meshes};
+use crate::provenance::Provenance;
 use crate::{Export, ExportFile, ReadOptions, Source, read_back};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.

@@ -16,8 +16,9 @@ use mocap_scene::scene::{Face, Format, NodeId};
 use super::accessors::{self, Budget, Bytes};
 use super::invalid::{invalid, missing};
 use super::json::{self, Root};
-use super::{Provenance, humanoid, required, streams};
+use super::{humanoid, required, streams};
 use crate::named_file::below;
+use crate::provenance::Provenance;
 use crate::{Failure, FormatInfo};
 
 /// A glTF file with those of its buffers that animations need.

@@ -50,9 +50,11 @@ use mocap_scene::options::setters;
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
-use super::{BufferPlace, Compression, Deviation};
+use super::report::Deviation;
+use super::{BufferPlace, Compression};
+use crate::report::NodeRename;
 use crate::written::unit_warning;
-use crate::{Export, ExportFile, NodeRename, WriteOptions};
+use crate::{Export, ExportFile, WriteOptions};
 #[cfg(doc)]
 use mocap_scene::error::Code;
 

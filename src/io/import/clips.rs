@@ -6,7 +6,8 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 
 /// Which animations of a file to keep.
 ///

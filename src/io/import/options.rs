@@ -11,7 +11,9 @@ use super::{Clips, Importer};
 #[cfg(doc)]
 use mocap_scene::error::{Code, Error};
 #[cfg(doc)]
-use mocap_scene::scene::{Origin, Scene};
+use mocap_scene::scene::Scene;
+#[cfg(doc)]
+use mocap_scene::scene::report::Origin;
 #[cfg(feature = "solve")]
 use mocap_solve::Lengths;
 
@@ -337,7 +339,7 @@ impl Importer {
     /// (`.dae`), with as many details as a picture shows. Default: `false`, only their extent is read, of STL and OBJ.
     ///
     /// ```
-    /// use mocap::robot::{add_links, robot_scene};
+    /// use mocap::retarget::robot::{add_links, robot_scene};
     /// use mocap::{Importer, MemoryFile};
     ///
     /// let robot = r#"<robot name="r"><link name="arm"><visual><geometry>

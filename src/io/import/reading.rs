@@ -11,7 +11,9 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::pose::Binding;
 use mocap_scene::process::KeyTolerance;
-use mocap_scene::scene::{AppliedStep, Origin, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::Origin;
 
 use super::Importer;
 use super::contents::{LARGE, check_size, format_of_extension};

@@ -3,10 +3,11 @@
 use glam::{Mat4, Vec3};
 use mocap_figure::Figure;
 use mocap_figure::convert::{Needs, Space};
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_scene::error::Result;
 use mocap_scene::math::up_axis;
-use mocap_scene::scene::{AppliedStep, Scene, Topic, UpAxis};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Scene, Topic, UpAxis};
 
 use crate::arrays::ArrayOptions;
 

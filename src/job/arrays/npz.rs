@@ -5,8 +5,8 @@
 
 use std::io::{Cursor, Write};
 
-use mocap_edit::DetectedContacts;
 use mocap_edit::graph::DistanceMatrix;
+use mocap_edit::report::DetectedContacts;
 use mocap_retarget::robot::RobotMotion;
 use mocap_scene::files::ARRAY_MARK;
 use mocap_scene::scene::RotationOrder;

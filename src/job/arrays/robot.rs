@@ -17,7 +17,7 @@ const LAST_DECIMAL: f64 = 1e-6;
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::arrays::robot_csv;
-/// use mocap::robot::{RobotOptions, RobotRetargeter};
+/// use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;

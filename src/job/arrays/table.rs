@@ -35,9 +35,9 @@
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
 //! state them, and `warnings`, a list of utf8.
 //!
-//! [`robot_reports`] has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the
-//! fields of [`RobotReport`](mocap_retarget::robot::RobotReport), of which `limbs`, `clamped` and `self_collisions` are
-//! lists of structs.
+//! `robot_reports` has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the
+//! fields of [`RobotReport`](mocap_retarget::robot::report::RobotReport), of which `limbs`, `clamped` and
+//! `self_collisions` are lists of structs.
 //!
 //! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
 //! be concatenated.

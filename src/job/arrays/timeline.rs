@@ -4,7 +4,8 @@ use mocap_figure::convert::part_ticks;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits;
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 
 use crate::arrays::ArrayOptions;
 

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use mocap_figure::convert::{Conversion, RootMotion};
-use mocap_figure::{Axis, Confidence, Figure, Guess, Humanoid};
+use mocap_figure::report::Guess;
+use mocap_figure::{Axis, Confidence, Figure, Humanoid};
 use mocap_formats::{Export, FormatInfo};
-use mocap_retarget::retargeting::{Retargeter, SourceMotion, Target};
+use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;

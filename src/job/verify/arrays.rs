@@ -9,7 +9,7 @@ use super::clip::{Errors, SKIN, name_of, roots, worse};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, LargestDeviation, Verification, VerifiedClip};
 use mocap_figure::Figure;
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::scene::{NodeKind, Scene, UpAxis};
 use serde::Deserialize;

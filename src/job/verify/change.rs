@@ -4,11 +4,12 @@ use glam::{DMat4, DQuat, DVec3};
 use mocap_edit::{EditStep, StepInput};
 use mocap_figure::convert::RestPoseSource;
 use mocap_figure::{Conversion, Humanoid, HumanoidMap};
-use mocap_retarget::retargeting::second_motion;
+use mocap_retarget::second_motion;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
+use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::{Scene, UpAxis};
 
 use serde_json::Value;
 

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_io::import::{Clips, Importer};
 use mocap_scene::error::Result;
-use mocap_scene::scene::{AppliedStep, Origin, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::Origin;
 
 use super::{Finding, FindingKind};
 

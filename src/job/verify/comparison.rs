@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::path::Path;
 
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, NodeKind, Scene};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{NodeKind, Scene};
 
 use super::chain::Skeleton;
 use super::change::{Change, Replay, named};

@@ -4,13 +4,16 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use mocap_figure::Figure;
-use mocap_formats::gltf::{File, Provenance};
+use mocap_formats::gltf::File;
+use mocap_formats::gltf::report::Provenance;
 use mocap_formats::{Contents, FormatInfo, Sidecar};
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{AppliedStep, Origin, Scene, UpAxis};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::Origin;
+use mocap_scene::scene::{Scene, UpAxis};
 
 use super::chain::Skeleton;
 use super::change::Change;

@@ -2,7 +2,8 @@
 
 use mocap_formats::fbx;
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 
 use super::output::Output;
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// How far a written file is from its source.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Verification {
@@ -55,7 +55,7 @@ impl Verification {
 
 /// One clip of a file.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct VerifiedClip {
@@ -70,7 +70,7 @@ pub struct VerifiedClip {
 /// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
 /// up to the last frame of the file.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Resampling {
@@ -86,7 +86,7 @@ pub struct Resampling {
 
 /// Where and when the largest distance is.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LargestDeviation {
@@ -102,7 +102,7 @@ pub struct LargestDeviation {
 
 /// Something that is wrong beside distances.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Finding {
@@ -127,7 +127,7 @@ impl fmt::Display for Finding {
 
 /// The kinds of [`Finding`]s.
 ///
-/// [`Verification::of`](crate::verify::Verification::of) has an example.
+/// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

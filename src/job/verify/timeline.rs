@@ -3,7 +3,8 @@
 use mocap_scene::error::Result;
 use mocap_scene::limits::Limits;
 use mocap_scene::process;
-use mocap_scene::scene::{AppliedStep, Scene};
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
 
 use super::chain::Skeleton;
 use super::change::Change;

@@ -1,7 +1,8 @@
 //! Whether the numbers of a file are in the unit and the axes that it states: other readers convert by them.
 
 use glam::DVec3;
-use mocap_scene::scene::{AppliedStep, Scene, UpAxis};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Scene, UpAxis};
 
 use super::change::Change;
 use super::{Finding, FindingKind};

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use mocap_edit::{ContactPoint, DetectedContacts};
+use mocap_edit::report::{ContactPoint, DetectedContacts};
 use mocap_figure::LimbAngles;
 
 /// A point of a foot or a hand, and when it is at rest.

@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use mocap_scene::error::visible;
-use mocap_scene::scene::{AppliedStep, Keys, Mesh, MorphTarget, Scene};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Keys, Mesh, MorphTarget, Scene};
 
 /// A slider; its bytes stand apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,18 +1,21 @@
 //! A motion on a target, and how well it sits there.
 
-use mocap_formats::gltf::Provenance;
+use mocap_formats::gltf::report::Provenance;
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::scene::{Animation, Face, HumanoidBone};
 use serde::Serialize;
 
-use crate::robot::{RobotMotion, RobotReport};
-use crate::{LimbAngles, RetargetReport, Verdict};
+use crate::quality::RetargetReport;
+use crate::quality::Verdict;
+use crate::robot::RobotMotion;
+use crate::robot::report::RobotReport;
+use mocap_figure::LimbAngles;
 
 /// A motion on a target.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::retargeting::{Retargeter, RetargetOptions};
+/// use mocap::retarget::{Retargeter, RetargetOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
@@ -29,7 +32,7 @@ pub struct RetargetedClip {
     /// Where it comes from, and every step; the last is the one onto the target.
     pub provenance: Provenance,
     /// How well it is the motion of the source.
-    pub report: Report,
+    pub report: ClipReport,
     /// The positions of a robot's joints, where the target is one.
     pub robot_motion: Option<RobotMotion>,
     /// The face of the source, where that is a VRM animation with one.
@@ -43,7 +46,7 @@ impl RetargetedClip {
         Self {
             animation,
             provenance: Provenance::default(),
-            report: Report::Body(report),
+            report: ClipReport::Body(report),
             robot_motion: None,
             face: Vec::new(),
             limb_angles: None,
@@ -54,7 +57,7 @@ impl RetargetedClip {
         Self {
             animation,
             provenance: Provenance::default(),
-            report: Report::Robot(report),
+            report: ClipReport::Robot(report),
             robot_motion: Some(motion),
             face: Vec::new(),
             limb_angles: None,
@@ -71,7 +74,7 @@ impl RetargetedClip {
     /// written says so.
     pub(super) fn set_face(&mut self, face: Vec<FaceTrack>) {
         let has_gaze = face.iter().any(|track| matches!(track.face, Face::LookAt { .. }));
-        if let (Report::Body(report), true) = (&mut self.report, has_gaze) {
+        if let (ClipReport::Body(report), true) = (&mut self.report, has_gaze) {
             let is_eye = |bone: HumanoidBone| matches!(bone, HumanoidBone::LeftEye | HumanoidBone::RightEye);
             report.unmapped.retain(|unmapped| !is_eye(unmapped.bone));
         }
@@ -81,8 +84,8 @@ impl RetargetedClip {
     /// Gives the clip a name, wherever it stands.
     pub(super) fn rename(&mut self, name: String) {
         match &mut self.report {
-            Report::Body(report) => report.clip.clone_from(&name),
-            Report::Robot(report) => report.clip.clone_from(&name),
+            ClipReport::Body(report) => report.clip.clone_from(&name),
+            ClipReport::Robot(report) => report.clip.clone_from(&name),
         }
         if let Some(motion) = &mut self.robot_motion {
             motion.name.clone_from(&name);
@@ -95,8 +98,8 @@ impl RetargetedClip {
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::retarget::Verdict;
-/// use mocap::retargeting::{Retargeter, RetargetOptions};
+/// use mocap::retarget::report::Verdict;
+/// use mocap::retarget::{Retargeter, RetargetOptions};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
@@ -107,14 +110,14 @@ impl RetargetedClip {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]
-pub enum Report {
+pub enum ClipReport {
     /// On the skeleton of a humanoid.
     Body(RetargetReport),
     /// On a robot.
     Robot(RobotReport),
 }
 
-impl Report {
+impl ClipReport {
     /// Whether the motion is good enough to use unchanged.
     pub fn verdict(&self) -> Verdict {
         match self {

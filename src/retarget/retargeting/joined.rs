@@ -1,6 +1,7 @@
 //! Steps that take a second motion: it may have any skeleton.
 
-use mocap_edit::{EditReport, EditStep, Fitted};
+use mocap_edit::report::EditReport;
+use mocap_edit::{EditStep, Fitted};
 use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Diagnostic, Error, Result};
 use mocap_scene::pose::have_the_same_joints;
@@ -15,7 +16,7 @@ use super::{RetargetOptions, Retargeter};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{Concat, EditStep, Smooth};
-/// use mocap::retargeting::apply_steps;
+/// use mocap::retarget::apply_steps;
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let other = mocap::import("fixtures/skeletons/accad_run_turn.bvh")?;

@@ -4,13 +4,13 @@ use mocap_figure::HumanoidMap;
 use mocap_figure::convert::{Conversion, RootMotion};
 
 use crate::Scale;
-use crate::robot::Floor;
+use crate::robot::report::Floor;
 
 /// How a [`Retargeter`](super::Retargeter) moves motions.
 ///
 /// ```
 /// use mocap::retarget::Scale;
-/// use mocap::retargeting::RetargetOptions;
+/// use mocap::retarget::RetargetOptions;
 ///
 /// let options = RetargetOptions::new().scale(Scale::None).lock_feet(false);
 /// # let _ = options;

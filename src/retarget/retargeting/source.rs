@@ -19,7 +19,7 @@ use crate::{CreatureRetargeter, PoseRetargeter};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Conversion;
-/// use mocap::retargeting::{Retargeter, RetargetOptions, SourceMotion};
+/// use mocap::retarget::{Retargeter, RetargetOptions, SourceMotion};
 ///
 /// let mut walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// Conversion::new().frame_rate(30.0).apply(&mut walk)?;

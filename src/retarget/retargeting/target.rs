@@ -16,7 +16,7 @@ use crate::robot::{Robot, robot_scene};
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
-/// use mocap::retargeting::Target;
+/// use mocap::retarget::Target;
 ///
 /// let hero = Target::import("fixtures/skeletons/human_vrm1.gltf", &Importer::new())?;
 /// assert!(matches!(hero, Target::Character(_)));

@@ -21,7 +21,7 @@ const RINGS: usize = 5;
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::robot::{add_links, robot_scene};
+/// use mocap::retarget::robot::{add_links, robot_scene};
 ///
 /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
 /// let mut scene = robot_scene(&robot);

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Where the floor of a motion on a robot is.
 ///
 /// ```
-/// use mocap::robot::{Floor, RobotOptions};
+/// use mocap::retarget::robot::RobotOptions;
+/// use mocap::retarget::robot::report::Floor;
 ///
 /// let options = RobotOptions::new().floor(Floor::Zero);
 /// assert_eq!(serde_json::to_string(&options.floor).unwrap(), "\"z=0\"");

@@ -9,7 +9,8 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::terms::Goals;
 use super::twin::{Twin, TwinBone};
-use crate::{LimbAngles, PoseRetargeter};
+use crate::PoseRetargeter;
+use mocap_figure::LimbAngles;
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 pub(super) const LIFT: f64 = 0.15;

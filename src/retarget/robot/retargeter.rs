@@ -23,14 +23,15 @@ use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
 use super::motion::{RobotMotion, rate};
-use super::report::{self, RobotReport, Seen};
+use super::robot_report::{self, RobotReport, Seen};
 use super::solver::{Bounds, Solver};
 use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
 use super::window::{Bound, Windows};
-use crate::{LimbAngles, PoseRetargeter, Scale};
+use crate::{PoseRetargeter, Scale};
+use mocap_figure::LimbAngles;
 
 /// How a [`RobotRetargeter`] moves a motion.
 ///
@@ -39,7 +40,7 @@ use crate::{LimbAngles, PoseRetargeter, Scale};
 /// use mocap::Importer;
 /// use mocap::figure::HumanoidBone;
 /// use mocap::retarget::Scale;
-/// use mocap::robot::{RobotMap, RobotOptions, robot_bones};
+/// use mocap::retarget::robot::{RobotMap, RobotOptions, robot_bones};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
 /// let bones = robot_bones(&robot, None)?;
@@ -265,7 +266,7 @@ impl RobotRetargeter {
             },
             has_legs: self.twin.has_legs,
         };
-        let report = report::report(&self.robot, &motion, seen);
+        let report = robot_report::report(&self.robot, &motion, seen);
         (motion, report)
     }
 

@@ -12,8 +12,8 @@ use super::floor::{Floor, standing_height};
 use super::given::Given;
 use super::measure::LIFT;
 use super::motion::RobotMotion;
-use super::report::RobotReport;
 use super::retargeter::{Followed, RobotRetargeter, continued};
+use super::robot_report::RobotReport;
 use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::Goals;
@@ -50,7 +50,7 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::robot::{RobotOptions, RobotRetargeter};
+/// use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
 /// use mocap::{Binding, Importer, Pose};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Verdict;
+use crate::quality::Verdict;
 
 /// One thing that the verdict on a motion depends on.
 ///

@@ -4,7 +4,8 @@ use glam::{Mat4, Quat, Vec3};
 
 use crate::math::up_axis::{self, turn_to_y_up};
 use crate::pose::Binding;
-use crate::scene::{AppliedStep, Face, Mesh, Node, NodeId, Scene, UpAxis};
+use crate::scene::report::AppliedStep;
+use crate::scene::{Face, Mesh, Node, NodeId, Scene, UpAxis};
 
 impl Scene {
     /// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.

@@ -1,6 +1,7 @@
 //! The frame rate that a rounded frame time means.
 
-use crate::scene::{Confidence, Guess};
+use crate::scene::Confidence;
+use crate::scene::report::Guess;
 
 /// Frame rates of cameras, displays and capture systems; where a rounded frame time could mean two of them, the
 /// likelier comes first.

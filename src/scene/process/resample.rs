@@ -5,7 +5,8 @@ use glam::{Quat, Vec3};
 use super::rate::rate_before;
 use crate::error::{Code, Result};
 use crate::limits::{self, FrameBudget, Limits};
-use crate::scene::{Animation, AppliedStep, Keys, Scene};
+use crate::scene::report::AppliedStep;
+use crate::scene::{Animation, Keys, Scene};
 
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
 const SAME_TICK: f64 = 1e-6;
@@ -23,6 +24,7 @@ impl Scene {
     /// # Errors
     /// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would
     /// have more values than [`Limits::max_values`] allows. `scene` is then unchanged.
+    #[doc(hidden)]
     pub fn resample(&mut self, frames_per_second: f64, limits: &Limits) -> Result<()> {
         limits::frame_rate(Code::InvalidValue, frames_per_second)?;
         check_size(self, frames_per_second, limits)?;

@@ -13,6 +13,7 @@ impl Scene {
     ///
     /// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step where a target
     /// needs a T-pose, and the motion has one. The motion does not change.
+    #[doc(hidden)]
     pub fn set_rest_pose_at(&mut self, tick: f64) {
         if let Some(pose) = Pose::at_tick(self, 0, tick) {
             set_rest_pose(self, &pose);

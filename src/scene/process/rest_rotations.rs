@@ -4,7 +4,8 @@ use glam::{Mat4, Quat, Vec3};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Trs};
-use crate::scene::{Animation, AppliedStep, Keys, Mesh, Scene};
+use crate::scene::report::AppliedStep;
+use crate::scene::{Animation, Keys, Mesh, Scene};
 
 /// The largest difference between the scales along the axes of a node, as a fraction, which is one of rounding.
 const UNIFORM: f32 = 1e-4;

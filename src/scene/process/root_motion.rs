@@ -6,7 +6,8 @@
 use glam::{DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::pose::Binding;
-use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, NodeKind, Scene};
+use crate::scene::report::AppliedStep;
+use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 /// The name of the new node, unless another has it.
 const ROOT_NAME: &str = "Root";
@@ -19,6 +20,7 @@ const NO_HEADING: f64 = 1e-9;
 
 impl Scene {
     /// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
+    #[doc(hidden)]
     pub fn put_in_place(&mut self) {
         let roots: Vec<_> = roots(self).collect();
         for index in 0..self.animations.len() {
@@ -45,6 +47,7 @@ impl Scene {
     /// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there,
     /// as game engines expect. The old root keeps its height and its other rotations. No node's position in the world
     /// changes. Returns the new joint; none where there is no root.
+    #[doc(hidden)]
     pub fn extract_root_motion(&mut self) -> Option<NodeId> {
         let old_root = roots(self).next()?;
         let name = self.root_name();
@@ -84,6 +87,7 @@ impl Scene {
 
     /// Puts a joint named `Root`, without a transform, above a node. It takes the index of the node; from there on
     /// indices increase by one.
+    #[doc(hidden)]
     #[doc(hidden)]
     pub fn insert_root_above(&mut self, below: NodeId) {
         let name = self.root_name();

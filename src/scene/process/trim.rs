@@ -2,7 +2,8 @@
 
 use glam::{Quat, Vec3};
 
-use crate::scene::{AppliedStep, Keys, Scene};
+use crate::scene::report::AppliedStep;
+use crate::scene::{Keys, Scene};
 
 impl Scene {
     /// Keeps what is between two ticks, both included, of every animation. The first of the two becomes tick 0.
@@ -20,6 +21,7 @@ impl Scene {
     /// assert!((scene.animations[0].channels[0].position_keys.values[0].x - 0.3).abs() < 1e-6);
     /// # Ok::<(), mocap::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn trim(&mut self, first: f64, last: f64) {
         let end = self
             .animations

@@ -134,7 +134,7 @@ impl Scene {
     /// A part is named once a rule, however often it breaks it.
     ///
     /// ```
-    /// use mocap::process::Rule;
+    /// use mocap::process::report::Rule;
     /// use mocap::scene::{Node, Scene};
     ///
     /// let lost = Node { meshes: vec![7], ..Node::default() };

@@ -14,7 +14,7 @@ use crate::error::Diagnostic;
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
-/// use mocap::robot::{JointKind, ShapeKind};
+/// use mocap::retarget::robot::{JointKind, ShapeKind};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
 /// let elbow = robot.links.iter().find(|link| link.joint.name == "left_elbow_joint").unwrap();

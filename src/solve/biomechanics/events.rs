@@ -1,6 +1,7 @@
 //! The events of a walk that a file states, as C3D files of laboratories do.
 
-use mocap_scene::scene::{AppliedStep, Event, Scene, Side};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Event, Scene, Side};
 
 /// The times of heel strikes and toe offs that the file has, of the left and the right foot.
 #[derive(Default)]

@@ -2,9 +2,8 @@
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::wide_median;
-use mocap_scene::scene::{
-    Assumption, Confidence, MarkerSolution, Scene, SolvedJoint, SolvedMarker, SwappedMarkers, Topic,
-};
+use mocap_scene::scene::report::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
+use mocap_scene::scene::{Assumption, Confidence, Scene, Topic};
 
 use super::calibrate::Certainty;
 use super::model::Model;

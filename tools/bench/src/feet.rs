@@ -4,7 +4,9 @@ use std::fmt;
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, DetectedContacts, FootLockOptions, FootLockReport, foot_lock};
+use mocap::edit::report::DetectedContacts;
+use mocap::edit::report::FootLockReport;
+use mocap::edit::{ContactOptions, FootLockOptions, foot_lock};
 use mocap::figure::HumanoidBone;
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;

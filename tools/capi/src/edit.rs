@@ -5,7 +5,7 @@ use std::ptr;
 use std::slice;
 
 use mocap::edit::EditStep;
-use mocap::retargeting::apply_steps;
+use mocap::retarget::apply_steps;
 
 use crate::border::{Failure, guard};
 use crate::handle::Scene;

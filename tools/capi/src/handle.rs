@@ -3,7 +3,7 @@
 use std::ffi::{CStr, CString};
 
 use mocap::Binding;
-use mocap::edit::EditReport;
+use mocap::edit::report::EditReport;
 use mocap::glam::Mat4;
 use mocap::scene::{self, Assumption, Node, NodeId};
 

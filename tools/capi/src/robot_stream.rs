@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ffi::{CString, c_char};
 use std::ptr;
 
-use mocap::robot::{RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::retarget::robot::{RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::{Importer, Pose};
 
 use crate::border::{self, Failure, Status, c_text, guard};

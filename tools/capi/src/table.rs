@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
-use mocap::dump::Summary;
+use mocap::dump::report::Summary;
 use mocap::figure::Humanoid;
 
 use crate::border::{Failure, c_text, guard};

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::fbx::{FbxOptions, FbxTarget, FbxVersion};
 use mocap::scene::{Animation, Node, NodeKind};
-use mocap::verify::Verification;
+use mocap::verify::report::Verification;
 use mocap::{Code, Conversion, Error, Exporter, Format, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::inputs::Outputs;

@@ -2,9 +2,10 @@
 
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditReport, EditStep};
+use mocap::edit::report::EditReport;
+use mocap::edit::{ContactOptions, EditStep};
 use mocap::figure::{Humanoid, HumanoidMap};
-use mocap::retargeting::apply_steps;
+use mocap::retarget::apply_steps;
 use pyo3::prelude::*;
 
 use crate::convert::up_axis;

@@ -6,7 +6,8 @@ use mocap::Importer;
 use mocap::figure::HumanoidMap;
 use mocap::files::ReplacePolicy;
 use mocap::retarget::Scale;
-use mocap::retargeting::{Report, RetargetOptions, Retargeter, Target};
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use pyo3::prelude::*;
 
 use crate::edit::bones_of;
@@ -92,6 +93,6 @@ fn options(
 }
 
 fn reports(retargeting: &Retargeter) -> PyResult<String> {
-    let reports: Vec<&Report> = retargeting.clips().iter().map(|clip| &clip.report).collect();
+    let reports: Vec<&ClipReport> = retargeting.clips().iter().map(|clip| &clip.report).collect();
     serde_json::to_string(&reports).map_err(|error| invalid(error.to_string()))
 }

@@ -7,8 +7,9 @@ use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::files::ReplacePolicy;
 use mocap::glam::Mat4;
 use mocap::job::RobotFormat;
-use mocap::retargeting::{RetargetOptions, Retargeter, Target};
-use mocap::robot::{Floor, RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::retarget::robot::report::Floor;
+use mocap::retarget::robot::{RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
+use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::{Conversion, Importer, Pose};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -21,7 +22,7 @@ use crate::scene::Scene;
 /// A robot of URDF or MJCF.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Robot {
-    robot: Arc<mocap::robot::Robot>,
+    robot: Arc<mocap::retarget::robot::Robot>,
 }
 
 #[pymethods]

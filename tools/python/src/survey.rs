@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use mocap::FormatInfo;
 use mocap::files::{ReplacePolicy, write_file};
 use mocap::job::{InputOptions, SurveyOptions};
-use mocap::survey::{ClipRecord, ClipRow, Corpus};
+use mocap::survey::Corpus;
+use mocap::survey::report::{ClipRecord, ClipRow};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 

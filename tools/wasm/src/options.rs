@@ -8,7 +8,7 @@ use mocap::job::{
     BvhOutputOptions, CharacterTarget, InputOptions, JobTarget, JointNames, MeshStyle, OutputOptions, SizeOptions,
     SourceFrames, SourceSpace, UnitChoice, UpChoice,
 };
-use mocap::retargeting::RetargetOptions;
+use mocap::retarget::RetargetOptions;
 use mocap::{Clips, Conversion, Diagnostic, Exporter, FormatInfo, Importer, Limits, WriteOption};
 use serde::Deserialize;
 use serde_json::Value;

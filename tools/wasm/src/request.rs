@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use mocap::edit::{ContactOptions, EditReport, EditStep, StepInfo, ValueKind};
+use mocap::edit::report::EditReport;
+use mocap::edit::{ContactOptions, EditStep, StepInfo, ValueKind};
 use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
-use mocap::retargeting::{Report, Retargeter, SourceMotion, Target, apply_steps};
-use mocap::robot::add_links;
-use mocap::scene::{Assumption, RootOffsetUsed};
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::robot::add_links;
+use mocap::retarget::{Retargeter, SourceMotion, Target, apply_steps};
+use mocap::scene::Assumption;
+use mocap::scene::report::RootOffsetUsed;
 use mocap::{Code, ExportFile, Importer, MemoryFile, Scene, SkeletonMesh};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -469,7 +472,7 @@ fn retarget(
     struct Retargeted<'a> {
         #[serde(flatten)]
         scene: SceneAt<'a>,
-        reports: Vec<Report>,
+        reports: Vec<ClipReport>,
     }
     let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
     let onto = match (&target.character, &target.robot) {

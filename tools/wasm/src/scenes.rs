@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use mocap::figure::Humanoid;
 use mocap::glam::Mat4;
-use mocap::gltf::{Character, Provenance};
-use mocap::retarget::LimbAngles;
-use mocap::retargeting::Retargeter;
-use mocap::robot::{Robot, add_links, robot_scene};
+use mocap::gltf::Character;
+use mocap::gltf::report::Provenance;
+use mocap::retarget::Retargeter;
+use mocap::retarget::report::LimbAngles;
+use mocap::retarget::robot::{Robot, add_links, robot_scene};
 use mocap::{Binding, Pose, Scene};
 
 use crate::failure::Failure;

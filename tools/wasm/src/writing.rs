@@ -48,8 +48,8 @@ struct Said {
 struct WriterReport {
     nodes: usize,
     notes: Vec<String>,
-    renamed: Vec<gltf::NodeRename>,
-    achieved: Option<gltf::Deviation>,
+    renamed: Vec<gltf::report::NodeRename>,
+    achieved: Option<gltf::report::Deviation>,
 }
 
 pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {

@@ -14,7 +14,7 @@ use mocap::dump::SceneView;
 use mocap::figure::{BoneNames, Humanoid, HumanoidBone, HumanoidMap};
 use mocap::gltf::{BufferPlace, Compression};
 use mocap::retarget::Scale;
-use mocap::retargeting::{RetargetOptions, Retargeter, SourceMotion, Target};
+use mocap::retarget::{RetargetOptions, Retargeter, SourceMotion, Target};
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
 use mocap::solve::Lengths;
 use mocap::{Clips, Conversion, Error, Exporter, Importer, MemoryFile, Scene, SkeletonMesh};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use mocap::job::Job;
-use mocap::survey::{ClipRecord, ClipRow, Condition, Corpus, DefectKind, Quality, Thresholds};
+use mocap::survey::report::{ClipRecord, ClipRow, Quality};
+use mocap::survey::{Condition, Corpus, DefectKind, Thresholds};
 
 use crate::program::{Folder, words};
 use crate::{ROOT, at_root};

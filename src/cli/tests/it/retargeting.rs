@@ -2,7 +2,7 @@
 
 use mocap::Importer;
 use mocap::gltf::Character;
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::Scene;
 
 use crate::at_root;

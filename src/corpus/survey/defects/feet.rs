@@ -1,7 +1,7 @@
 //! Feet that slide where they stand, feet below the floor, and legs that walk without going anywhere.
 
 use glam::Vec3;
-use mocap_edit::ContactPoint;
+use mocap_edit::report::ContactPoint;
 use mocap_scene::math::median::median;
 use mocap_scene::scene::HumanoidBone as Bone;
 

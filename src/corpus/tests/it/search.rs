@@ -5,10 +5,9 @@ use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Figure, HumanoidBone as Bone};
 use mocap::glam::{Mat4, Vec2, Vec3};
-use mocap::matching::{
-    Controller, Database, FeatureTree, FindOptions, Gamepad, IndexedClip, Match, Moves, Query, Trajectory,
-};
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::matching::report::Match;
+use mocap::matching::{Controller, Database, FeatureTree, FindOptions, Gamepad, IndexedClip, Moves, Query, Trajectory};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, NodeId};
 use mocap::{Code, Conversion, Pose, Scene};
 use sha2::{Digest, Sha256};

@@ -4,7 +4,8 @@ mod gaps;
 
 use std::f32::consts::PI;
 
-use mocap::edit::{Clean, CleanOutcome, CleanPart, CleanReport, LiveClean, Step, StepInput};
+use mocap::edit::report::{CleanOutcome, CleanReport};
+use mocap::edit::{Clean, CleanPart, LiveClean, Step, StepInput};
 use mocap::glam::{Quat, Vec3};
 use mocap::ik::Goal;
 use mocap::scene::{NodeId, Scene};

@@ -4,7 +4,8 @@ use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{Figure, Survey, Unit};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
-use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
+use mocap::scene::report::AppliedStep;
+use mocap::scene::{Scene, Topic, UpAxis};
 use mocap::{Code, Conversion};
 
 fn survey_of(scene: &Scene) -> Survey {

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource};
+use mocap::figure::report::TPoseSource;
+use mocap::figure::report::{RestPose, Sides};
+use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone};
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
 use mocap::{Importer, Pose, Scene};

@@ -5,7 +5,8 @@
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
-use mocap_scene::scene::{Assumption, Confidence, RootOffset, RootOffsetUsed, Topic};
+use mocap_scene::scene::report::RootOffsetUsed;
+use mocap_scene::scene::{Assumption, Confidence, RootOffset, Topic};
 
 use super::hierarchy::Hierarchy;
 

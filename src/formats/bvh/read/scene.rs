@@ -7,9 +7,10 @@ use bytemuck::Zeroable;
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::rotation::{Axis, lanes};
+use mocap_scene::scene::report::RootOffsetUsed;
 use mocap_scene::scene::{
     Animation, Assumption, Channel, Confidence, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset,
-    RootOffsetUsed, RotationOrder, Scene, Topic,
+    RotationOrder, Scene, Topic,
 };
 
 use super::channel::ChannelKind;

@@ -11,7 +11,7 @@ use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, Nod
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{BvhOptions, Channels};
-use crate::NodeRename;
+use crate::report::NodeRename;
 use crate::unique_names::{UniqueNames, is_separator};
 
 /// The order for joints that have none; most programs write it.

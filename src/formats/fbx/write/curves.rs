@@ -12,7 +12,7 @@ use mocap_scene::scene::{Animation, Scene};
 
 use super::skeleton::Placed;
 use super::space::Space;
-use crate::Deviation;
+use crate::report::Deviation;
 
 /// What a track moves.
 #[derive(Clone, Copy)]

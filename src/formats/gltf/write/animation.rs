@@ -19,7 +19,7 @@ use super::rest::Rest;
 use super::text::{Animation, Channel, Sampler, Target};
 use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, with_middles, without_noise};
 use super::{GltfOptions, GltfReport};
-use crate::Deviation;
+use crate::report::Deviation;
 
 /// What becomes of the nodes of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,18 +11,20 @@ use gltf_json::validation::Checked;
 use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
-use mocap_scene::scene::{self, AlphaMode, AppliedStep, Face, NodeKind, Scene, Wrap};
+use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{self, AlphaMode, Face, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
+use super::super::Compression;
 use super::super::humanoid::VRM_ANIMATION;
-use super::super::{Compression, Provenance};
 use super::animation::{self, Nodes};
 use super::buffer::Buffer;
 use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
+use crate::provenance::Provenance;
 
 mod skins;
 

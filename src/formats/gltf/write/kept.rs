@@ -7,13 +7,13 @@ use mocap_scene::scene::{Original, Scene};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-use super::super::Provenance;
 use super::super::json::{self, MAGIC};
 use super::container::{bin_name, data_uri, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Clip, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions};
+use crate::provenance::Provenance;
 use crate::{Export, ExportFile, WriteOptions};
 
 /// The lists of what may stand in files of its own.

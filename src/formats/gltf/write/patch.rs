@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use serde_json::value::RawValue;
 
-use super::super::Provenance;
 use super::super::face::MorphTrack;
 use super::super::json::{self, MAGIC};
 use super::animation::{self, Nodes};
@@ -21,6 +20,7 @@ use super::glb::Glb;
 use super::rest::Rest;
 use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
 use crate::ExportFile;
+use crate::provenance::Provenance;
 
 /// The sections of a file that may change, as they are written there.
 #[derive(Default, Deserialize)]

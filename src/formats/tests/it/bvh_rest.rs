@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::kinematics::{self, Capture, Placement, Root};
 use mocap::convert::RestPoseSource;
-use mocap::retargeting::{RetargetOptions, Retargeter, Target};
+use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::{Conversion, Exporter, Format, Importer, Pose, Scene};
 
 /// In metres.

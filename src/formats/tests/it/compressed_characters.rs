@@ -6,7 +6,8 @@ use std::fs;
 
 use mocap::compress::ErrorBound;
 use mocap::glam::{DQuat, DVec3, Vec3};
-use mocap::gltf::{Character, Compression, GltfOptions, Provenance};
+use mocap::gltf::report::Provenance;
+use mocap::gltf::{Character, Compression, GltfOptions};
 use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Animation, Keys};
 use mocap::{Code, Conversion, Export, Importer, Result, Scene};

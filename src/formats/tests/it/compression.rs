@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use crate::sample::{Sample, is_all};
 use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
-use mocap::gltf::{Compression, Deviation, Document, GltfOptions};
+use mocap::gltf::report::Deviation;
+use mocap::gltf::{Compression, Document, GltfOptions};
 
 use mocap::scene::{Keys, Node, NodeId, Scene};
-use mocap::verify::Verification;
+use mocap::verify::report::Verification;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
 /// The kinds of compression that this build can write.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use mocap::figure::vrm_humanoid;
 use mocap::glam::Vec3;
-use mocap::retargeting::{RetargetOptions, Retargeter, SourceMotion};
+use mocap::retarget::{RetargetOptions, Retargeter, SourceMotion};
 use mocap::scene::{Face, HumanoidBone};
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
@@ -468,7 +468,7 @@ fn any_humanoid_is_written_for_the_usual_bones() {
         lowest(&humanoid)
     );
     // A VMD alone does not tell where joints are.
-    let error = mocap::verify::Verification::of(&walk, &bytes).unwrap_err();
+    let error = mocap::verify::report::Verification::of(&walk, &bytes).unwrap_err();
     assert_eq!(error.code(), Code::Unrepresentable);
     // An arm is no humanoid.
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();

@@ -4,9 +4,11 @@ use std::fs;
 
 use mocap::files::ReplacePolicy;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::gltf::{BufferPlace, Provenance};
+use mocap::gltf::BufferPlace;
+use mocap::gltf::report::Provenance;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
-use mocap::verify::{Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::Verification;
 use mocap::{Code, Conversion, Export, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
 
 use crate::sample::{Sample, is_all};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder, StructBuilder};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field};
-use mocap_retarget::robot::{Feasibility, RobotReport};
+use mocap_retarget::robot::report::{Feasibility, RobotReport};
 
 use super::batch;
 
@@ -29,7 +29,7 @@ pub struct RobotClip<'a> {
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::Importer;
 /// use mocap::arrays::table::{self, RobotClip};
-/// use mocap::robot::{RobotOptions, RobotRetargeter};
+/// use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
 ///
 /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
 /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;

@@ -4,7 +4,7 @@ use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::figure::{Humanoid, HumanoidBone, HumanoidMap};
 use mocap::gltf::GltfOptions;
 use mocap::scene::{Scene, Topic, UpAxis};
-use mocap::verify::Verification;
+use mocap::verify::report::Verification;
 use mocap::{Conversion, Pose};
 
 fn import(file: &str) -> Scene {

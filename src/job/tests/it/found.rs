@@ -53,7 +53,7 @@ fn one_page_finds_its_source_once() {
     use mocap_figure::{Figure, HumanoidMap};
     use mocap_io::Importer;
     use mocap_render::{Clip, Page, PageClip};
-    use mocap_retarget::retargeting::{RetargetOptions, Retargeter};
+    use mocap_retarget::{RetargetOptions, Retargeter};
 
     let mut scene = mocap_io::import("../../fixtures/real/cmu_short.bvh").unwrap();
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();

@@ -4,8 +4,8 @@ use std::fs;
 
 use mocap::convert::{FirstFrame, Moment};
 use mocap::job::Job;
-use mocap::retargeting::{RetargetOptions, Retargeter};
-use mocap::robot::RobotMotion;
+use mocap::retarget::robot::RobotMotion;
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Conversion, MemoryFile};
 
 #[test]

@@ -6,8 +6,9 @@ use std::fs;
 use mocap::figure::{BoneNames, Humanoid, HumanoidBone, HumanoidMap};
 use mocap::job::Job;
 
-use mocap::scene::{AppliedStep, NodeKind};
-use mocap::verify::Verification;
+use mocap::scene::NodeKind;
+use mocap::scene::report::AppliedStep;
+use mocap::verify::report::Verification;
 use mocap::{Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
@@ -146,7 +147,7 @@ fn tables_are_those_of_files() {
     }
 }
 
-fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::NamingReport, mocap::Error> {
+fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::report::NamingReport, mocap::Error> {
     let names: HumanoidMap = serde_json::from_value(names.clone()).unwrap();
     let bones = Humanoid::of(scene);
     mocap::figure::name_joints(scene, &bones, &names)

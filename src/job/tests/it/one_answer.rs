@@ -1,11 +1,12 @@
 //! What is asked of one file twice is answered alike, whatever is asked: bones, T-pose, ground and contacts.
 
 use mocap::arrays::{ArrayOptions, Arrays, Contacts};
-use mocap::edit::{ContactOptions, DetectedContacts};
+use mocap::edit::ContactOptions;
+use mocap::edit::report::DetectedContacts;
 use mocap::figure::{Figure, HumanoidBone as Bone, Side, vrm_humanoid};
 use mocap::glam::Vec3;
-use mocap::retargeting::{RetargetOptions, Retargeter};
-use mocap::robot::{RobotOptions, RobotRetargeter};
+use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{NodeId, UpAxis};
 use mocap::{Conversion, Importer, Scene};
 

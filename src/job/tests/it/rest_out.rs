@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use mocap::convert::RestPoseSource;
 use mocap::edit::{EditStep, StepInput};
 use mocap::glam::Vec3;
-use mocap::gltf::Provenance;
+use mocap::gltf::report::Provenance;
 use mocap::scene::Format;
 use mocap::verify::Verifier;
 use mocap::{Code, Conversion, Exporter, Importer, Pose, Scene};

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{GltfOptions, Provenance};
+use mocap::gltf::GltfOptions;
+use mocap::gltf::report::Provenance;
 
 use mocap::scene::{Channel, UpAxis};
-use mocap::verify::{FindingKind, Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::FindingKind;
+use mocap::verify::report::Verification;
 use mocap::{Code, Exporter, Importer, Limits, RootOffset, Scene, SkeletonMesh};
 
 use crate::cut;

@@ -7,7 +7,7 @@ use mocap::figure::Figure;
 use mocap::render::{
     Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip,
 };
-use mocap::robot::{add_links, robot_scene};
+use mocap::retarget::robot::{add_links, robot_scene};
 use mocap::scene::{NodeId, Scene, SourceLines};
 
 fn import(name: &str) -> Scene {

@@ -12,7 +12,7 @@ use mocap_scene::scene::{Animation, Scene};
 use super::super::dynamics::GRAVITY;
 use super::super::feasibility::pressures;
 use super::super::motion::RobotMotion;
-use super::super::report::RobotReport;
+use super::super::robot_report::RobotReport;
 use super::super::speed::Steps;
 use super::super::terms::Goals;
 use super::RobotRetargeter;

@@ -14,7 +14,7 @@ use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
-/// use mocap::robot::{RobotOptions, RobotStream};
+/// use mocap::retarget::robot::{RobotOptions, RobotStream};
 /// use mocap::{Conversion, Importer, Pose};
 ///
 /// let mut walk = mocap::import("fixtures/real/cmu_short.bvh")?;

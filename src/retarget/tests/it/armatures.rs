@@ -4,7 +4,7 @@
 use std::f32::consts::FRAC_PI_2;
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Node, NodeId, NodeKind};
 use mocap::{Importer, MemoryFile, Pose, Scene};
 use serde_json::{Value, json};

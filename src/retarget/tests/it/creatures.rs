@@ -4,8 +4,9 @@ use std::f32::consts::FRAC_PI_2;
 
 use mocap::figure::{Creature, Humanoid};
 use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
-use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Verdict};
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::report::Verdict;
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
 use mocap::{Pose, Scene};
 

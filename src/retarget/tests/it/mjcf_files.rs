@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mocap::Importer;
 use mocap::glam::DVec3;
-use mocap::robot::{Robot, ShapeKind};
+use mocap::retarget::robot::{Robot, ShapeKind};
 
 const G1: &str = "../../fixtures/robots/g1_29dof_rev_1_0_nomesh.xml";
 

@@ -2,8 +2,8 @@
 //! with the program.
 
 use mocap::glam::{Mat3, Vec3};
-use mocap::retarget::Aspect;
-use mocap::retargeting::{RetargetOptions, Retargeter};
+use mocap::retarget::report::Aspect;
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::NodeId;
 use mocap::{Importer, Pose, Scene};
 
@@ -83,7 +83,9 @@ fn palms_are_as_far_off_as_the_report_says() {
         let angles = apart((from, &ROKOKO), (&to, names));
         let report = done.clips()[0].report.body().unwrap();
         for (side, bone) in ["leftHand", "rightHand"].into_iter().enumerate() {
-            let palm = |seen: &&mocap::retarget::AspectError| seen.aspect == Aspect::Palm && seen.bone.as_str() == bone;
+            let palm = |seen: &&mocap::retarget::report::AspectError| {
+                seen.aspect == Aspect::Palm && seen.bone.as_str() == bone
+            };
             let said = report.seen.iter().find(palm).unwrap().mean_degrees as f32;
             assert!(
                 (said - angles[side]).abs() < 5.0,

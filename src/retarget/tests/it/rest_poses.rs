@@ -1,8 +1,10 @@
 //! Rest poses of any kind, and what is taken from a motion where they say nothing.
 
-use mocap::figure::{Axis, Figure, HumanoidBone as Bone, TPoseSource};
+use mocap::figure::report::TPoseSource;
+use mocap::figure::{Axis, Figure, HumanoidBone as Bone};
 use mocap::glam::Mat4;
-use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Verdict};
+use mocap::retarget::report::Verdict;
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::{Pose, Scene};
 
 use crate::characters::{character, motion};

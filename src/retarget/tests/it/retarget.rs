@@ -3,9 +3,11 @@
 use std::sync::LazyLock;
 
 use mocap::compress::PackedClip;
-use mocap::figure::{Figure, Humanoid, HumanoidBone as Bone, Sides};
+use mocap::figure::report::Sides;
+use mocap::figure::{Figure, Humanoid, HumanoidBone as Bone};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Scale, Verdict};
+use mocap::retarget::report::Verdict;
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, Scale};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
 use mocap::{Binding, Code, Conversion, Limits, Pose, Scene};
 

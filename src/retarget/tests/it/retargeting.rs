@@ -2,8 +2,10 @@
 
 use mocap::convert::Moment;
 use mocap::gltf::Character;
-use mocap::retargeting::{Report, RetargetOptions, RetargetedClip, Retargeter, SourceMotion, Target};
-use mocap::scene::{AppliedStep, Scene};
+use mocap::retarget::report::ClipReport;
+use mocap::retarget::{RetargetOptions, RetargetedClip, Retargeter, SourceMotion, Target};
+use mocap::scene::Scene;
+use mocap::scene::report::AppliedStep;
 use mocap::{Code, Conversion, Importer};
 
 const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
@@ -144,7 +146,7 @@ fn what_cannot_be_moved_is_an_error_and_changes_nothing() {
 fn the_angles_of_the_limbs_are_those_of_the_report() {
     let options = RetargetOptions::new().lock_feet(false);
     let retargeting = Retargeter::new(import(SHORT), character(), options).unwrap();
-    let Report::Body(report) = &retargeting.clips()[0].report else {
+    let ClipReport::Body(report) = &retargeting.clips()[0].report else {
         panic!("the target is a character");
     };
     let angles = retargeting.limb_angles(0).unwrap();
@@ -162,7 +164,7 @@ fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
     let links = robot.links.len();
     let retargeting = Retargeter::new(import(SHORT), robot, RetargetOptions::new()).unwrap();
-    let Report::Robot(report) = &retargeting.clips()[0].report else {
+    let ClipReport::Robot(report) = &retargeting.clips()[0].report else {
         panic!("the target is a robot");
     };
     let angles = retargeting.limb_angles(0).unwrap();

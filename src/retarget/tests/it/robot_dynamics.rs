@@ -1,9 +1,10 @@
 //! Inverse dynamics of motions on robots; `tools/robot/dynamics.py` judges the numbers by MuJoCo.
 
 use mocap::Importer;
-use mocap::robot::{Feasibility, Floor, RobotOptions, RobotRetargeter};
+use mocap::retarget::robot::report::{Feasibility, Floor};
+use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
 
-fn feasibility(change: impl FnOnce(&mut mocap::robot::Robot)) -> Option<Feasibility> {
+fn feasibility(change: impl FnOnce(&mut mocap::retarget::robot::Robot)) -> Option<Feasibility> {
     let mut robot = Importer::new()
         .import_robot("../../fixtures/robots/g1_29dof_rev_1_0.urdf")
         .unwrap();
@@ -31,7 +32,7 @@ fn the_report_has_what_the_masses_of_the_file_say() {
 fn a_robot_without_masses_or_efforts_has_no_such_figures() {
     let without_masses = feasibility(|robot| robot.links.iter_mut().for_each(|link| link.inertial = None));
     assert_eq!(without_masses, None);
-    let no_effort = |robot: &mut mocap::robot::Robot| {
+    let no_effort = |robot: &mut mocap::retarget::robot::Robot| {
         let joints = robot.links.iter_mut().map(|link| &mut link.joint);
         joints.for_each(|joint| joint.limits.effort = None);
     };

@@ -1,7 +1,7 @@
 //! Elbows and knees of several hinges: which link is the upper arm is a question of axes.
 
 use mocap::Importer;
-use mocap::robot::{Robot, robot_bones};
+use mocap::retarget::robot::{Robot, robot_bones};
 use mocap::scene::HumanoidBone as Bone;
 
 /// A robot with its arms sideways, whose elbow is these bodies, each a link further out, with the axes of their hinges.

@@ -4,7 +4,8 @@
 use std::fmt::Write;
 
 use mocap::glam::{DVec3, Quat, Vec3};
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_bones, robot_scene};
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_bones, robot_scene};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Binding, Importer, Pose};
 
@@ -400,7 +401,7 @@ fn arms_within_the_trunk_are_not_good() {
     let seen = criterion(&report, "fraction_in_self_collision").unwrap();
     assert!(share > 0.5, "the arm is not in the trunk: {share}");
     assert!(
-        seen >= share - 0.05 && report.verdict == mocap::retarget::Verdict::Poor,
+        seen >= share - 0.05 && report.verdict == mocap::retarget::report::Verdict::Poor,
         "{seen} {share}"
     );
 }

@@ -1,7 +1,8 @@
 //! The second pass of motions on robots: all frames of a window together.
 
 use mocap::Importer;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter};
 
 /// A walk on a robot, at 30 frames a second, for 4 s: longer would be slow, and this is more than a window.
 fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, RobotReport) {

@@ -1,6 +1,7 @@
 //! Motions on robots while they come.
 
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter};
 use mocap::{Binding, Importer, Pose};
 
 const RATE: f64 = 30.0;

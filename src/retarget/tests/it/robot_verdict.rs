@@ -1,8 +1,9 @@
 //! The verdict on motions that are built to be wrong: each is one that a report of angles alone called good.
 
 use mocap::glam::{Quat, Vec3};
-use mocap::retarget::Verdict;
-use mocap::robot::{Floor, Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
+use mocap::retarget::report::Verdict;
+use mocap::retarget::robot::report::{Floor, RobotReport};
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_scene};
 use mocap::{Binding, Importer, Pose, Scene};
 
 fn h1() -> Robot {

@@ -1,7 +1,8 @@
 //! Two seconds of a walk, and motions on robots.
 
 use mocap::glam::Vec3;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, robot_scene};
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_scene};
 use mocap::scene::Animation;
 use mocap::{Binding, Pose, Scene};
 

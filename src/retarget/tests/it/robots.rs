@@ -3,7 +3,7 @@
 use std::fs;
 
 use mocap::glam::DVec3;
-use mocap::robot::{
+use mocap::retarget::robot::{
     JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind, robot_bones, robot_scene,
 };
 use mocap::scene::HumanoidBone as Bone;
@@ -228,7 +228,7 @@ fn two_arms_are_not_legs() {
 }
 
 /// The motion of a file on a robot.
-fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, mocap::robot::RobotReport) {
+fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, mocap::retarget::robot::report::RobotReport) {
     let robot = robot(name);
     let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);

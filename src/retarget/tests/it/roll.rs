@@ -1,8 +1,12 @@
 //! How bones are rolled about themselves where the rest pose says nothing: by the hinges of the motion.
 
-use mocap::figure::{Axis, Figure, Humanoid, HumanoidBone as Bone, Sides, TPoseReason};
+use mocap::figure::report::Sides;
+use mocap::figure::report::TPoseReason;
+use mocap::figure::{Axis, Figure, Humanoid, HumanoidBone as Bone};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retarget::{Aspect, PoseRetargetOptions, PoseRetargeter, Verdict};
+use mocap::retarget::report::Aspect;
+use mocap::retarget::report::Verdict;
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::scene::{Format, Keys};
 use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
 

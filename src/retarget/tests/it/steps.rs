@@ -1,10 +1,11 @@
 //! Steps that retarget: motions of two skeletons, and feet that are locked on another body.
 
-use mocap::edit::{ContactOptions, EditStep, StepReport};
+use mocap::edit::report::StepReport;
+use mocap::edit::{ContactOptions, EditStep};
 use mocap::figure::{Humanoid, HumanoidBone};
 use mocap::glam::Vec3;
+use mocap::retarget::apply_steps;
 use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
-use mocap::retargeting::apply_steps;
 use mocap::scene::NodeId;
 
 use crate::characters::character;

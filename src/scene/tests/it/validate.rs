@@ -1,7 +1,8 @@
 //! The rules of the scene, each broken in turn.
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::process::{Rule, SkeletonMesh};
+use mocap::process::SkeletonMesh;
+use mocap::process::report::Rule;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene, VertexWeight};
 
 fn animated_arm() -> Scene {

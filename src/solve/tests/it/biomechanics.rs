@@ -283,7 +283,7 @@ fn landings(scene: &Scene, side: Side) -> Vec<f64> {
     let contacts = ContactOptions::new().detect(scene, 0, None).unwrap();
     let of_foot = contacts.points.iter().filter(|point| point.bone == foot);
     let begins = of_foot
-        .flat_map(mocap::edit::ContactPoint::intervals)
+        .flat_map(mocap::edit::report::ContactPoint::intervals)
         .map(|[first, _]| first as f64 / contacts.frame_rate);
     begins.collect()
 }

@@ -1,6 +1,7 @@
 //! Paths bent to points.
 
-use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp, WarpPathReport, WarpReport};
+use mocap::edit::report::{WarpPathReport, WarpReport};
+use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp};
 use mocap::figure::{Humanoid, HumanoidBone};
 
 use mocap::scene::UpAxis;

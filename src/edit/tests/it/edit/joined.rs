@@ -1,9 +1,10 @@
 //! Loops, and motions made of two.
 
 use glam::Quat;
+use mocap::edit::report::{BlendReport, ConcatReport, WarpReport, WarpTimeReport};
 use mocap::edit::{
-    Blend, BlendReport, BlendWeight, Concat, ConcatReport, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror,
-    Smooth, Step, StepInput, Warp, WarpReport, WarpTimeReport,
+    Blend, BlendWeight, Concat, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror, Smooth, Step, StepInput,
+    Warp,
 };
 use mocap::figure::{Humanoid, HumanoidBone};
 

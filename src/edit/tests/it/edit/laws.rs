@@ -44,7 +44,7 @@ fn steps() -> Vec<&'static str> {
     STEPS.into_iter().chain(others).collect()
 }
 
-fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::EditReport> {
+fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::report::EditReport> {
     let step: EditStep = step.parse().unwrap();
     step.apply(scene, &StepInput::new().other(other))
 }

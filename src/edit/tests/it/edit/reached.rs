@@ -1,6 +1,7 @@
 //! Limbs that go to a target: kinematics of the tests' own in double precision say whether they are there.
 
-use mocap::edit::{EditReport, EditStep, StepInput, StepReport};
+use mocap::edit::report::{EditReport, StepReport};
+use mocap::edit::{EditStep, StepInput};
 use mocap::figure::Humanoid;
 
 use super::*;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mocap::verify::Verification;
+use mocap::verify::report::Verification;
 use mocap::{Code, Exporter, Format, Importer, Scene};
 use serde_json::{Value, json};
 

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use mocap::Exporter;
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance};
+use mocap::gltf::report::Provenance;
+use mocap::gltf::{BufferPlace, Document, GltfOptions};
 use mocap::scene::Scene;
 
 use super::read::{Read, text_of};

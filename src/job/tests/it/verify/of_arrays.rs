@@ -2,7 +2,9 @@
 
 use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space};
 use mocap::scene::UpAxis;
-use mocap::verify::{FindingKind, Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::FindingKind;
+use mocap::verify::report::Verification;
 
 use crate::sample::{Sample, is_all};
 

@@ -13,9 +13,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use mocap::arrays::{ArrayOptions, Arrays};
-use mocap::gltf::Provenance;
+use mocap::gltf::report::Provenance;
 use mocap::job::Job;
-use mocap::verify::{Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::Verification;
 use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 

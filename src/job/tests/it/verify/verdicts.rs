@@ -10,7 +10,9 @@ use mocap::fbx::{FbxOptions, FbxTarget};
 use mocap::figure::Humanoid;
 use mocap::gltf::{Compression, GltfOptions};
 use mocap::scene::{Animation, Bone, NodeId, NodeKind, UpAxis};
-use mocap::verify::{FindingKind, Verification, Verifier};
+use mocap::verify::Verifier;
+use mocap::verify::report::FindingKind;
+use mocap::verify::report::Verification;
 use mocap::{Code, Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::glam::{Mat4, Vec3, Vec4};
 use mocap::scene::{NodeKind, UpAxis};
-use mocap::verify::Verification;
+use mocap::verify::report::Verification;
 use mocap::vrma::VrmaOptions;
 use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, Trs};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Limbs that are stuck in the corners of their limits.
 
-use mocap::robot::RobotMotion;
+use mocap::retarget::robot::RobotMotion;
 use mocap_figure::robot_bones::robot_bones;
 use mocap_retarget::internals::branches::{Branches, Follow, Free, SUSPECT, Track, shortest, suspects};
 use mocap_retarget::internals::{Bounds, Following, Goals, Kinematics, Twin};

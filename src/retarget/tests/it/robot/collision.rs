@@ -1,6 +1,6 @@
 //! Links that collide.
 
-use mocap::robot::RobotMotion;
+use mocap::retarget::robot::RobotMotion;
 use mocap::scene::robot::Placement;
 use mocap_retarget::internals::{Collisions, Kinematics};
 

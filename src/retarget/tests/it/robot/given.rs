@@ -1,7 +1,7 @@
 //! The frames that were given out.
 
 use mocap::figure::Humanoid;
-use mocap::robot::RobotMotion;
+use mocap::retarget::robot::RobotMotion;
 use mocap::scene::Node;
 use mocap::scene::robot::Placement;
 use mocap::{Pose, Scene};

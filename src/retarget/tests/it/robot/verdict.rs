@@ -1,6 +1,6 @@
 //! The verdict on a motion.
 
-use mocap::retarget::Verdict;
+use mocap::retarget::report::Verdict;
 use mocap_retarget::internals::Measures;
 
 #[test]

@@ -1,0 +1,8 @@
+//! What is found in a figure, and why.
+
+pub use mocap_scene::scene::report::Guess;
+
+pub use crate::axis::RestPose;
+pub use crate::humanoid::{ExplainedPart, ExplainedRow, Explanation, HumanoidJoint, Sides};
+pub use crate::name_joints::NamingReport;
+pub use crate::t_pose::{TPoseBone, TPoseReason, TPoseSource};

@@ -1,0 +1,3 @@
+//! What a summary of a scene has.
+
+pub use super::summary::Summary;

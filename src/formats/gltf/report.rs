@@ -1,0 +1,6 @@
+//! What a glTF file has of its scene.
+
+#[cfg(feature = "gltf")]
+pub use super::write::GltfReport;
+pub use crate::provenance::Provenance;
+pub use crate::report::{Deviation, NodeRename};

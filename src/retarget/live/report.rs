@@ -1,0 +1,3 @@
+//! What a recording of a network reports.
+
+pub use super::record::VmcCounts;

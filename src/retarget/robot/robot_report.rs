@@ -1,0 +1,301 @@
+//! How well a motion sits on a robot.
+
+use mocap_scene::scene::robot::Robot;
+use serde::{Deserialize, Serialize};
+
+use super::collision::{LinkCollision, SelfCollision};
+use super::feasibility::Feasibility;
+use super::motion::RobotMotion;
+use super::verdict::{Criterion, Measures};
+use crate::quality::Verdict;
+use crate::quality::{LimbError, RetargetReport};
+
+/// The depth below the floor that counts, in metres.
+const BELOW: f64 = 0.01;
+
+/// A joint within this of its limit is at it, in radians or metres.
+const AT_LIMIT: f64 = 1e-9;
+
+/// Velocities are above a limit beyond this, as a fraction.
+const ROUNDING: f64 = 1e-9;
+
+/// A foot that stands in the source floats where its sole is higher than this, in metres.
+const FLOATS: f64 = 0.05;
+
+/// A joint that would go beyond its limit.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ClampedJoint {
+    /// Its name.
+    pub joint: String,
+    /// The fraction of frames in which it is at its limit.
+    pub fraction: f64,
+}
+
+/// How well a motion sits on a robot.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RobotReport {
+    /// The name of the motion.
+    pub clip: String,
+    /// Frames.
+    pub frames: usize,
+    /// Frames per second.
+    pub fps: f64,
+    /// How many times as long the steps of the robot are, both in metres.
+    pub scale: f64,
+    /// Arms and legs: the angles between their directions on both.
+    pub limbs: Vec<LimbError>,
+    /// The mean of all limbs and frames, in degrees.
+    pub mean_degrees: f64,
+    /// Joints that are at a limit, and how often.
+    pub clamped: Vec<ClampedJoint>,
+    /// Positions beyond a limit: always 0.
+    pub limit_violations: usize,
+    /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a
+    /// second; absent where none stands.
+    pub skate: Option<f64>,
+    /// The mean speed of the slowest joint of a foot that stands in the source.
+    pub source_skate: Option<f64>,
+    /// The fraction of frames in which a sole is more than 1 cm below the floor.
+    pub fraction_below_floor: f64,
+    /// How far below the floor a sole is at most, in metres.
+    pub deepest: f64,
+    /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules
+    /// within their shapes.
+    pub fraction_in_self_collision: f64,
+    /// Which links, the deepest first.
+    pub self_collisions: Vec<LinkCollision>,
+    /// The largest velocity of a joint, in radians or metres a second, and which joint it is.
+    pub max_velocity: f64,
+    /// The joint.
+    pub fastest_joint: String,
+    /// The fraction of samples in which a joint is faster than the robot's file allows.
+    pub fraction_too_fast: f64,
+    /// The largest acceleration of a joint, in radians or metres a second squared.
+    pub max_acceleration: f64,
+    /// How far thighs and upper arms, by which knees and elbows bend, are rolled about themselves against the source:
+    /// the mean, in degrees.
+    pub roll_degrees: Option<f64>,
+    /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
+    /// by less than half of that.
+    pub fraction_of_jumps: f64,
+    /// Of the frames in which a foot of the source stands, the fraction in which the sole is more than 5 cm above the
+    /// floor; 1 where none stands, and the soles never come nearer to the floor.
+    pub fraction_floating: Option<f64>,
+    /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
+    pub fraction_lying: f64,
+    /// The passes that made it. Of two the first alone is kept where the second would move limbs or feet farther away.
+    pub passes: u8,
+    /// Parts of the robot that its file does not show, and bones of the source whose rotation about themselves nothing
+    /// shows: they were guessed.
+    pub guessed: Vec<String>,
+    /// What of the motion a robot without legs does not do.
+    pub left_out: Vec<String>,
+    /// Whether the robot can do the motion; absent where its file states no masses, and of fewer than three frames.
+    pub dynamics: Option<Feasibility>,
+    /// What the verdict depends on, each with its bounds: the worst decides.
+    pub criteria: Vec<Criterion>,
+    /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
+    /// compared.
+    pub verdict: Verdict,
+}
+
+/// How much farther limbs may be off after the second pass, in degrees in the mean: what it takes for smoothness.
+const FARTHER: f64 = 2.0;
+
+/// How much faster soles may slide after the second pass, in metres a second.
+const FASTER: f64 = 0.05;
+
+impl RobotReport {
+    /// Why the verdict is not good, the worst first.
+    pub(crate) fn reasons(&self) -> Vec<String> {
+        let of = |verdict: Verdict| {
+            let criteria = self.criteria.iter().filter(move |found| found.verdict == verdict);
+            criteria.map(|found| {
+                format!(
+                    "{} is {:.3}, above {}",
+                    found.name.replace('_', " "),
+                    found.value,
+                    found.good
+                )
+            })
+        };
+        let is_poor_by_one = of(Verdict::Poor).next().is_some();
+        let uncompared = (self.verdict == Verdict::Poor && !is_poor_by_one)
+            .then(|| "no limb of both bodies could be compared".to_owned());
+        uncompared
+            .into_iter()
+            .chain(of(Verdict::Poor))
+            .chain(of(Verdict::Fair))
+            .collect()
+    }
+
+    /// Whether limbs or feet are clearly farther from those of the source than in `other`.
+    pub(super) fn is_worse_than(&self, other: &Self) -> bool {
+        let slide = |report: &Self| report.skate.unwrap_or(0.0);
+        self.mean_degrees > other.mean_degrees + FARTHER || slide(self) > slide(other) + FASTER
+    }
+}
+
+/// What a robot does not do whose base stays, on wheels or fixed.
+const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
+
+/// What was measured of a motion besides its joints.
+pub(super) struct Seen {
+    /// The bones of the robot against those of the source.
+    pub(super) found: RetargetReport,
+    /// The speed of soles that stand.
+    pub(super) skate: Option<f64>,
+    /// The heights of both soles in each frame.
+    pub(super) heights: Vec<[f64; 2]>,
+    pub(super) collisions: SelfCollision,
+    pub(super) roll: Option<f64>,
+    pub(super) lying: f64,
+    pub(super) jumps: f64,
+    pub(super) unmeasured_limbs: usize,
+    pub(super) guessed: Vec<String>,
+    pub(super) dynamics: Option<Feasibility>,
+    /// Whether the robot has legs.
+    pub(super) has_legs: bool,
+}
+
+/// The report of a motion.
+pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotReport {
+    let joints = Joints::new(robot, motion);
+    let frames = motion.frames();
+    let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);
+    let below = seen.heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
+    let deepest = seen.heights.iter().map(lowest).fold(0.0_f64, f64::min);
+    let fraction_below_floor = below as f64 / frames.max(1) as f64;
+    let feet = seen.found.feet.filter(|feet| feet.contact_frames > 0);
+    let source_skate = feet.map(|feet| feet.source.skate);
+    let fraction_floating = floating(motion, &seen.heights).filter(|_| seen.has_legs);
+    let limbs = &seen.found.limbs;
+    let measures = Measures {
+        mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
+        worst_limb_degrees: limbs.iter().map(|limb| limb.mean_degrees).reduce(f64::max),
+        roll_degrees: seen.roll,
+        jumps: seen.jumps,
+        floating: fraction_floating,
+        below_floor: fraction_below_floor,
+        more_slide: seen.skate.zip(source_skate).map(|(skate, source)| skate - source),
+        lying: seen.lying,
+        self_collision: seen.collisions.fraction,
+        too_fast: joints.fraction_too_fast,
+        infeasible: seen.dynamics.as_ref().map(|found| 1.0 - found.fraction_feasible),
+        over_effort: seen.dynamics.as_ref().and_then(|found| found.fraction_over_effort),
+        unmeasured_limbs: seen.unmeasured_limbs,
+        guessed_parts: seen.guessed.len(),
+    };
+    let (criteria, verdict) = measures.verdict();
+    RobotReport {
+        clip: motion.name.clone(),
+        frames,
+        fps: motion.fps,
+        scale: seen.found.scale,
+        mean_degrees: seen.found.mean_degrees,
+        limbs: seen.found.limbs,
+        clamped: joints.clamped,
+        limit_violations: joints.limit_violations,
+        skate: seen.skate,
+        source_skate,
+        fraction_below_floor,
+        deepest: -deepest,
+        fraction_in_self_collision: seen.collisions.fraction,
+        self_collisions: seen.collisions.links,
+        max_velocity: joints.max_velocity,
+        fastest_joint: joints.fastest_joint,
+        fraction_too_fast: joints.fraction_too_fast,
+        max_acceleration: joints.max_acceleration,
+        roll_degrees: seen.roll,
+        fraction_of_jumps: seen.jumps,
+        fraction_floating,
+        fraction_lying: seen.lying,
+        passes: 1,
+        guessed: seen.guessed,
+        left_out: match seen.has_legs {
+            true => Vec::new(),
+            false => WITHOUT_LEGS.map(str::to_owned).to_vec(),
+        },
+        dynamics: seen.dynamics,
+        criteria,
+        verdict,
+    }
+}
+
+/// Of the frames in which a foot of the source stands, the fraction in which its sole floats.
+fn floating(motion: &RobotMotion, heights: &[[f64; 2]]) -> Option<f64> {
+    let feet = motion.contacts.iter().zip(heights);
+    let standing = feet.flat_map(|(stands, heights)| stands.iter().zip(heights).filter(|(stands, _)| **stands));
+    let standing: Vec<f64> = standing.map(|(_, height)| *height).collect();
+    if standing.is_empty() {
+        let lowest = heights.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        return (lowest.is_finite() && lowest > FLOATS).then_some(1.0);
+    }
+    let floating = standing.iter().filter(|height| **height > FLOATS).count();
+    Some(floating as f64 / standing.len() as f64)
+}
+
+/// What the joints of a motion do.
+#[derive(Default)]
+struct Joints {
+    clamped: Vec<ClampedJoint>,
+    limit_violations: usize,
+    max_velocity: f64,
+    fastest_joint: String,
+    fraction_too_fast: f64,
+    max_acceleration: f64,
+}
+
+impl Joints {
+    fn new(robot: &Robot, motion: &RobotMotion) -> Self {
+        let joints = robot.moving_joints();
+        let (frames, count) = (motion.frames(), joints.len());
+        let mut all = Self::default();
+        let (mut too_fast, mut samples) = (0_usize, 0_usize);
+        for (dof, &link) in joints.iter().enumerate() {
+            let joint = &robot.links[link].joint;
+            let limits = &joint.limits;
+            let at = |frame: usize| motion.dof_pos[frame * count + dof];
+            let (mut held, mut moved) = (0_usize, false);
+            for frame in 0..frames {
+                let here = at(frame);
+                moved |= here != at(0);
+                all.limit_violations += usize::from(!(limits.lower..=limits.upper).contains(&here));
+                held += usize::from(here - limits.lower <= AT_LIMIT || limits.upper - here <= AT_LIMIT);
+                if frame == 0 {
+                    continue;
+                }
+                let velocity = (here - at(frame - 1)) * motion.fps;
+                samples += 1;
+                too_fast += usize::from(
+                    limits
+                        .velocity
+                        .is_some_and(|most| velocity.abs() > most * (1.0 + ROUNDING)),
+                );
+                if velocity.abs() > all.max_velocity {
+                    all.max_velocity = velocity.abs();
+                    all.fastest_joint.clone_from(&joint.name);
+                }
+                if frame > 1 {
+                    let change = (here - 2.0 * at(frame - 1) + at(frame - 2)) * motion.fps * motion.fps;
+                    all.max_acceleration = all.max_acceleration.max(change.abs());
+                }
+            }
+            if held > 0 && (moved || frames == 1) {
+                all.clamped.push(ClampedJoint {
+                    joint: joint.name.clone(),
+                    fraction: held as f64 / frames as f64,
+                });
+            }
+        }
+        all.clamped.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+        all.fraction_too_fast = too_fast as f64 / samples.max(1) as f64;
+        all
+    }
+}

@@ -1,0 +1,3 @@
+//! What is wrong with a scene.
+
+pub use super::validate::{Part, Rule, Violation};

@@ -1,0 +1,3 @@
+//! What a gait consists of.
+
+pub use super::gait::{MeanAndDeviation, SideOfGait, Stride};
