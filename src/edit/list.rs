@@ -162,18 +162,9 @@ impl EditStep {
     /// The step of a JSON value, as files record it: an object with the name in `step` and the options beside it, or
     /// the step as text.
     ///
-    /// ```
-    /// use mocap::edit::EditStep;
-    ///
-    /// let error = EditStep::from_value(&serde_json::json!({"step": "smooth", "cutoff": 8})).unwrap_err();
-    /// assert_eq!(error.code().as_str(), "unknown-option");
-    /// assert!(error.diagnostic().help.as_deref().unwrap().starts_with("did you mean cut-off?"));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    ///
     /// # Errors
-    /// [`Code::UnknownOption`] for a step or an option that does not exist,
-    /// [`Code::InvalidValue`] for a value that an option does not take.
+    /// As [`list_from_json`](Self::list_from_json).
+    #[doc(hidden)]
     pub fn from_value(value: &Value) -> Result<Self> {
         match value {
             Value::String(text) => text.parse(),
@@ -183,18 +174,24 @@ impl EditStep {
 }
 
 impl EditStep {
-    /// The steps of a JSON list, each as [`from_value`](Self::from_value) reads it.
+    /// The steps of a JSON list. Each is an object with the name in `step` and the options beside it, or the step as
+    /// text.
     ///
     /// ```
     /// use mocap::edit::EditStep;
     ///
     /// let steps = EditStep::list_from_json(r#"["mirror", {"step": "smooth", "cut-off": 8}]"#)?;
     /// assert_eq!(steps[1].to_string(), "smooth:cut-off=8.0,ease=0.2,filter=butterworth,range=..");
+    ///
+    /// let error = EditStep::list_from_json(r#"[{"step": "smooth", "cutoff": 8}]"#).unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-option");
+    /// assert!(error.diagnostic().help.as_deref().unwrap().starts_with("did you mean cut-off?"));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///
     /// # Errors
-    /// As [`from_value`](Self::from_value), and [`Code::InvalidValue`] for another text.
+    /// [`Code::UnknownOption`] for a step or an option that does not exist, [`Code::InvalidValue`] for a value that an
+    /// option does not take, and for another text.
     pub fn list_from_json(text: &str) -> Result<Vec<Self>> {
         let list: Vec<Value> = serde_json::from_str(text).map_err(|error| {
             let message = format!("steps must be a JSON list, such as [\"mirror\", \"smooth:cut-off=8\"]: {error}");

@@ -9,9 +9,10 @@ use serde_json::Value;
 use mocap_figure::{Humanoid, HumanoidBone, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
-use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::report::{AppliedStep, SecondMotion, StepRecord};
 
-/// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text.
+/// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text. The steps of
+/// this crate are all that there are: a record of a step is read by every program.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -23,7 +24,7 @@ use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 /// assert!(report.largest_rotation > 0.1);
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
+pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
     /// Its name in kebab case.
     const NAME: &'static str;
     /// What it does, in a few words.
@@ -56,7 +57,7 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
         // A second motion is put on the bones of the first.
         let known = input.humanoid.filter(|_| Self::TAKES_BONES || Self::TAKES_OTHER);
         let edit = AppliedStep::Edit {
-            edit: recorded(Self::NAME, self),
+            edit: StepRecord(recorded(Self::NAME, self)),
             with: input.other.filter(|_| Self::TAKES_OTHER).map(SecondMotion::of),
             bones: known.map(|bones| names(scene, bones)).unwrap_or_default(),
         };
@@ -72,6 +73,11 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
         self.record(scene, input);
         Ok(report)
     }
+}
+
+/// What only a step of this crate has.
+pub(crate) mod sealed {
+    pub trait Sealed {}
 }
 
 /// What a step works on: an animation of the scene, and what it takes besides.
@@ -432,6 +438,8 @@ macro_rules! step {
         pub struct $name {
             $($(#[doc = $about])* pub $field: $type,)*
         }
+
+        impl $crate::step::sealed::Sealed for $name {}
 
         impl Default for $name {
             fn default() -> Self {

@@ -129,6 +129,8 @@ impl Warp {
     };
 }
 
+impl crate::step::sealed::Sealed for Warp {}
+
 impl Step for Warp {
     const NAME: &'static str = "warp";
     const HELP: &'static str = "move moments, or change the speed, or bend the path over the ground to points";

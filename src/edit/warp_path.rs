@@ -20,7 +20,7 @@ use super::quantity::{degrees, metres};
 /// A point of a path.
 ///
 /// [`Warp`](crate::Warp) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
     /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even fraction of the
     /// path that it goes anyway.

@@ -25,6 +25,11 @@ pub struct Clip<'a> {
 }
 
 impl<'a> Clip<'a> {
+    /// A scene under a name.
+    pub fn new(name: &'a str, scene: &'a Scene) -> Self {
+        Self { name, scene }
+    }
+
     /// The animation that is shown. Without one, a picture shows the rest pose.
     pub fn animation(&self) -> Option<&'a Animation> {
         self.scene.animations.first()

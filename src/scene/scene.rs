@@ -160,7 +160,7 @@ impl Scene {
 /// The index of a node in [`Scene::nodes`].
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct NodeId(pub u32);
 
 impl NodeId {

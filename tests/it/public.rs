@@ -179,6 +179,10 @@ struct Declared {
     attributes: String,
     /// Whether a program can write it as a literal, or match it to the end: an enum, or a struct with a public field.
     is_open: bool,
+    /// Whether it is in a module `report`: no program makes one.
+    is_report: bool,
+    /// Whether a program can make one without a literal that has all fields.
+    has_constructor: bool,
 }
 
 /// The public types of the library, but for those that `step!` declares, which have an example each.
@@ -217,8 +221,22 @@ fn declared_in(source: &Source, items: &BTreeMap<ItemPath, String>) -> Vec<Decla
                 || body
                     .clone()
                     .any(|line| line.starts_with("    pub ") && line.contains(':'));
-            if items.contains_key(&[&source.module[..], &[name.to_owned()]].concat()) {
+            if let Some(path) = items.get(&[&source.module[..], &[name.to_owned()]].concat()) {
+                let is_made = |line: &str| {
+                    line.contains(&format!("Default for {name}"))
+                        || line.starts_with("impl")
+                            && line.contains(&format!("> {name}<")) | line.contains(&format!("impl {name} "))
+                };
+                let blocks = source.text.split("\nimpl").skip(1).map(|block| format!("impl{block}"));
+                let is_constructed = |block: String| {
+                    is_made(block.lines().next().unwrap_or_default())
+                        && (block.contains("fn default()")
+                            || block.contains("pub fn new(")
+                            || block.contains("pub const fn new("))
+                };
                 declared.push(Declared {
+                    is_report: path.split("::").any(|module| module == "report"),
+                    has_constructor: attributes.contains("Default") || blocks.map(is_constructed).any(|is| is),
                     package: source.module.first().cloned().unwrap_or_default(),
                     name: name.to_owned(),
                     place: format!("{}:{}", source.path, at + 1),
@@ -252,8 +270,15 @@ fn a_new_field_or_variant_breaks_no_program() {
         }
     }
     for name in CLOSED {
-        if !declared.iter().any(|found| found.name == *name) {
-            failures.push(format!("there is no public type {name}"));
+        match declared.iter().find(|found| found.name == *name) {
+            None => failures.push(format!("there is no public type {name}")),
+            Some(found) if found.keyword == "struct" && !found.is_report && !found.has_constructor => {
+                failures.push(format!(
+                    "{}: {name} has neither a default nor a function new",
+                    found.place
+                ));
+            }
+            Some(_) => {}
         }
     }
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));

@@ -6,7 +6,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use mocap_scene::error::Result;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::process;
-use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::{AppliedStep, StepRecord};
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -85,7 +85,7 @@ impl AlongBone {
         }
         process::set_rest_rotations(scene, &wanted)?;
         scene.metadata.steps.push(AppliedStep::Edit {
-            edit: serde_json::json!({ "step": "bone-axis", "axis": self }),
+            edit: StepRecord(serde_json::json!({ "step": "bone-axis", "axis": self })),
             with: None,
             bones: stated.clone(),
         });

@@ -4,7 +4,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::process;
 use mocap_scene::scene::Scene;
-use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::{AppliedStep, StepRecord};
 
 use super::{Conversion, RestPoseSource};
 use crate::{Figure, TPose};
@@ -62,7 +62,7 @@ impl Conversion {
     /// Records the rest pose, for steps that depend on it.
     pub(super) fn record_rest(&self, scene: &mut Scene) {
         scene.metadata.steps.push(AppliedStep::Edit {
-            edit: serde_json::json!({ "step": "rest", "pose": self.rest }),
+            edit: StepRecord(serde_json::json!({ "step": "rest", "pose": self.rest })),
             with: None,
             bones: self.bones.clone(),
         });
@@ -83,7 +83,7 @@ impl Conversion {
                 }
             }
             scene.metadata.steps.push(AppliedStep::Edit {
-                edit: serde_json::json!({ "step": "t-pose-first" }),
+                edit: StepRecord(serde_json::json!({ "step": "t-pose-first" })),
                 with: None,
                 bones: self.bones.clone(),
             });

@@ -22,6 +22,13 @@ pub struct MemoryFile<'a> {
     pub bytes: &'a [u8],
 }
 
+impl<'a> MemoryFile<'a> {
+    /// A file of a name.
+    pub fn new(name: &'a str, bytes: &'a [u8]) -> Self {
+        Self { name, bytes }
+    }
+}
+
 impl Importer {
     /// Reads bytes into a scene. `name` is the file name in errors; its extension tells the format if the contents do
     /// not. No file is opened except the one of [`Importer::skeleton`].

@@ -89,10 +89,10 @@ impl Replay<'_> {
                 | AppliedStep::VrmHumanoid { .. }
                 | AppliedStep::Retarget { .. }
                 | AppliedStep::NameJoints { .. } => {}
-                AppliedStep::Edit { edit, bones, .. } if edit.get("step").is_some_and(|step| step == "rest") => {
-                    set_rest(scene, edit, bones)?;
+                AppliedStep::Edit { edit, bones, .. } if edit.step() == Some("rest") => {
+                    set_rest(scene, &edit.0, bones)?;
                 }
-                AppliedStep::Edit { edit, with, bones } => self.edit(scene, edit, with.as_ref(), bones)?,
+                AppliedStep::Edit { edit, with, bones } => self.edit(scene, &edit.0, with.as_ref(), bones)?,
             }
         }
         Ok(())

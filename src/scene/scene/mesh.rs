@@ -133,7 +133,7 @@ impl Scene {
 /// A tie of vertices to a node.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bone {
     /// The name of the node.
     pub name: String,
@@ -148,7 +148,7 @@ pub struct Bone {
 /// The influence of a bone on a vertex.
 ///
 /// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VertexWeight {
     /// Index into [`Mesh::vertices`].
     pub vertex_id: u32,

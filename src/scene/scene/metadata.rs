@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
+pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion, StepRecord};
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
@@ -421,6 +421,16 @@ impl fmt::Display for Assumption {
 }
 
 impl Assumption {
+    /// A decision without a reason.
+    pub fn new(topic: Topic, choice: impl Into<String>) -> Self {
+        Self {
+            topic,
+            choice: choice.into(),
+            reason: String::new(),
+            confidence: None,
+        }
+    }
+
     /// The reason, and in brackets the confidence.
     pub fn explanation(&self) -> String {
         match self.confidence {

@@ -106,7 +106,7 @@ pub struct RobotJoint {
 /// A joint whose position is `multiplier * leader + offset`.
 ///
 /// [`Robot`] has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Mimic {
     /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
     pub leader: usize,
@@ -145,7 +145,7 @@ pub struct Placement {
 /// Mass and inertia of a link.
 ///
 /// [`Robot`] has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Inertial {
     /// The mass, in kilograms.
     pub mass: f64,
@@ -166,6 +166,17 @@ pub struct RobotShape {
     pub kind: ShapeKind,
     /// Whether it touches other things, or is only seen.
     pub collides: bool,
+}
+
+impl RobotShape {
+    /// A shape in the frame of its link that touches other things.
+    pub fn new(kind: ShapeKind) -> Self {
+        Self {
+            origin: Placement::default(),
+            kind,
+            collides: true,
+        }
+    }
 }
 
 /// A geometric body about the origin; cylinders and capsules stand along Z.

@@ -1,6 +1,7 @@
 //! The steps that changed a scene, as they are recorded in it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
@@ -87,9 +88,8 @@ pub enum AppliedStep {
     },
     /// A step of `edit`, which cannot be undone.
     Edit {
-        /// Its name in `step`, and all its options beside it, as `EditStep` reads it; in files
-        /// of earlier versions it is text.
-        edit: serde_json::Value,
+        /// The step with all its options.
+        edit: StepRecord,
         /// The second motion, of a step that takes one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         with: Option<SecondMotion>,
@@ -105,9 +105,7 @@ impl AppliedStep {
     #[doc(hidden)]
     pub fn changes_motion(&self) -> bool {
         let Self::Edit { edit, .. } = self else { return false };
-        !["bone-axis", "rest"]
-            .iter()
-            .any(|step| edit.get("step").is_some_and(|name| name == step))
+        !matches!(edit.step(), Some("bone-axis" | "rest"))
     }
 
     /// Whether the frames of joints are others at rest than those of the source.
@@ -115,9 +113,31 @@ impl AppliedStep {
     pub fn takes_new_axes(&self) -> bool {
         match self {
             Self::ZeroRestRotations => true,
-            Self::Edit { edit, .. } => edit.get("step").is_some_and(|step| step == "bone-axis"),
+            Self::Edit { edit, .. } => edit.step() == Some("bone-axis"),
             _ => false,
         }
+    }
+}
+
+/// A step of `edit` as files record it: a JSON object with the name of the step in `step` and its options beside it; in
+/// files of earlier versions a text.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct StepRecord(#[doc(hidden)] pub serde_json::Value);
+
+impl StepRecord {
+    /// The name of the step; `None` where the record is a text.
+    pub fn step(&self) -> Option<&str> {
+        self.0.get("step")?.as_str()
+    }
+}
+
+/// The JSON.
+impl fmt::Display for StepRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
     }
 }
 
