@@ -129,8 +129,8 @@ pub use mocap_scene::error::{nearest, spell_options, spelled};
 pub use mocap_scene::ik;
 #[doc(inline)]
 pub use mocap_scene::{
-    Binding, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose, Result, RootOffset,
-    Scene, SkeletonMesh, Trs, Updater, process, scene,
+    Binding, ChainMatrix, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose,
+    Result, RootOffset, Scene, SkeletonMesh, Trs, Updater, process, scene,
 };
 #[doc(hidden)]
 pub use mocap_scene::{files, visible, visible_json};

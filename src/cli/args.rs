@@ -16,6 +16,7 @@ mod output;
 mod own;
 mod parse;
 mod pictures;
+mod pose;
 mod retarget;
 mod robot;
 mod run;
@@ -43,6 +44,7 @@ pub(crate) use self::live::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
+pub(crate) use self::pose::{ChainArgs, PoseArgs};
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{InsteadArgs, RunArgs};
@@ -111,6 +113,8 @@ pub(crate) enum Command {
     },
     /// Print the node matrices at a tick
     Pose(PoseArgs),
+    /// Print the matrices from the root to a joint, T = J0 L1 J1 L2 ..., each apart, and place a point
+    Chain(ChainArgs),
     /// Print unit, axes, rest pose, and which joint is which bone of a humanoid
     Skeleton(SkeletonArgs),
     /// Report errors and warnings of files
@@ -329,32 +333,6 @@ pub(crate) struct McpArgs {
 
 /// The longest time limit: a year.
 const MOST_SECONDS: u64 = 31_536_000;
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct PoseArgs {
-    /// The motion file; - is standard input
-    pub(crate) file: PathBuf,
-    /// The tick; poses between two frames are interpolated
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub(crate) tick: f64,
-    /// Print node-to-world matrices, instead of node-to-parent
-    #[arg(long)]
-    pub(crate) world: bool,
-    /// Repeat the motion for a tick outside of it, instead of using the nearest frame
-    #[arg(long = "loop")]
-    pub(crate) repeat: bool,
-    /// Print JSON
-    #[arg(long, conflicts_with = "csv")]
-    pub(crate) json: bool,
-    /// Print comma-separated values
-    #[arg(long)]
-    pub(crate) csv: bool,
-    /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
-    #[arg(long)]
-    pub(crate) spreadsheet: bool,
-    #[command(flatten)]
-    pub(crate) read: InputOptions,
-}
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct CheckArgs {

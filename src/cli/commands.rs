@@ -1,6 +1,7 @@
 //! One command per file; each reads its arguments, calls the library, and prints.
 
 pub(crate) mod angles;
+pub(crate) mod chain;
 pub(crate) mod check;
 pub(crate) mod clean;
 pub(crate) mod completions;

@@ -123,6 +123,7 @@ pub fn run() -> ExitCode {
         #[cfg(not(feature = "parquet"))]
         Command::Pack { .. } => Err(commands::without_parquet()),
         Command::Pose(args) => commands::pose::run(args, &given),
+        Command::Chain(args) => commands::chain::run(args),
         Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),
         Command::Survey(args) => commands::survey::run(args),

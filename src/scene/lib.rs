@@ -24,6 +24,6 @@ pub use self::error::{Code, Diagnostic, Error, Location, Result};
 pub use self::error::{visible, visible_json};
 pub use self::limits::Limits;
 pub use self::player::{LoopMode, Player};
-pub use self::pose::{Binding, OutOfRange, Pose, Trs, Updater};
+pub use self::pose::{Binding, ChainMatrix, OutOfRange, Pose, Trs, Updater};
 pub use self::process::SkeletonMesh;
 pub use self::scene::{Format, RootOffset, Scene};

@@ -12,6 +12,7 @@
 
 mod bind;
 mod binding;
+mod chain;
 mod face;
 mod flat;
 mod forward_kinematics;
@@ -27,6 +28,7 @@ use crate::scene::{Animation, NodeId, NodeKind, Scene};
 #[doc(hidden)]
 pub use self::bind::complete_bind_pose;
 pub use self::binding::{Binding, OutOfRange};
+pub use self::chain::ChainMatrix;
 #[doc(hidden)]
 pub use self::face::FaceTrack;
 #[doc(hidden)]

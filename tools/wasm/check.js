@@ -355,6 +355,17 @@ check("same", "poses and keys are those of the scene", () => {
   assert.throws(() => scene.pose(0, 1), { code: "invalid-value" });
 });
 
+check("same", "a chain is that of `mocap chain`", () => {
+  const path = real("lecture_Test.bvh");
+  const scene = kept(mocap.read(filesOf(path)));
+  const expected = JSON.parse(program("chain", path, "Wrist", "--tick", "4.5", "--point", "0.5,0,1", "--json"));
+  const { chain, pointInWorld } = scene.chain("Wrist", 4.5, [0.5, 0, 1]);
+  assert.deepEqual(chain, expected.chain);
+  assert.deepEqual(pointInWorld, expected.point_in_world);
+  assert.equal(scene.chain("Elbow").pointInWorld, null);
+  assert.throws(() => scene.chain("Wirst"), { code: "invalid-value", help: 'did you mean "Wrist"?' });
+});
+
 for (const target of ["human_default.gltf", "human_vrm1.gltf", "human_cmu.gltf"]) {
   check("retarget", `a walk on ${target} is that of \`mocap retarget\``, () => {
     const character = join(fixtures, "skeletons", target);

@@ -328,6 +328,17 @@ pub const GUIDES: &[Guide] = &[
         ],
     ),
     guide(
+        "chain",
+        &["tick", "point", "json", "clip"],
+        [
+            (
+                "chain walk.bvh LeftFoot --tick 10",
+                "every matrix from the root to the foot",
+            ),
+            ("chain walk.bvh LeftFoot --point 0,0,1", "where a point on the foot is"),
+        ],
+    ),
+    guide(
         "dump",
         &["json", "raw", "layout", "clip"],
         [

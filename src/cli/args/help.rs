@@ -17,7 +17,9 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     (
         "Compute",
-        &["fk", "angles", "gait", "forces", "analog", "pack", "pose", "dump"],
+        &[
+            "fk", "angles", "gait", "forces", "analog", "pack", "pose", "chain", "dump",
+        ],
     ),
     ("Prove", &["check", "survey", "verify"]),
 ];

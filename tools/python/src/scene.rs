@@ -156,6 +156,17 @@ impl Scene {
         matrices(py, &posed(&self.scene, tick), world)
     }
 
+    /// The matrices from the root to a joint and a point attached to it, as JSON.
+    fn chain(&self, py: Python<'_>, joint: &str, tick: f64, point: Option<[f32; 3]>) -> PyResult<String> {
+        let pose = posed(&self.scene, tick);
+        let chain = pose.chain(&self.scene, joint).map_err(|error| to_python(py, &error))?;
+        let in_world = |point: [f32; 3]| Some(pose.point_to_world(chain.last()?.node, point.into()).to_array());
+        match point.and_then(in_world) {
+            Some(point) => json(&serde_json::json!({"chain": chain, "point_in_world": point})),
+            None => json(&serde_json::json!({"chain": chain})),
+        }
+    }
+
     /// The scene for another process.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let made = py.detach(|| {

@@ -37,6 +37,11 @@ def walk() -> Path:
     return REAL / "cmu_12_01_walk.bvh"
 
 
+@pytest.fixture
+def lecture() -> Path:
+    return REAL / "lecture_Test.bvh"
+
+
 @pytest.fixture(scope="session")
 def program() -> Path:
     """The command line, with Parquet; `check` builds it, or MOCAP names it."""

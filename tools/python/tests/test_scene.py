@@ -126,10 +126,28 @@ def test_pictures(walk: Path, tmp_path: Path) -> None:
         curves.save(tmp_path / "a.jpg")
 
 
+def test_a_chain_multiplies_to_its_joint(lecture: Path) -> None:
+    scene = mocap.read(lecture)
+    told = scene.chain("Wrist", 9, point=[0.5, 0, 0])
+    assert [part["symbol"] for part in told["chain"]] == ["J0", "L1", "J1", "L2", "J2"]
+    product = np.eye(4)
+    for part in told["chain"]:
+        product = product @ np.array(part["matrix"])
+        np.testing.assert_allclose(part["product"], product, atol=1e-5)
+    np.testing.assert_allclose(product, scene.pose(9)[2], atol=1e-5)
+    np.testing.assert_allclose(told["point_in_world"], product @ [0.5, 0, 0, 1] @ np.eye(4, 3), atol=1e-5)
+    assert [part["degrees"][0] for part in told["chain"] if "degrees" in part] == pytest.approx([50, 100, 80], abs=1e-4)
+    assert "point_in_world" not in scene.chain("Wrist")
+    with pytest.raises(mocap.MocapError, match="no joint is called \"Wirst\""):
+        scene.chain("Wirst")
+
+
 def test_all_errors_are_of_one_family(walk: Path, tmp_path: Path) -> None:
     scene = mocap.read(walk)
     for action in [
         lambda: scene.pose(0, space="moon"),
+        lambda: scene.chain("Hips", point=[0, 1]),
+        lambda: scene.chain("Nose"),
         lambda: scene.to_numpy(rot="7d"),
         lambda: scene.to_numpy(unit="furlong"),
         lambda: scene.to_numpy(fsp=30),

@@ -224,6 +224,26 @@ export interface Recorded {
   plates: Record<string, unknown>[];
 }
 
+/** What `Scene.chain` returns; matrices are rows. */
+export interface Chain {
+  chain: ChainMatrix[];
+  pointInWorld: [number, number, number] | null;
+}
+
+export interface ChainMatrix {
+  /** `J0`, `L1`, `J1`, ... */
+  symbol: string;
+  joint: string;
+  node: number;
+  matrix: number[][];
+  /** The product up to this matrix. */
+  product: number[][];
+  /** The order of the angles of a J, such as `ZYX` for Rz Ry Rx. */
+  order?: string;
+  /** The angles of a J in degrees, in this order; positive ones turn counter-clockwise for a viewer towards whom the axis points. */
+  degrees?: [number, number, number];
+}
+
 /** How well a skeleton that was solved from markers explains them; lengths in metres. */
 export interface Solved {
   markers: Record<string, unknown>[];
@@ -246,6 +266,11 @@ export class Scene {
   /** Of a retargeted scene, how far it is from its source; of an edited one, what each step changed: as `--json` prints it. */
   readonly reports?: Record<string, unknown>[];
   pose(tick: number, animation?: number): Pose;
+  /**
+   * The matrices from the root to a joint at a tick of the first animation, T = J0 L1 J1 L2 J2 ..., each apart; `point` is attached to the
+   * joint, in its axes.
+   */
+  chain(joint: string, tick?: number, point?: [number, number, number] | null): Chain;
   /** A copy in metres with +Y up, or as the options say. */
   convert(options?: ConvertOptions): Scene;
   /**

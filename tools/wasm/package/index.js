@@ -15,6 +15,7 @@ const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
 /** Calls that the drop page does not make have an entrance of their own. */
 const OTHER = new Set([
   "check", "run", "table", "report", "openClip", "controller", "robotStream", "robotPush", "robotFinish", "robotReport",
+  "chain",
 ]);
 
 /** One instance of the module, and the memory of its scenes. */
@@ -206,6 +207,11 @@ export class Scene {
       const view = (address) => new Float32Array(exports.memory.buffer, address, 16 * this.nodes.length);
       return { nodeToWorld: view(world), nodeToParent: view(parent) };
     });
+  }
+
+  chain(joint, tick = 0, point = null) {
+    this.#check();
+    return this.#instance.call({ call: "chain", scene: this.#number, joint, tick, point }).answer;
   }
 
   convert(options = {}) {

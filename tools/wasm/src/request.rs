@@ -12,7 +12,7 @@ use mocap::retarget::robot::add_links;
 use mocap::retarget::{Retargeter, SourceMotion, Target, apply_steps};
 use mocap::scene::Assumption;
 use mocap::scene::report::RootOffsetUsed;
-use mocap::{Code, ExportFile, Importer, MemoryFile, Scene, SkeletonMesh};
+use mocap::{Code, ExportFile, Importer, MemoryFile, Pose, Scene, SkeletonMesh};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -98,6 +98,15 @@ enum OtherRequest {
     Table { scene: u32, columns: Columns },
     /// The gait of a walk, what a laboratory recorded, or how a skeleton was solved from markers.
     Report { scene: u32, report: laboratory::Report },
+    /// The matrices from the root to a joint, and a point attached to it.
+    Chain {
+        scene: u32,
+        joint: String,
+        #[serde(default)]
+        tick: f64,
+        #[serde(default)]
+        point: Option<[f32; 3]>,
+    },
     /// Begins a motion on a robot that comes pose by pose.
     RobotStream {
         scene: u32,
@@ -173,6 +182,12 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
         OtherRequest::Run { job, files: names } => run(&job, &names, files),
         OtherRequest::Table { scene, columns } => laboratory::table(&scenes.get(scene)?.scene, columns),
         OtherRequest::Report { scene, report } => laboratory::report(&scenes.get(scene)?.scene, report),
+        OtherRequest::Chain {
+            scene,
+            joint,
+            tick,
+            point,
+        } => chain(&scenes.get(scene)?.scene, &joint, tick, point),
         OtherRequest::RobotStream { scene, robot, options } => {
             let robot = scenes.get(robot)?.robot.as_ref();
             let robot =
@@ -208,6 +223,15 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
 
 fn parsed<T: DeserializeOwned>(request: &[u8]) -> Result<T, Failure> {
     serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))
+}
+
+fn chain(scene: &Scene, joint: &str, tick: f64, point: Option<[f32; 3]>) -> Result<Answer, Failure> {
+    let pose = Pose::at_tick(scene, 0, tick).unwrap_or_else(|| Pose::rest(scene));
+    let chain = pose.chain(scene, joint)?;
+    let in_world = |point: [f32; 3]| Some(pose.point_to_world(chain.last()?.node, point.into()).to_array());
+    let point_in_world = point.and_then(in_world);
+    let answer = serde_json::json!({"chain": chain, "pointInWorld": point_in_world});
+    Ok((json(&answer)?, Vec::new()))
 }
 
 fn steps() -> Value {

@@ -245,7 +245,7 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
 
 /// For each command, the calls that do its work in each language: an empty text where a language has none. The Rust
 /// library can do the work of every command.
-const CALLS: [(&str, [&str; 4]); 27] = [
+const CALLS: [(&str, [&str; 4]); 28] = [
     // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
     (
         "convert",
@@ -293,6 +293,7 @@ const CALLS: [(&str, [&str; 4]); 27] = [
     ("analog", ["Scene.analog", "mocap_table_new", "analog", ""]),
     ("pack", ["Scene.to_arrow table", "", "", ""]),
     ("pose", ["Scene.pose", "mocap_world_matrices", "pose", ""]),
+    ("chain", ["Scene.chain", "", "chain", ""]),
     ("check", ["Scene.warnings", "mocap_warning_text", "check", "check"]),
     ("survey", ["survey", "mocap_run", "run", "survey"]),
     ("verify", ["", "mocap_verify", "", "verify"]),

@@ -6,6 +6,7 @@ mod as_json;
 mod batch;
 mod build_note;
 mod c3d_recorded;
+mod chain;
 mod conversion;
 mod convert_and_verify;
 mod corpus;

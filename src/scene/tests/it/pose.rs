@@ -1,6 +1,7 @@
 //! Poses of the arm of a lecture, and of scales that shear.
 
 mod binding;
+mod chain;
 mod sample;
 mod skin;
 

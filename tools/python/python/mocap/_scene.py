@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _mocap
 from ._array_options import OptionChanges, Options, Unpack, changed, takes_fields
@@ -24,6 +24,7 @@ from ._errors import OptionError, of_file
 from ._job_options import ReadOptions
 from ._options import Bones, StrPath, names_of
 from ._picture import Picture, positive
+from ._points import numbers
 from ._report import Columns, Report, parsed
 
 # A notebook keeps what it shows: a longer page is not put into it unasked.
@@ -261,6 +262,29 @@ class Scene:
             space: ``"world"`` for node to world, ``"local"`` for node to parent.
         """
         return self._native.pose_matrices(tick, is_world(space))
+
+    @public
+    def chain(self, joint: str, tick: float = 0.0, *, point: ArrayLike | None = None) -> Report:
+        """The matrices from the root to a joint, T = J0 L1 J1 L2 J2 ..., each apart.
+
+        Keys: ``chain``, whose entries have ``symbol`` (``"J0"``, ``"L1"``), ``joint``, ``node``, ``matrix`` and ``product``,
+        the product so far, as rows; a J also has ``order`` and ``degrees``, its angles in this order, positive
+        counter-clockwise for a viewer towards whom the axis points. ``point_in_world`` is there with a ``point``.
+
+        >>> scene.chain("Wrist", 9, point=[0.5, 0, 0])["point_in_world"]  # doctest: +SKIP
+        [0.66514313, 2.0790663, 0.0]
+
+        Args:
+            joint: The name of a joint or an end site.
+            tick: As of :meth:`pose`.
+            point: A point attached to the joint, in its axes and in the unit of the scene.
+
+        Raises:
+            MocapError: Where no joint has this name.
+        """
+        local = None if point is None else numbers(point, "point", 3)
+        chain: Report = parsed(self._native.chain(joint, tick, local))
+        return chain
 
     @takes_fields
     def to_numpy(self, options: Options = Options(), **changes: Unpack[OptionChanges]) -> Motion:

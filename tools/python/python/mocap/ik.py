@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mocap
 from ._call import public
 from ._errors import OptionError
+from ._points import numbers, single
 from ._scene import SceneLike, is_world, native_of
 
 __all__ = ["Bent", "Chain", "TwoBone", "bend", "chain", "two_bone"]
@@ -127,7 +128,7 @@ def bend(
             raise OptionError(f"there is no node {joint}: there are {len(names)}, counted from 0")
         return joint
 
-    turned = None if rotation is None else _numbers(rotation, "rotation", 4)
+    turned = None if rotation is None else numbers(rotation, "rotation", 4)
     return Bent(
         *_mocap.bend(
             native,
@@ -142,19 +143,11 @@ def bend(
 
 
 def _point(value: ArrayLike, name: str) -> list[float]:
-    return _numbers(value, name, 3)
-
-
-def _numbers(value: ArrayLike, name: str, count: int) -> list[float]:
-    array = _single(value)
-    if array.shape != (count,) or not np.isfinite(array).all():
-        raise OptionError(f"{name} must be {count} finite numbers, got {value!r}")
-    numbers: list[float] = array.tolist()
-    return numbers
+    return numbers(value, name, 3)
 
 
 def _points(value: ArrayLike, name: str, count: int | None = None) -> list[list[float]]:
-    array = _single(value)
+    array = single(value)
     wanted = "joints" if count is None else str(count)
     if array.ndim != 2 or array.shape[1] != 3 or (count is not None and len(array) != count):
         raise OptionError(f"{name} must be ({wanted}, 3), got {array.shape}")
@@ -162,9 +155,3 @@ def _points(value: ArrayLike, name: str, count: int | None = None) -> list[list[
         raise OptionError(f"{name} must be finite")
     points: list[list[float]] = array.tolist()
     return points
-
-
-def _single(value: ArrayLike) -> NDArray[np.float32]:
-    # What single precision does not have is infinite, and refused as such.
-    with np.errstate(over="ignore"):
-        return np.asarray(value, np.float64).astype(np.float32)

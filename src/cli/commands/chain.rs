@@ -1,0 +1,116 @@
+//! `mocap chain`: prints the matrices from the root to a joint, each apart.
+
+use std::io::{self, BufWriter, Write};
+
+use mocap::glam::Mat4;
+use mocap::scene::{NodeKind, Scene};
+use mocap::{ChainMatrix, Pose, visible};
+use serde::Serialize;
+
+use super::{import_motion, print_json};
+use crate::args::ChainArgs;
+use crate::{Failure, report};
+
+#[derive(Serialize)]
+struct ChainView<'a> {
+    file: String,
+    joint: &'a str,
+    tick: f64,
+    chain: &'a [ChainMatrix],
+    /// The point of `--point`, in the axes of the joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    point: Option<[f32; 3]>,
+    /// The same in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    point_in_world: Option<[f32; 3]>,
+}
+
+pub(crate) fn run(args: &ChainArgs) -> Result<(), Failure> {
+    if !args.tick.is_finite() {
+        return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
+    }
+    let scene = import_motion(&args.read, &args.file)?;
+    let pose = Pose::at_tick(&scene, 0, args.tick).unwrap_or_else(|| Pose::rest(&scene));
+    let chain = pose
+        .chain(&scene, &args.joint)
+        .map_err(|error| error.with_path(&args.file))?;
+    let attached = |point: [f32; 3]| Some(pose.point_to_world(chain.last()?.node, point.into()).into());
+    let view = ChainView {
+        file: args.file.display().to_string(),
+        joint: &args.joint,
+        tick: args.tick,
+        chain: &chain,
+        point: args.point,
+        point_in_world: args.point.and_then(attached),
+    };
+    match args.json {
+        true => print_json(&view)?,
+        false => print_text(&view, &scene)?,
+    }
+    Ok(())
+}
+
+fn print_text(view: &ChainView<'_>, scene: &Scene) -> io::Result<()> {
+    let mut out = BufWriter::new(report::words());
+    let symbols: Vec<&str> = view.chain.iter().map(|matrix| &*matrix.symbol).collect();
+    writeln!(out, "T = {}, tick {}", symbols.join(" "), view.tick)?;
+    writeln!(
+        out,
+        "positive angles turn counter-clockwise for a viewer towards whom the axis points"
+    )?;
+    let mut so_far = String::new();
+    for part in view.chain {
+        so_far += if so_far.is_empty() { "" } else { " " };
+        so_far += &part.symbol;
+        writeln!(out, "\n{} {}", part.symbol, meaning(part, scene))?;
+        for (row, product) in rows(&part.matrix).into_iter().zip(rows(&part.product)) {
+            writeln!(out, "  {}   |  {}", numbers(&row), numbers(&product))?;
+        }
+        writeln!(out, "  {:<42}   |  {so_far}", part.symbol)?;
+    }
+    if let (Some(point), Some(world)) = (view.point, view.point_in_world) {
+        let [point, world] = [point, world].map(|point| numbers(&point));
+        writeln!(out, "\npoint in {}:  {point}\npoint in the world:  {world}", view.joint)?;
+    }
+    out.flush()
+}
+
+/// What a matrix is, of which joint, and the line of the file that says it.
+fn meaning(part: &ChainMatrix, scene: &Scene) -> String {
+    let node = &scene.nodes[part.node.index()];
+    let lines = node.source.unwrap_or_default();
+    let at = |line: Option<usize>| line.map(|line| format!(", line {line}")).unwrap_or_default();
+    let name = visible(&part.joint);
+    match (part.order, part.degrees) {
+        (Some(order), Some(degrees)) => {
+            let letters = order.axes().map(|axis| ["X", "Y", "Z"][axis]);
+            let angles = std::iter::zip(letters, degrees).map(|(axis, angle)| format!("{axis} {}", number(angle)));
+            let product = letters.map(|axis| format!("R{}", axis.to_lowercase())).join(" ");
+            let angles = angles.collect::<Vec<_>>().join("  ");
+            format!("{name}: {product}, {angles} degrees{}", at(lines.channels))
+        }
+        _ if node.kind == NodeKind::EndSite => format!("{name}: offset{}", at(lines.offset)),
+        // A joint with position channels is elsewhere than at rest.
+        _ if part.matrix.w_axis != node.transform.w_axis => {
+            format!("{name}: translation to the parent{}", at(lines.channels))
+        }
+        _ => format!("{name}: translation to the parent{}", at(lines.offset)),
+    }
+}
+
+fn rows(matrix: &Mat4) -> [[f32; 4]; 4] {
+    matrix.transpose().to_cols_array_2d()
+}
+
+fn numbers(row: &[f32]) -> String {
+    row.iter()
+        .map(|value| format!("{:>10}", number(f64::from(*value))))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Four decimals; never a minus zero.
+fn number(value: f64) -> String {
+    let rounded = (value * 1e4).round() / 1e4 + 0.0;
+    format!("{rounded:.4}")
+}
