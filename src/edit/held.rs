@@ -1,4 +1,4 @@
-//! A limb that is brought to a goal in a part of a motion.
+//! A limb or a chain that is brought to a goal in a part of a motion.
 
 use std::f32::consts::TAU;
 
@@ -8,6 +8,7 @@ use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
+use super::chain::Chain;
 use super::frames::Frames;
 use super::inertia::ease;
 use super::limb::{LimbChain, Natural, Swivel};
@@ -70,41 +71,51 @@ struct Solved {
     goal: Vec3,
     before: Vec3,
     /// The rotations of the joints to their parents at the goal.
-    rotations: [Quat; 3],
+    rotations: Vec<Quat>,
     /// How far from the goal they leave the limb, in units of the scene.
     left: f32,
 }
 
-/// Brings a limb to its goal in the frames of a window; `goal` gives it from the pose of a frame. The joints of the
-/// limb are among the nodes that `frames` hold.
+/// Brings a chain to its goal in the frames of a window; `goal` gives it from the pose of a frame. The joints of the
+/// chain are among the nodes that `frames` hold.
 pub(super) fn hold(
     scene: &Scene,
     frames: &mut Frames,
-    chain: &LimbChain,
+    chain: &Chain,
     window: &Window,
-    metres_per_unit: f32,
     goal: impl Fn(&Pose) -> Vec3,
 ) -> LimbReport {
     let mut pose = Pose::rest(scene);
-    let planes = planes(scene, frames, chain, window, &goal);
+    let metres_per_unit = chain.metres_per_unit as f32;
+    let planes = chain
+        .limb
+        .as_ref()
+        .map(|limb| planes(scene, frames, limb, window, &goal));
     let mut solved: Vec<Solved> = Vec::new();
-    for ((frame, weight), plane) in window.frames(frames.len()).zip(planes) {
+    for (index, (frame, weight)) in window.frames(frames.len()).enumerate() {
         frames.pose(frame, &mut pose);
         let (goal, before) = (goal(&pose), pose.position(chain.tip));
-        let left = chain.bring(&mut pose, goal, plane);
+        let left = match (&chain.limb, &planes) {
+            (Some(limb), Some(planes)) => limb.bring(&mut pose, goal, planes[index]),
+            _ => chain.bend(&mut pose, goal),
+        };
         solved.push(Solved {
             frame,
             weight,
             goal,
             before,
-            rotations: chain.joints().map(|node| rotation_to_parent(&pose, node)),
+            rotations: chain
+                .joints
+                .iter()
+                .map(|node| rotation_to_parent(&pose, *node))
+                .collect(),
             left,
         });
     }
     pass_over(&mut solved, frames.rate, REACHED / metres_per_unit);
     let mut report = LimbReport::default();
     for of_frame in &solved {
-        for (node, rotation) in chain.joints().into_iter().zip(of_frame.rotations) {
+        for (&node, &rotation) in chain.joints.iter().zip(&of_frame.rotations) {
             let Some(old) = frames.get(of_frame.frame, node) else {
                 continue;
             };
@@ -294,7 +305,9 @@ fn pass_over(solved: &mut [Solved], rate: f64, reached: f32) {
         let around = moment.saturating_sub(radius)..(moment + radius).min(solved.len());
         around.for_each(|at| nearest[at] = nearest[at].min(moment.abs_diff(at)));
     }
-    let joints = [0, 1, 2].map(|joint| Vec::from_iter(solved.iter().map(|of_frame| of_frame.rotations[joint])));
+    let count = solved.first().map_or(0, |of_frame| of_frame.rotations.len());
+    let of_joint = |joint: usize| solved.iter().map(move |of_frame| of_frame.rotations[joint]).collect();
+    let joints: Vec<Vec<Quat>> = (0..count).map(of_joint).collect();
     for (at, of_frame) in solved.iter_mut().enumerate().filter(|(at, _)| nearest[*at] < radius) {
         // In the inner half nothing of the moment itself is left.
         let part = 2.0 * nearest[at] as f32 / radius as f32 - 1.0;

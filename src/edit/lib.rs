@@ -17,6 +17,7 @@ mod alike;
 mod body;
 mod bridge;
 mod carrier;
+mod chain;
 mod contacts;
 mod fit;
 mod flips;

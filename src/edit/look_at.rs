@@ -90,7 +90,7 @@ impl Step for LookAt {
         }
         not_negative(Code::InvalidValue, "limit", self.limit)?;
         let gaze = Gaze::new(&body)?;
-        let target = at.find(scene, &body, &gaze.joints())?;
+        let target = at.find(scene, |bone| body.joint(bone), body.metres_per_unit, &gaze.joints())?;
         let mut frames = Frames::new(scene, input.animation, &gaze.joints())?;
         let animation = &scene.animations[input.animation];
         let window = Window::new(animation, &frames, self.range, [self.ease_in, self.ease_out])?;

@@ -13,10 +13,10 @@ use mocap_scene::pose::Pose;
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
-use super::body::body_of;
+use super::chain::Chain;
 use super::frames::Frames;
 use super::held::{LimbReport, hold};
-use super::limb::{Limb, LimbChain};
+use super::limb::Limb;
 use super::quantity::{centimetres, counted};
 use super::step::step;
 use super::target::{Found, ReachTarget};
@@ -26,8 +26,9 @@ use super::{Step, StepInput, StepKey, ValueKind};
 step! {
     /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
     /// and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    /// every part in which it is near and slow beside it. Two bones are turned as by [`Reach`](crate::Reach);
-    /// everything else stays. Feet on the floor are for [`FootLock`](crate::FootLock), which lets them roll.
+    /// every part in which it is near and slow beside it. Two bones, or the joints of a chain, are turned as by
+    /// [`Reach`](crate::Reach); everything else stays. Feet on the floor are for [`FootLock`](crate::FootLock), which
+    /// lets them roll.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -48,7 +49,10 @@ step! {
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
         /// What it touches. Default: the world, where it is.
         to: Option<ReachTarget> = None, ValueKind::Target;
-        /// The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle.
+        /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        start: Option<String> = None, ValueKind::Name;
+        /// The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
+        /// or the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
         /// The part in which it touches. Default: found.
         range: Option<TimeRange> = None, ValueKind::TimeRange;
@@ -65,23 +69,22 @@ step! {
 
 impl Step for Pin {
     const NAME: &'static str = "pin";
-    const HELP: &'static str = "keep a hand or a foot on what it touches";
+    const HELP: &'static str = "keep a hand, a foot or the tip of a chain on what it touches";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = PinReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<PinReport> {
         Frames::new(scene, input.animation, &[])?.require_nodes()?;
-        let body = body_of(scene, input.bones())?;
+        let mut chain = Chain::new(scene, input, self.limb, [self.start.as_deref(), self.tip.as_deref()])?;
         self.check()?;
-        let mut chain = LimbChain::new(scene, &body, self.limb, self.tip.as_deref())?;
         let target = match &self.to {
-            Some(to) => to.find(scene, &body, &[chain.start])?,
+            Some(to) => chain.find(scene, to)?,
             None => Found::Point(Vec3::ZERO),
         };
-        let mut frames = Frames::new(scene, input.animation, &chain.joints())?;
+        let mut frames = Frames::new(scene, input.animation, &chain.joints)?;
         chain.see_hinge(scene, &frames);
-        let metres = body.metres_per_unit as f32;
+        let metres = chain.metres_per_unit as f32;
         let mut report = PinReport::default();
         let touching = || Touching::new(scene, &frames, &chain, target, 0..frames.len(), metres);
         for window in self.windows(scene, input.animation, &frames, touching)? {
@@ -91,7 +94,7 @@ impl Step for Pin {
             let middle = within_reach(was.mean(), scene, &frames, &chain, target, changed);
             let goal = |pose: &Pose| target.to_world(pose).transform_point3(middle);
             let before = frames.clone();
-            let held = hold(scene, &mut frames, &chain, &window, metres, goal);
+            let held = hold(scene, &mut frames, &chain, &window, goal);
             let is = Touching::new(scene, &frames, &chain, target, inside, metres);
             // A limb that is too short would slide more than it did.
             if self.range.is_none() && is.slide() > was.slide() {
@@ -104,7 +107,7 @@ impl Step for Pin {
             report.limb.append(&held);
             report.contacts.push([window.first, window.last]);
         }
-        frames.write(scene, input.animation, &chain.joints(), &[]);
+        frames.write(scene, input.animation, &chain.joints, &[]);
         Ok(report)
     }
 }
@@ -152,7 +155,7 @@ fn within_reach(
     wanted: Vec3,
     scene: &Scene,
     frames: &Frames,
-    chain: &LimbChain,
+    chain: &Chain,
     target: Found,
     of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
@@ -191,14 +194,7 @@ struct Touching {
 }
 
 impl Touching {
-    fn new(
-        scene: &Scene,
-        frames: &Frames,
-        chain: &LimbChain,
-        target: Found,
-        of_frames: Range<usize>,
-        metres: f32,
-    ) -> Self {
+    fn new(scene: &Scene, frames: &Frames, chain: &Chain, target: Found, of_frames: Range<usize>, metres: f32) -> Self {
         let mut pose = Pose::rest(scene);
         let at = of_frames.map(|frame| {
             frames.pose(frame, &mut pose);

@@ -1,4 +1,4 @@
-//! Brings a hand or a foot to a point, a joint or a prop.
+//! Brings a hand, a foot or the tip of a chain to a point, a joint or a prop.
 
 use std::fmt;
 
@@ -7,10 +7,10 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
-use super::body::body_of;
+use super::chain::Chain;
 use super::frames::Frames;
 use super::held::{LimbReport, hold};
-use super::limb::{Limb, LimbChain};
+use super::limb::Limb;
 use super::step::step;
 use super::target::ReachTarget;
 use super::window::Window;
@@ -21,6 +21,9 @@ step! {
     /// the part it is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the
     /// limb bends about the axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its
     /// rotation in the world. Everything else stays.
+    ///
+    /// With `start` it brings the tip of a chain of any skeleton to the target, by FABRIK: all joints from `start` to
+    /// `tip` share the bend.
     ///
     /// A target beyond the length of the limb is not reached: the limb is straight towards it, and the report says what
     /// is left.
@@ -38,9 +41,9 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`], also where a joint of the limb is missing; [`Code::NoMotion`] without this animation;
-    /// [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with the limb, a part
-    /// that the motion does not have, and a number that is not finite.
+    /// [`Code::NotHumanoid`] without `start`, also where a joint of the limb is missing; [`Code::NoMotion`] without this
+    /// animation; [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with the
+    /// limb, a part that the motion does not have, a `start` that several chains have, and a number that is not finite.
     Reach {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
@@ -48,7 +51,10 @@ step! {
         to: Option<ReachTarget> = None, ValueKind::Target;
         /// A point that goes along with the target, from its origin in metres along its axes. Default: its origin.
         offset: [f64; 3] = [0.0; 3], ValueKind::Point;
-        /// The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle.
+        /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        start: Option<String> = None, ValueKind::Name;
+        /// The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or
+        /// the ankle, or the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
         /// The part in which it is at the target. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
@@ -61,29 +67,27 @@ step! {
 
 impl Step for Reach {
     const NAME: &'static str = "reach";
-    const HELP: &'static str = "bring a hand or a foot to a point, a joint or a node";
+    const HELP: &'static str = "bring a hand, a foot or the tip of a chain to a point, a joint or a node";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = ReachReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<ReachReport> {
         Frames::new(scene, input.animation, &[])?.require_nodes()?;
-        let body = body_of(scene, input.bones())?;
+        let mut chain = Chain::new(scene, input, self.limb, [self.start.as_deref(), self.tip.as_deref()])?;
         let Some(to) = &self.to else {
             let message = "reach takes a target: to=0.3/1.2/0.5 in metres, or to=NAME of a joint, a bone or a node";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         };
-        let mut chain = LimbChain::new(scene, &body, self.limb, self.tip.as_deref())?;
-        let target = to.find(scene, &body, &[chain.start])?;
-        let offset = target.offset(self.offset, body.metres_per_unit)?;
-        let mut frames = Frames::new(scene, input.animation, &chain.joints())?;
+        let target = chain.find(scene, to)?;
+        let offset = target.offset(self.offset, chain.metres_per_unit)?;
+        let mut frames = Frames::new(scene, input.animation, &chain.joints)?;
         let animation = &scene.animations[input.animation];
         let window = Window::new(animation, &frames, self.range, [self.ease_in, self.ease_out])?;
         chain.see_hinge(scene, &frames);
-        let metres = body.metres_per_unit as f32;
         let goal = |pose: &mocap_scene::pose::Pose| target.to_world(pose).transform_point3(offset);
-        let report = hold(scene, &mut frames, &chain, &window, metres, goal);
-        frames.write(scene, input.animation, &chain.joints(), &[]);
+        let report = hold(scene, &mut frames, &chain, &window, goal);
+        frames.write(scene, input.animation, &chain.joints, &[]);
         Ok(ReachReport {
             range: [window.first, window.last],
             limb: report,

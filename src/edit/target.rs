@@ -6,7 +6,6 @@ use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
 use mocap_figure::HumanoidBone;
-use mocap_figure::body::Body;
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
@@ -58,15 +57,21 @@ impl Found {
 
 impl ReachTarget {
     /// The target in a scene. What is at or below one of `moved` is refused, for it would go along.
-    pub(super) fn find(&self, scene: &Scene, body: &Body, moved: &[NodeId]) -> Result<Found> {
+    pub(super) fn find(
+        &self,
+        scene: &Scene,
+        joint: impl Fn(HumanoidBone) -> Option<NodeId>,
+        metres_per_unit: f64,
+        moved: &[NodeId],
+    ) -> Result<Found> {
         let name = match self {
-            Self::Point(at) => return point(*at, body.metres_per_unit).map(Found::Point),
+            Self::Point(at) => return point(*at, metres_per_unit).map(Found::Point),
             Self::Node(name) => name,
         };
-        let node = node_named(scene, name, |bone| body.joint(bone))?;
+        let node = node_named(scene, name, joint)?;
         match moved
             .iter()
-            .find(|moved| node == **moved || body.depends_on(node, **moved))
+            .find(|moved| node == **moved || is_below(scene, node, **moved))
         {
             Some(moved) => {
                 let moved = &scene.nodes[moved.index()].name;
@@ -88,6 +93,12 @@ fn point(at: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
             Err(Diagnostic::new(Code::InvalidValue, message).into())
         }
     }
+}
+
+/// Whether a node is below another in the hierarchy.
+pub(super) fn is_below(scene: &Scene, node: NodeId, ancestor: NodeId) -> bool {
+    let parent = |node: &NodeId| scene.nodes[node.index()].parent;
+    std::iter::successors(parent(&node), parent).any(|above| above == ancestor)
 }
 
 /// The node of a name: that of a node, or that of a bone.

@@ -1124,7 +1124,12 @@ export interface ReachStep {
   to: string | [number, number, number];
   /** A point that goes along with the target, from its origin in metres along its axes. Default: its origin. */
   offset?: [number, number, number];
-  /** The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle. */
+  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  start?: string;
+  /**
+   * The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
+   * or the only end effector below `start`.
+   */
   tip?: string;
   /** The part in which it is at the target. Default: the whole motion. */
   range?: string;
@@ -1137,8 +1142,8 @@ export interface ReachStep {
 /**
  * Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move and rotate,
  * or next to it where the limb is too short for that. It is held in a given part of the motion, or in every part in which it
- * is near and slow beside it. Two bones are turned as by `Reach`; everything else stays. Feet on the floor are for
- * `FootLock`, which lets them roll.
+ * is near and slow beside it. Two bones, or the joints of a chain, are turned as by `Reach`; everything else stays. Feet on
+ * the floor are for `FootLock`, which lets them roll.
  */
 export interface PinStep {
   step: "pin";
@@ -1146,7 +1151,12 @@ export interface PinStep {
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
   /** What it touches. Default: the world, where it is. */
   to?: string | [number, number, number];
-  /** The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle. */
+  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  start?: string;
+  /**
+   * The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle, or the only
+   * end effector below `start`.
+   */
   tip?: string;
   /** The part in which it touches. Default: found. */
   range?: string;

@@ -391,6 +391,7 @@ def reach(
     limb: Limb | None = None,
     *,
     offset: Point | None = None,
+    start: str | None = None,
     tip: str | None = None,
     range: TimeRange | None = None,
     ease_in: float | None = None,
@@ -407,7 +408,9 @@ def reach(
         limb: The limb. Default: the right hand.
         offset: A point that goes along with the target, from its origin in metres along its axes. Default: its
             origin.
-        tip: The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle.
+        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        tip: The joint that goes to the target, at or below the hand or the foot, or below ``start``. Default: the
+            wrist or the ankle, or the only end effector below ``start``.
         range: The part in which it is at the target. Default: the whole motion.
         ease_in: Seconds before the part in which it goes there. Default: 0.4.
         ease_out: Seconds after the part in which it goes back. Default: 0.4.
@@ -419,6 +422,7 @@ def reach(
         limb=limb,
         to=target_of(to),
         offset=target_of(offset),
+        start=start,
         tip=tip,
         range=time_range(range),
         ease_in=ease_in,
@@ -431,6 +435,7 @@ def pin(
     to: str | Point | None = None,
     limb: Limb | None = None,
     *,
+    start: str | None = None,
     tip: str | None = None,
     range: TimeRange | None = None,
     distance: float | None = None,
@@ -440,13 +445,15 @@ def pin(
 ) -> Step:
     """Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
     and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    every part in which it is near and slow beside it. Two bones are turned as by ``Reach``; everything else stays.
-    Feet on the floor are for ``FootLock``, which lets them roll.
+    every part in which it is near and slow beside it. Two bones, or the joints of a chain, are turned as by
+    ``Reach``; everything else stays. Feet on the floor are for ``FootLock``, which lets them roll.
 
     Args:
         to: What it touches. Default: the world, where it is.
         limb: The limb. Default: the right hand.
-        tip: The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle.
+        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        tip: The joint that touches, at or below the hand or the foot, or below ``start``. Default: the wrist or the
+            ankle, or the only end effector below ``start``.
         range: The part in which it touches. Default: found.
         distance: The largest distance from the target of a contact that is found, in metres. Default: 0.3, from
             joint to joint.
@@ -460,6 +467,7 @@ def pin(
         bones=bones,
         limb=limb,
         to=target_of(to),
+        start=start,
         tip=tip,
         range=time_range(range),
         distance=distance,

@@ -2,7 +2,7 @@
 
 use mocap::edit::report::{EditReport, StepReport};
 use mocap::edit::{EditStep, StepInput};
-use mocap::figure::Humanoid;
+use mocap::figure::{Figure, Humanoid};
 
 use super::*;
 
@@ -136,6 +136,18 @@ fn what_cannot_be_a_target_is_refused() {
         (
             "reach:to=right-hand",
             "\"right-hand\" cannot be the target: it moves with",
+        ),
+        (
+            "reach:to=head,start=Hips",
+            "7 chains begin at \"Hips\": name the tip of one, such as ",
+        ),
+        (
+            "reach:to=head,start=LeftArm,tip=Head",
+            "tip must be a joint below \"LeftArm\", got \"Head\"",
+        ),
+        (
+            "reach:to=head,limb=left-foot,start=LeftArm",
+            "start names a chain of any skeleton, and limb a limb",
         ),
         (
             "reach:to=head,tip=head",
@@ -276,4 +288,100 @@ fn a_motion_is_put_on_the_floor() {
     assert!(toes > 0 && floor(&lifted) > 0.29);
     let report = apply(&mut lifted, "ground").unwrap();
     assert!(floor(&lifted).abs() < 0.02, "{} {report}", floor(&lifted));
+}
+
+/// The arm of the lecture, which is no humanoid, goes with the tip of its hand to a point in frames 3 to 5, and the
+/// tip of a hand of a humanoid with all joints of its arm; joints keep their distances, and nothing else moves.
+#[test]
+fn the_tip_of_any_chain_reaches_its_target() {
+    for (file, step, start, tip, range) in [
+        (
+            "lecture_Test.bvh",
+            "reach:start=Shoulder,to=1.5/2.5/0.4",
+            "Shoulder",
+            "EndSite_Wrist",
+            3..6,
+        ),
+        (
+            "cmu_12_01_walk.bvh",
+            "reach:start=LeftArm,tip=LeftHandIndex1,to=head",
+            "LeftArm",
+            "LeftHandIndex1",
+            100..131,
+        ),
+    ] {
+        let before = import(file);
+        let mut scene = before.clone();
+        let (first, last) = (range.start, range.end - 1);
+        let report = apply(
+            &mut scene,
+            &format!("{step},range={first}f..{last}f,ease-in=0.1,ease-out=0.1"),
+        )
+        .unwrap();
+        let StepReport::Reach(reach) = &report.changed else {
+            unreachable!()
+        };
+        assert_eq!(
+            (reach.limb.frames, reach.limb.out_of_reach),
+            (range.len(), 0),
+            "{file}: {report}"
+        );
+        let index = |name: &str| before.find_node(name).unwrap().index();
+        let (start, tip) = (index(start), index(tip));
+        let (was, is) = (exact_positions(&before), exact_positions(&scene));
+        let metres = Figure::new(&before).survey.metres_per_unit;
+        let ease = (0.1 * before.animations[0].ticks_per_second).ceil() as usize;
+        for frame in 0..was.len() {
+            if range.contains(&frame) {
+                let target = match file {
+                    "lecture_Test.bvh" => DVec3::new(1.5, 2.5, 0.4) / metres,
+                    _ => is[frame][joint(&before, "head")],
+                };
+                let left = is[frame][tip].distance(target) * metres;
+                assert!(left < 1e-4, "{file}: frame {frame}: {left} m");
+            }
+            let near = (first.saturating_sub(ease)..=last + ease).contains(&frame);
+            for node in 0..was[frame].len() {
+                let mut above = Some(node);
+                while above.is_some_and(|node| node != start) {
+                    above = before.nodes[above.unwrap()].parent.map(NodeId::index);
+                }
+                let moved = is[frame][node].distance(was[frame][node]) * metres;
+                assert!(
+                    (above.is_some() && near) || moved < 1e-5,
+                    "{file}: node {node} in frame {frame}: {moved}"
+                );
+            }
+        }
+        assert_bones_keep_their_lengths(&before, &scene);
+    }
+}
+
+/// A chain that a moving shoulder carries away stays where it was.
+#[test]
+fn the_tip_of_any_chain_is_pinned() {
+    let mut scene = import("lecture_Test.bvh");
+    let report = apply(&mut scene, "pin:start=Shoulder,range=2f..6f").unwrap();
+    let StepReport::Pin(pin) = &report.changed else {
+        unreachable!()
+    };
+    assert_eq!(
+        (pin.contacts.as_slice(), pin.limb.out_of_reach),
+        ([[2, 6]].as_slice(), 0),
+        "{report}"
+    );
+    let at = exact_positions(&scene);
+    let farthest = (2..=6).map(|frame| at[frame][3].distance(at[2][3])).fold(0.0, f64::max);
+    assert!(farthest < 1e-4 && pin.slide_before > 1.0, "{farthest}: {report}");
+}
+
+/// A skeleton without limbs says how it is brought to a target.
+#[test]
+fn without_limbs_a_chain_is_offered() {
+    let error = apply(&mut import("lecture_Test.bvh"), "reach:to=1/1/0").unwrap_err();
+    assert_eq!(error.code(), mocap::Code::NotHumanoid);
+    assert!(
+        error.diagnostic().help.as_ref().unwrap().contains("start=JOINT"),
+        "{error}"
+    );
 }

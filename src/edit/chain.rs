@@ -1,0 +1,144 @@
+//! What is brought to a target: a limb of a humanoid, or a chain of joints of any skeleton.
+
+use std::collections::BTreeMap;
+use std::iter::successors;
+
+use glam::Vec3;
+use mocap_figure::HumanoidBone;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::ik::{ChainOptions, Goal};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::{NodeId, Scene};
+
+use super::StepInput;
+use super::body::{and_below, any_figure_of, body_of};
+use super::frames::Frames;
+use super::limb::{Limb, LimbChain};
+use super::target::{Found, ReachTarget, is_below, node_named};
+
+/// The joints that are turned, and the node that goes to the target.
+pub(super) struct Chain {
+    /// From the first joint, each above the next. The tip of a chain without a limb is the last.
+    pub(super) joints: Vec<NodeId>,
+    pub(super) tip: NodeId,
+    pub(super) metres_per_unit: f64,
+    /// The limb, which bends as limbs do; `None` for a chain of any joints.
+    pub(super) limb: Option<LimbChain>,
+    bones: BTreeMap<HumanoidBone, NodeId>,
+}
+
+impl Chain {
+    /// The chain from the joint `start` to `tip`; without a `start` the limb.
+    pub(super) fn new(
+        scene: &Scene,
+        input: &StepInput<'_>,
+        limb: Limb,
+        [start, tip]: [Option<&str>; 2],
+    ) -> Result<Self> {
+        let Some(start) = start else {
+            let body = body_of(scene, input.bones()).map_err(|error| {
+                let mut diagnostic = error.diagnostic().clone();
+                let help = "`start=JOINT` brings a chain of any skeleton to a target, from this joint to its tip";
+                diagnostic.help.get_or_insert_with(|| help.to_owned());
+                diagnostic
+            })?;
+            let limb = LimbChain::new(scene, &body, limb, tip)?;
+            return Ok(Self {
+                joints: limb.joints().to_vec(),
+                tip: limb.tip,
+                metres_per_unit: body.metres_per_unit,
+                limb: Some(limb),
+                bones: body.bones,
+            });
+        };
+        if limb != Limb::default() {
+            return refused("start names a chain of any skeleton, and limb a limb of a humanoid: give one of the two");
+        }
+        let figure = any_figure_of(scene, input);
+        let bones = figure.humanoid.bones.iter().map(|(bone, found)| (*bone, found.joint));
+        let bones: BTreeMap<HumanoidBone, NodeId> = bones.collect();
+        let node = |name: &str| node_named(scene, name, |bone| bones.get(&bone).copied());
+        let start = node(start)?;
+        let tip = match tip {
+            Some(tip) => node(tip)?,
+            None => only_end(scene, start)?,
+        };
+        if !is_below(scene, tip, start) {
+            let [start, tip] = [start, tip].map(|node| &scene.nodes[node.index()].name);
+            return refused(format!("tip must be a joint below {start:?}, got {tip:?}"));
+        }
+        let above = |node: &NodeId| scene.nodes[node.index()].parent.filter(|_| *node != start);
+        let mut joints: Vec<NodeId> = successors(Some(tip), above).collect();
+        joints.reverse();
+        Ok(Self {
+            joints,
+            tip,
+            metres_per_unit: figure.survey.metres_per_unit,
+            limb: None,
+            bones,
+        })
+    }
+
+    /// What it is to be brought to. What moves with it is refused.
+    pub(super) fn find(&self, scene: &Scene, target: &ReachTarget) -> Result<Found> {
+        let bone = |bone| self.bones.get(&bone).copied();
+        target.find(scene, bone, self.metres_per_unit, &self.joints[..1])
+    }
+
+    /// Takes as the hinge of a limb the axis about which it bends in the motion.
+    pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
+        if let Some(limb) = &mut self.limb {
+            limb.see_hinge(scene, frames);
+        }
+    }
+
+    /// A ball of goals that the tip can come to in a pose: its centre and its radius. A chain may be unable to come to
+    /// the middle of its ball.
+    pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
+        match &self.limb {
+            Some(limb) => limb.reach(pose),
+            None => {
+                let lengths = self.joints.windows(2);
+                let lengths = lengths.map(|pair| pose.position(pair[0]).distance(pose.position(pair[1])));
+                (pose.position(self.joints[0]), lengths.sum())
+            }
+        }
+    }
+
+    /// Turns the joints of a chain of any skeleton so that its tip comes to `goal`. Returns the distance that is left.
+    pub(super) fn bend(&self, pose: &mut Pose, goal: Vec3) -> f32 {
+        /// How near the tip comes, in metres.
+        const TOLERANCE: f64 = 1e-5;
+        let options = ChainOptions::new().tolerance((TOLERANCE / self.metres_per_unit) as f32);
+        pose.bend_chain(&self.joints, &Goal::at(goal), &options)
+    }
+}
+
+/// The only end effector below a joint.
+fn only_end(scene: &Scene, start: NodeId) -> Result<NodeId> {
+    let last = and_below(scene, start).last().unwrap_or(start);
+    let ends: Vec<NodeId> = scene
+        .end_effectors()
+        .filter(|end| start < *end && *end <= last)
+        .collect();
+    let name = |node: &NodeId| format!("{:?}", scene.nodes[node.index()].name);
+    match ends[..] {
+        [end] => Ok(end),
+        [] => refused(format!(
+            "no joint is below {}, which is to be the start of a chain",
+            name(&start)
+        )),
+        _ => {
+            let some = ends.iter().take(5).map(name).collect::<Vec<_>>().join(", ");
+            let count = ends.len();
+            refused(format!(
+                "{count} chains begin at {}: name the tip of one, such as {some}",
+                name(&start)
+            ))
+        }
+    }
+}
+
+fn refused<T>(message: impl Into<String>) -> Result<T> {
+    Err(Diagnostic::new(Code::InvalidValue, message).into())
+}
