@@ -39,8 +39,8 @@ pub struct ChainMatrix {
 }
 
 impl Pose {
-    /// The matrices from the root to `joint`, a name in `scene`, from which the pose was made. A group above the root
-    /// counts as a joint where it is not the identity.
+    /// The matrices from the root to `joint`, a name in `scene`, from which the pose was made. A group counts as a
+    /// joint where it is not the identity, or is the end.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -66,7 +66,8 @@ impl Pose {
         };
         let parent = |node: &NodeId| scene.nodes[node.index()].parent;
         let is_part = |node: &NodeId| {
-            scene.nodes[node.index()].kind != NodeKind::Group || self.node_to_parent[node.index()] != Mat4::IDENTITY
+            let is_still = self.node_to_parent[node.index()] == Mat4::IDENTITY;
+            *node == end || scene.nodes[node.index()].kind != NodeKind::Group || !is_still
         };
         let mut nodes: Vec<NodeId> = successors(Some(end), parent).filter(is_part).collect();
         nodes.reverse();

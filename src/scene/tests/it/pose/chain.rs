@@ -4,7 +4,7 @@ use std::fs;
 
 use mocap::glam::{Mat4, Vec3};
 use mocap::process::SkeletonMesh;
-use mocap::scene::{NodeKind, RotationOrder};
+use mocap::scene::{Node, NodeId, NodeKind, RotationOrder};
 use mocap::{ChainMatrix, Code, Importer, Pose, Scene};
 
 use crate::kinematics::{Capture, Column, Matrix, Placement, Root, multiply, turn};
@@ -147,6 +147,38 @@ fn a_joint_that_is_not_there_is_said() {
     assert_eq!(error.code(), Code::InvalidValue);
     assert_eq!(error.diagnostic().message, "no joint is called \"Wirst\"");
     assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean \"Wrist\"?"));
+}
+
+/// A group above the root counts where it moves, and alone it is a chain.
+#[test]
+fn a_group_counts_where_it_moves() {
+    let group = |transform: Mat4| Node {
+        name: "Group".into(),
+        kind: NodeKind::Group,
+        transform,
+        ..Node::default()
+    };
+    let joint = Node {
+        name: "Joint".into(),
+        parent: Some(NodeId(0)),
+        transform: Mat4::from_translation(Vec3::X),
+        ..Node::default()
+    };
+    for (transform, symbols) in [
+        (Mat4::IDENTITY, &["J0"][..]),
+        (Mat4::from_translation(Vec3::Y), &["J0", "L1", "J1"]),
+    ] {
+        let scene = Scene {
+            nodes: vec![group(transform), joint.clone()],
+            ..Scene::default()
+        };
+        let pose = Pose::rest(&scene);
+        let chain = pose.chain(&scene, "Joint").unwrap();
+        let found: Vec<&str> = chain.iter().map(|part| &*part.symbol).collect();
+        assert_eq!(found, symbols);
+        assert_eq!(chain.last().unwrap().product, pose.node_to_world[1]);
+        assert_eq!(pose.chain(&scene, "Group").unwrap()[0].product, transform);
+    }
 }
 
 /// By serde a matrix is its rows.
