@@ -41,9 +41,10 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] without `start`, also where a joint of the limb is missing; [`Code::NoMotion`] without this
-    /// animation; [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with the
-    /// limb, a part that the motion does not have, a `start` that several chains have, and a number that is not finite.
+    /// [`Code::NotHumanoid`] without `start`, also where a joint of the limb is missing; [`Code::NoMotion`] without
+    /// this animation; [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with
+    /// the limb, a part that the motion does not have, a `start` that several chains have, and a number that is not
+    /// finite.
     Reach {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);

@@ -49,6 +49,8 @@ pub struct PageClip<'a> {
     /// The `.glb` file of the download button; see `GltfOptions::write_glb`.
     /// Without one the button says how to make it.
     pub glb: Option<&'a [u8]>,
+    /// The bytes of the BVH file that it was read from, to save as they were and to show its lines beside the matrices.
+    pub source: Option<&'a [u8]>,
     /// When its feet are at rest; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
     /// How far its limbs point from those of the motion that it was made from; see
@@ -63,6 +65,7 @@ impl<'a> PageClip<'a> {
             clip,
             figure: None,
             glb: None,
+            source: None,
             contacts: None,
             limb_angles: None,
         }
@@ -79,6 +82,13 @@ impl<'a> PageClip<'a> {
     #[must_use]
     pub fn glb(mut self, glb: impl Into<Option<&'a [u8]>>) -> Self {
         self.glb = glb.into();
+        self
+    }
+
+    /// Sets [`source`](Self#structfield.source), or unsets it.
+    #[must_use]
+    pub fn source(mut self, source: impl Into<Option<&'a [u8]>>) -> Self {
+        self.source = source.into();
         self
     }
 
@@ -101,11 +111,13 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-pub const MODULES: [&str; 28] = [
+pub const MODULES: [&str; 34] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
     include_str!("view/reach.js"),
+    include_str!("view/fabrik.js"),
+    include_str!("view/posing.js"),
     include_str!("view/clip.js"),
     include_str!("view/skin.js"),
     include_str!("view/batch.js"),
@@ -117,6 +129,10 @@ pub const MODULES: [&str; 28] = [
     include_str!("view/marks.js"),
     include_str!("view/chart.js"),
     include_str!("view/morphs.js"),
+    include_str!("view/product.js"),
+    include_str!("view/source_text.js"),
+    include_str!("view/chain_panel.js"),
+    include_str!("view/sliders.js"),
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
     include_str!("view/drag.js"),
@@ -337,6 +353,9 @@ fn pack_clip(
     description.warnings.extend(left_out.iter().cloned());
     if let (Some(id), Some(glb)) = (&description.glb, clip.glb) {
         put(BlockKind::Download, id, glb.into());
+    }
+    if let (Some(file), Some(source)) = (&description.source, clip.source) {
+        put(BlockKind::Download, &file.id, source.into());
     }
     (description, left_out)
 }

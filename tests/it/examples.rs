@@ -1,5 +1,10 @@
 //! The programs of `examples/` on the lecture's file, whose motion has a closed form.
 
+use mocap::glam::Vec3;
+
+#[allow(dead_code, reason = "the test calls `run`, not `main`")]
+#[path = "../../examples/chain.rs"]
+mod chain;
 #[allow(dead_code, reason = "the test calls `run`, not `main`")]
 #[path = "../../examples/end_effector_path.rs"]
 mod end_effector_path;
@@ -80,6 +85,24 @@ fn own_nodes_are_driven_through_time() {
     }
     let found = output(|out| own_nodes::run(LECTURE, &["Shoulder", "Elbow", "Wrist"], out));
     assert_eq!(found, expected);
+}
+
+#[test]
+fn a_chain_reaches_a_goal() {
+    let text = output(|out| chain::run(&mut "0 0 0  1 0 0  2 0 0  3 0 0  1 1 0.5\n".as_bytes(), out));
+    let numbers: Vec<f32> = text.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let places: Vec<Vec3> = numbers.chunks_exact(3).map(Vec3::from_slice).collect();
+    assert!(
+        places[0] == Vec3::ZERO && places[3].distance(Vec3::new(1.0, 1.0, 0.5)) < 1e-4,
+        "{text}"
+    );
+    assert!(
+        places
+            .windows(2)
+            .all(|pair| (pair[0].distance(pair[1]) - 1.0).abs() < 1e-5),
+        "{text}"
+    );
+    assert!(chain::run(&mut "1 2 3 4 5 6".as_bytes(), &mut Vec::new()).is_err());
 }
 
 #[test]

@@ -9,6 +9,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 import { Sample } from "../interop/sample.js";
 import { launch, open, settled } from "./browser.js";
+import { chainChecks } from "./chain_checks.js";
 import { filmChecks } from "./film_checks.js";
 import { markChecks } from "./mark_checks.js";
 import { skinChecks } from "./skin_checks.js";
@@ -556,7 +557,7 @@ check("every control has a name, and words stand out from what is behind them", 
   }
 });
 
-for (const more of [skinChecks, markChecks, filmChecks]) more({ check, sample, open, mocap, pageOf, pageOfFiles, pageOfText, fixture });
+for (const more of [chainChecks, skinChecks, markChecks, filmChecks]) more({ check, sample, open, mocap, pageOf, pageOfFiles, pageOfText, fixture });
 
 if (pictures) {
   check("pictures for a person to look at", async (browser) => {
@@ -573,6 +574,13 @@ if (pictures) {
     await take("light", ["cmu_12_01_walk"], {}, choose);
     await take("dark", ["cmu_12_01_walk"], { colorScheme: "dark" }, choose);
     await take("phone", ["cmu_12_01_walk"], phone, seek(100));
+    // docs/how-to/lecture.png
+    await take("lecture", ["lecture_Test"], { viewport: { width: 1000, height: 800 } }, async (page) => {
+      await seek(4)(page);
+      await page.click("#tree > div:nth-child(4)");
+      for (let matrices = 0; matrices < 3; matrices++) await page.keyboard.press("v");
+      await page.evaluate(() => document.querySelector("#chain-product").scrollIntoView());
+    });
     await take("compare", ["cmu_12_01_walk", "mocopi_jump_six_channels"], {}, seek(200));
   });
 }

@@ -2,33 +2,9 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync } from "node:fs";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
 import { twoBone, turned } from "../../src/render/view/reach.js";
 import { settled } from "./browser.js";
-
-const distance = (a, b) => Math.hypot(...a.map((value, axis) => value - b[axis]));
-const plus = (a, b) => a.map((value, axis) => value + b[axis]);
-const minus = (a, b) => a.map((value, axis) => value - b[axis]);
-
-/** The example `two_bone`: beside the program, or where the tests have built it, for nothing is compiled for it twice. */
-function exampleTwoBone() {
-  const root = fileURLToPath(new URL("../../target", import.meta.url));
-  const programs = [dirname(process.env.MOCAP), join(root, "debug")].map((folder) => join(folder, "examples", "two_bone"));
-  const found = programs.find(existsSync);
-  assert.ok(found, `${programs.join(" and ")} are not there: cargo build --example two_bone`);
-  return found;
-}
-
-/** Numbers that look random and are the same for the same seed. */
-function randomOf(seed) {
-  let state = seed >>> 0 || 1;
-  return (most) => {
-    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    return ((state / 2 ** 32) * 2 - 1) * most;
-  };
-}
+import { distance, exampleProgram, minus, plus, randomOf } from "./reaching.js";
 
 /** Limbs and goals, within reach and out of it, and some that are straight or folded. */
 function tasks(seed, count) {
@@ -49,7 +25,7 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
   check("two bones turn in the page as they do in the library", async () => {
     const all = tasks(sample.seed + 1, 2000);
     const input = all.map((places) => places.flat().join(" ")).join("\n");
-    const lines = execFileSync(exampleTwoBone(), { input, encoding: "utf8" });
+    const lines = execFileSync(exampleProgram("two_bone"), { input, encoding: "utf8" });
     const found = lines.trim().split("\n").map((line) => line.split(" ").map(Number));
     assert.equal(found.length, all.length);
     all.forEach(([start, middle, end, goal], i) => {

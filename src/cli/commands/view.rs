@@ -14,7 +14,7 @@ use mocap::retarget::robot::add_links;
 use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
 use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::scene::Animation;
-use mocap::{Code, Conversion, Diagnostic, Exporter, Importer, Scene, SkeletonMesh, gltf};
+use mocap::{Code, Conversion, Diagnostic, Exporter, Format, Importer, Scene, SkeletonMesh, gltf};
 
 use super::{output_format, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
@@ -213,6 +213,9 @@ fn create_folder_of(file: &Path) -> Result<(), Failure> {
 /// The keys of a page's GLB have at most this many bytes; a page of a longer take has none.
 const LARGEST_GLB: usize = 16 << 20;
 
+/// The BVH file of a page has at most this many bytes; a page of a longer one has none.
+const LARGEST_SOURCE: u64 = 8 << 20;
+
 /// The meshes and the textures of a page's GLB have at most this many bytes; a page of larger ones has none. Few bytes
 /// of a file can have a mesh many times.
 const LARGEST_MESHES: usize = 64 << 20;
@@ -226,6 +229,8 @@ struct Read {
     scene: Scene,
     figure: Figure,
     glb: Option<Vec<u8>>,
+    /// The BVH file as it was.
+    source: Option<Vec<u8>>,
     contacts: Option<DetectedContacts>,
     limb_angles: Option<Vec<LimbAngles>>,
 }
@@ -237,6 +242,7 @@ impl Read {
             scene,
             figure,
             glb: None,
+            source: None,
             contacts: None,
             limb_angles: None,
         };
@@ -276,6 +282,7 @@ impl Read {
         })
         .figure(Some(&self.figure))
         .glb(self.glb.as_deref())
+        .source(self.source.as_deref())
         .contacts(self.contacts.as_ref())
         .limb_angles(self.limb_angles.as_deref())
     }
@@ -289,7 +296,16 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let found = Figure::mapped(&scene, &args.map.bones_here());
     let changed = found.and_then(|found| args.conversion().apply_to(&mut scene, &found));
     let (figure, _) = changed.map_err(|error| error.with_path(file))?;
-    Read::new(short_name(file), scene, figure)
+    let source = source_of(&scene, file);
+    let read = Read::new(short_name(file), scene, figure)?;
+    Ok(Read { source, ..read })
+}
+
+/// The bytes of a BVH file that is small enough for a page. Without them the page has one button less.
+fn source_of(scene: &Scene, file: &Path) -> Option<Vec<u8>> {
+    let length = std::fs::metadata(file).ok()?.len();
+    let is_small = scene.metadata.format == Some(Format::Bvh) && length <= LARGEST_SOURCE;
+    is_small.then(|| std::fs::read(file).ok()).flatten()
 }
 
 /// What motions are shown on.

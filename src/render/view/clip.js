@@ -24,10 +24,11 @@
 //   firstTick            where it begins, after a rest pose; 0 where it is not stated
 //   load(frame)          makes the values of a frame ready, if they are not
 //   glb()                the bytes of a .glb, or a promise of them, or null
+//   source               null, or the file as it was: name, and bytes()
 
-import { add, boxAround, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
+import { add, boxAround, clamp, compose, dot, inverseLinear, matrixAngles, multiply, nearestAngles, rotationOf, scale, slerp, sub } from "./math.js";
 import { Curves } from "./curves.js";
-import { limbsOf, reach } from "./reach.js";
+import { Posing } from "./posing.js";
 
 // Rows of the matrix that turns the file's up into +Y.
 const TO_Y_UP = {
@@ -46,12 +47,12 @@ export class Clip {
     // Rows of the matrix from the file's axes to the page's.
     const signs = this.isTurned ? [-1, 1, -1] : [1, 1, 1];
     this.rows = TO_Y_UP[this.up].map((row, axis) => scale(row, signs[axis]));
-    this.limbsToDrag = limbsOf(this.nodes);
-    // Where dragged hands and feet are to be at this tick, by the limb's last node, in the file's coordinates.
-    this.goals = new Map();
+    // Of this picture: each node to its parent, and to the world.
+    this.locals = this.nodes.map(() => null);
     this.world = this.nodes.map(() => null);
     this.children = this.nodes.map(() => []);
     this.nodes.forEach((node, id) => node.parent >= 0 && this.children[node.parent].push(id));
+    this.posing = new Posing(this);
     this.duration = Math.max(0, this.frames - 1);
     this.seconds = this.duration / this.ticksPerSecond;
     // From the file's world to the page's, which is in metres with +Y up.
@@ -75,9 +76,8 @@ export class Clip {
 
   translation(id, tick) { return this.value(this.nodes[id].translation, 3, tick); }
   rotation(id, tick) { return this.value(this.nodes[id].rotation, 4, tick); }
-  local(id, tick) {
-    return compose(this.translation(id, tick), this.rotation(id, tick), this.value(this.nodes[id].scale, 3, tick));
-  }
+  scaling(id, tick) { return this.value(this.nodes[id].scale, 3, tick); }
+  local(id, tick) { return compose(this.translation(id, tick), this.rotation(id, tick), this.scaling(id, tick)); }
 
   // The tick at a time of all clips; a clip that is over stays at its last.
   tickAt(seconds) {
@@ -88,14 +88,31 @@ export class Clip {
 
   // Parents stand before their children, so the kinematics is one loop.
   pose(tick) {
-    if (tick !== this.tick) this.goals.clear();
+    if (tick !== this.tick) this.posing.reset();
     this.tick = tick;
-    this.nodes.forEach((node, id) => {
-      const local = this.local(id, tick);
-      this.world[id] = node.parent < 0 ? local : multiply(this.world[node.parent], local);
+    this.nodes.forEach((_, id) => {
+      this.locals[id] = this.posing.local(id, tick) ?? this.local(id, tick);
+      this.updateWorld(id);
     });
-    for (const [end, goal] of this.goals) reach(this, this.limbsToDrag.get(end), goal);
+    this.posing.applyGoals();
     this.drawn = this.nodes.map((_, id) => this.pagePosition(id));
+  }
+
+  updateWorld(id) {
+    const { parent } = this.nodes[id];
+    this.world[id] = parent < 0 ? this.locals[id] : multiply(this.world[parent], this.locals[id]);
+  }
+
+  // Turns a node about its own position by a rotation along the axes of the world, with all nodes below it, in this picture.
+  rotate(id, rotation) {
+    const { parent } = this.nodes[id];
+    const local = this.locals[id];
+    const toWorld = parent < 0 ? compose([0, 0, 0], [0, 0, 0, 1], [1, 1, 1]) : this.world[parent];
+    const turn = multiply(compose([0, 0, 0], rotation, [1, 1, 1]), multiply(toWorld, local));
+    const turned = multiply(inverseLinear(toWorld), turn);
+    this.locals[id] = [...turned.slice(0, 12), ...local.slice(12)];
+    // Depth-first order: those below a node come right after it.
+    for (let below = id; below < this.nodes.length && (below === id || this.nodes[below].parent >= id); below++) this.updateWorld(below);
   }
 
   // The weights of all sliders of the skin at a tick, as the file moves them.
@@ -167,10 +184,19 @@ export class Clip {
     return this.cached;
   }
 
-  // The angles of a joint at a tick, as its channels give them.
-  angles(id, tick) {
-    const known = this.cached?.id === id && Math.floor(tick) < this.cached.filled;
-    const near = known ? this.cached.rows.euler.map((row) => row[Math.floor(tick)]) : [0, 0, 0];
-    return nearestAngles(near, eulerAngles(this.rotation(id, tick), this.nodes[id].order));
+  // The angles of a joint in this picture, as its channels give them.
+  angles(id) {
+    const frame = Math.floor(this.tick);
+    const known = this.cached?.id === id && frame < this.cached.filled;
+    const { angles, goals } = this.posing;
+    // In gimbal lock the matrix would not tell them.
+    if (angles.has(id) && !goals.size) return [...angles.get(id)];
+    const near = angles.get(id) ?? (known ? this.cached.rows.euler.map((row) => row[frame]) : [0, 0, 0]);
+    return nearestAngles(near, matrixAngles(this.locals[id], this.nodes[id].order));
+  }
+
+  // Its rotation to the parent in this picture: that of the file, if nobody has posed the clip.
+  rotationNow(id) {
+    return this.posing.isPosed ? rotationOf(this.angles(id), this.nodes[id].order) : Array.from(this.rotation(id, this.tick));
   }
 }

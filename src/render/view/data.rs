@@ -38,6 +38,8 @@ pub(super) struct Description {
     packing_error: f64,
     /// The id of the element that holds the GLB.
     pub(super) glb: Option<String>,
+    /// The file that it was read from, as it was.
+    pub(super) source: Option<SourceFile>,
     pub(super) warnings: Vec<String>,
     assumptions: Vec<String>,
     /// Whether the skeleton is that of a humanoid.
@@ -49,6 +51,13 @@ pub(super) struct Description {
     pub(super) limbs: Option<Limbs>,
     pub(super) morphs: Option<MorphMotion>,
     nodes: Vec<NodeDescription>,
+}
+
+/// A file as it was: its name, and the id of the element that holds it.
+#[derive(Serialize)]
+pub(super) struct SourceFile {
+    pub(super) id: String,
+    name: String,
 }
 
 #[derive(Serialize)]
@@ -106,7 +115,13 @@ struct Size {
 
 /// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
 pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (Description, Vec<Vec<u8>>) {
-    let PageClip { clip, figure, glb, .. } = page;
+    let PageClip {
+        clip,
+        figure,
+        glb,
+        source,
+        ..
+    } = page;
     let scene = clip.scene;
     let figure = figure.map_or_else(|| Cow::Owned(Figure::new(scene)), Cow::Borrowed);
     let guesses = &figure.survey;
@@ -143,12 +158,10 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
     }
     let has_skin = scene.meshes.iter().any(|mesh| !mesh.name.is_empty());
     let packed = tracks.pack(storage, size.reach / guesses.metres_per_unit, guesses.metres_per_unit);
+    let origin = scene.metadata.origin.as_ref();
     let description = Description {
         name: shown(clip.name),
-        file: scene
-            .metadata
-            .origin
-            .as_ref()
+        file: origin
             .filter(|_| scene.metadata.steps.is_empty())
             .map(|origin| shown(&origin.name)),
         facts: clip.facts(),
@@ -169,6 +182,10 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
             .collect(),
         packing_error: packed.max_error * guesses.metres_per_unit,
         glb: glb.map(|_| format!("glb-{index}")),
+        source: source.map(|_| SourceFile {
+            id: format!("source-{index}"),
+            name: origin.map_or_else(|| format!("{}.bvh", shown(clip.name)), |origin| shown(&origin.name)),
+        }),
         warnings: scene.warnings.iter().map(with_line).collect(),
         assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
         humanoid: figure.humanoid.found,

@@ -1,4 +1,4 @@
-// What a drag of hands and feet shows, as steps of `mocap edit`: to copy as a command, and as JSON for the libraries.
+// What a drag of the ends of limbs and chains shows, as steps of `mocap edit`: to copy as a command, and as JSON for the libraries.
 
 import { dot, scale } from "./math.js";
 import { byId, make } from "./dom.js";
@@ -21,14 +21,22 @@ export const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.r
 // The command and the JSON that bring the dragged limbs of a clip to where they are, in this frame.
 export function stepsOf(clip) {
   const frame = `${Math.round(clip.tick)}f`;
-  const steps = [...clip.goals].map(([end, goal]) => ({
-    step: "reach", limb: LIMBS[clip.nodes[end].bone.name], to: scale(goal, clip.metresPerUnit).map(metres), range: `${frame}..${frame}`,
+  const { goals, limbs, chains } = clip.posing;
+  const moved = (end) => (limbs.has(end)
+    ? { limb: LIMBS[clip.nodes[end].bone.name] }
+    : { start: clip.nodes[chains.get(end)[0]].name, tip: clip.nodes[end].name });
+  const steps = [...goals].map(([end, goal]) => ({
+    step: "reach", ...moved(end), to: scale(goal, clip.metresPerUnit).map(metres), range: `${frame}..${frame}`,
   }));
   // BVH keeps the axes of its source; the library has those of the file too.
   const file = clip.file ?? "FILE";
   const isBvh = /\.bvh$/i.test(file);
   const turned = (to) => (isBvh ? to : turnedUp(to, clip.up));
-  const texts = steps.map(({ limb, to, range }) => `reach:limb=${limb},to=${turned(to).join("/")},range=${range}`);
+  const texts = steps.map(({ limb, start, tip, to, range }) => {
+    const what = limb ? `limb=${limb}` : `start=${start},tip=${tip}`;
+    const text = `reach:${what},to=${turned(to).join("/")},range=${range}`;
+    return /^[\w.:=,/-]+$/.test(text) ? text : quoted(text);
+  });
   const stem = file.replace(/\.\w+$/, "");
   const output = `${stem}_edited.${isBvh ? "bvh" : "glb"}`;
   return { command: ["mocap edit", quoted(file), "-o", quoted(output), ...texts.map((text) => `--step ${text}`)].join(" "), json: JSON.stringify(steps), steps };
@@ -48,7 +56,7 @@ export async function copy(text, shown) {
 // Shows the steps beside the picture while a limb is dragged, and nothing otherwise. A page that can apply steps keeps them by
 // `keep(clip, steps)`.
 export function showSteps(clips, keep) {
-  const clip = clips.find(({ goals }) => goals.size);
+  const clip = clips.find(({ posing }) => posing.goals.size);
   const before = document.getElementById("drag");
   const steps = clip && stepsOf(clip);
   if (!steps || before?.title !== steps.json) before?.remove();

@@ -63,10 +63,33 @@ export function project(m, p) {
   return [x / w, y / w, w];
 }
 
+// The inverse of the rotation and scale of a matrix, without translation.
+export function inverseLinear(m) {
+  const [x, y, z] = [0, 4, 8].map((start) => m.slice(start, start + 3));
+  const rows = [cross(y, z), cross(z, x), cross(x, y)].map((row, _, [first]) => scale(row, 1 / dot(x, first)));
+  return [0, 1, 2].flatMap((column) => [...rows.map((row) => row[column]), 0]).concat([0, 0, 0, 1]);
+}
+
+// The rotation R1 R2 R3 by angles in degrees about the axes of `order` (0 for x, 1 for y, 2 for z).
+export function rotationOf(angles, order) {
+  return angles.reduce((rotation, angle, i) => {
+    const turn = [0, 0, 0, Math.cos((angle * Math.PI) / 360)];
+    turn[order[i]] = Math.sin((angle * Math.PI) / 360);
+    return quaternionProduct(rotation, turn);
+  }, [0, 0, 0, 1]);
+}
+
+export const quaternionProduct = ([a, b, c, d], [x, y, z, w]) => [
+  d * x + a * w + b * z - c * y, d * y - a * z + b * w + c * x, d * z + a * y - b * x + c * w, d * w - a * x - b * y - c * z,
+];
+
 // The angles in degrees, for R = R1 R2 R3 about the axes of `order` (0 for x, 1 for y, 2 for z).
-export function eulerAngles(q, order) {
-  const m = compose([0, 0, 0], q, [1, 1, 1]);
-  const at = (row, column) => m[4 * column + row];
+export const eulerAngles = (q, order) => matrixAngles(compose([0, 0, 0], q, [1, 1, 1]), order);
+
+// The same of a matrix, which may have a scale.
+export function matrixAngles(m, order) {
+  const sizes = [0, 4, 8].map((start) => length(m.slice(start, start + 3)) || 1);
+  const at = (row, column) => m[4 * column + row] / sizes[column];
   const [i, j, k] = order;
   const sign = (j - i + 3) % 3 === 1 ? 1 : -1;
   const sine = clamp(sign * at(i, k), -1, 1);

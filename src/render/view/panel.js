@@ -3,8 +3,10 @@
 import { clamp, scale } from "./math.js";
 import { byId, css, lengthUnit, make, short } from "./dom.js";
 import { BONE_SIDES } from "./colors.js";
+import { ChainPanel } from "./chain_panel.js";
 import { Chart } from "./chart.js";
 import { limbAngles, limbError, limbOf } from "./marks.js";
+import { JointSliders } from "./sliders.js";
 
 const AXES = ["X", "Y", "Z"];
 const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
@@ -23,8 +25,10 @@ function boneTag({ name, side, confidence, reason }) {
 }
 
 export class Panel {
-  constructor(state, { choose, activate, hover, seek }) {
+  constructor(state, { choose, activate, hover, seek, changed, posed }) {
     Object.assign(this, { state, choose, activate, hover });
+    this.chain = new ChainPanel(state, { choose, changed });
+    this.sliders = new JointSliders(state, posed);
     this.charts = ["position", "euler", "quaternion"].map((name) => new Chart(byId(`${name}-curves`), seek));
     this.limbChart = new Chart(byId("limb-curves"), seek);
     byId("search").addEventListener("input", () => this.filter());
@@ -118,6 +122,7 @@ export class Panel {
     byId("joint").hidden = joint < 0;
     byId("nothing-chosen").hidden = joint >= 0;
     this.curves = null;
+    this.sliders.show();
     if (joint < 0) return;
     const item = this.items[joint];
     const { offsetTop, offsetHeight, parentElement: tree } = item;
@@ -128,7 +133,7 @@ export class Panel {
     if (this.boneChoice) byId("bone").append(...this.boneChoice(this.clip, node));
     byId("position-space").value = node.moves ? "local" : "world";
     byId("euler-title").textContent = node.turns ? "Euler angles, in the file’s order [°]" : "Euler angles [°]";
-    this.showChain();
+    this.chain.show();
     this.showLimb();
     this.showCurves();
   }
@@ -166,40 +171,6 @@ export class Panel {
     });
     this.letters = letters;
     this.fillCurves(this.curves);
-  }
-
-  // T = J0 L1 J1 L2 ...: a row for each matrix, with the lines of the file that say what it is.
-  showChain() {
-    const { clip, state } = this;
-    const chain = clip.chain(state.joint).filter((id) => clip.nodes[id].kind !== "group");
-    const product = [];
-    this.links = [];
-    const rows = [];
-    const row = (symbol, id, what, lines, value) => {
-      const output = make("output", {});
-      const name = make("button", { class: "link", onclick: () => this.choose(state.active, id) }, clip.nodes[id].name);
-      rows.push(make("tr", {}, make("th", { scope: "row" }, symbol), make("td", {}, name, make("small", {}, what)),
-        make("td", { class: "line" }, lines), make("td", {}, output)));
-      this.links.push([output, value]);
-    };
-    chain.forEach((id, i) => {
-      const node = clip.nodes[id];
-      const { offset, channels } = node.lines || {};
-      const subscript = (symbol) => make("span", {}, symbol, make("sub", {}, String(i)));
-      const rotates = () => node.order.map((axis) => AXES[axis]).map((axis, k) => `${axis}\u00a0${short(clip.angles(id, clip.tick)[k])}°`).join("  ");
-      const moves = () => Array.from(clip.translation(id, clip.tick), short).join("  ");
-      if (i > 0) {
-        product.push(subscript("L"));
-        row(subscript("L"), id, node.moves ? "position channels" : "OFFSET", (node.moves ? channels : offset) ?? "", moves);
-      }
-      if (node.kind !== "end_site") {
-        product.push(subscript("J"));
-        const all = i > 0 ? rotates : () => `${moves()}  ·  ${rotates()}`;
-        row(subscript("J"), id, i > 0 ? "rotation channels" : "position and rotation", channels ?? offset ?? "", all);
-      }
-    });
-    byId("chain-product").replaceChildren("T = ", ...product.flatMap((symbol) => [symbol.cloneNode(true), " "]));
-    byId("chain").replaceChildren(...rows);
   }
 
   // Curves are of the part of the time that the time line shows, in seconds.
@@ -254,10 +225,9 @@ export class Panel {
     byId("world-position").textContent = world.map(short).join("  ");
     byId("metre-position").textContent = metres.map((value) => value.toFixed(3).replace("-", "−")).join("  ");
     const position = byId("position-space").value === "world" ? world : local;
-    const values = [position, clip.angles(id, clip.tick), Array.from(clip.rotation(id, clip.tick))];
+    const values = [position, clip.angles(id), clip.rotationNow(id)];
     values.forEach((row, chart) => row.forEach((value, i) => { this.legends[chart][i].textContent = short(value); }));
-    for (const [output, value] of this.links) output.textContent = value();
-    const m = clip.world[id];
-    byId("matrix").textContent = [0, 1, 2].map((r) => [0, 1, 2, 3].map((c) => short(m[4 * c + r]).padStart(8)).join("")).join("\n");
+    this.chain.showTick();
+    this.sliders.showTick();
   }
 }

@@ -15,12 +15,15 @@ import { TimeLine } from "./time_line.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
 
+// Between two frames with two decimals, never rounded up to the next frame.
+const tickText = (tick) => (Number.isInteger(tick) ? String(tick) : (Math.floor(100 * tick) / 100).toFixed(2));
+
 export class Player {
   // The elements are those of page.html.
   constructor() {
     this.state = {
       clips: [], active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
-      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, errors: false, contacts: true, theme: "light",
+      grown: 0, time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, errors: false, contacts: true, theme: "light",
     };
     this.longest = 0;
     // What a page around the player sets: `keep(clip, steps)` applies what was dragged, `shown()` hears of each picture.
@@ -34,6 +37,9 @@ export class Player {
       activate: (clip) => this.activate(clip),
       hover: (clip, joint) => this.hover(clip, joint),
       seek: (share) => this.seekTime(this.line.range[0] + share * this.line.length),
+      changed: () => this.changed(),
+      // A pose by hand is of one tick.
+      posed: () => this.play(false),
     });
     this.line = new TimeLine(this, () => this.panel.showPart(this.line.range));
     this.film = new Film(this);
@@ -136,29 +142,24 @@ export class Player {
     const scrub = byId("scrub");
     this.line.reveal(this.state.time);
     const over = this.state.time > clip.seconds + 1e-6;
-    const tick = `tick ${Math.floor(clip.tick)} / ${clip.duration}${over ? ", over" : ""}`;
+    const tick = `tick ${tickText(clip.tick)} / ${clip.duration}${over ? ", over" : ""}`;
     scrub.value = this.tick;
     scrub.setAttribute("aria-valuetext", `${tick}, ${clock(this.state.time, this.longest)} of ${clock(this.longest, this.longest)}`);
     byId("time").textContent = `${clock(this.state.time, this.longest)} / ${clock(this.longest, this.longest)}${this.longest < 60 ? " s" : ""}`;
     byId("tick").textContent = tick;
   }
 
-  // A hand or a foot goes where it is dragged, until the time changes. A finger must choose it first.
+  // The end of a limb or a chain goes where it is dragged, until the time changes. A finger must choose it first.
   grab(event) {
     const { clip: index, joint } = this.stage.jointAt(event);
     const clip = this.state.clips[index];
-    if (!clip?.limbsToDrag.has(joint) || (event.pointerType === "touch" && joint !== this.state.joint)) return null;
+    if (!clip?.posing.chains.has(joint) || (event.pointerType === "touch" && joint !== this.state.joint)) return null;
     return (moved) => {
       this.play(false);
       this.hover(-1, -1);
-      clip.goals.set(joint, clip.toFile(this.stage.beside(clip.drawn[joint], moved)));
+      clip.posing.drag(joint, clip.toFile(this.stage.beside(clip.drawn[joint], moved)));
       byId("said").textContent = `${clip.nodes[joint].name} is dragged; Z puts it back`;
     };
-  }
-
-  resetLimbs() {
-    for (const clip of this.state.clips) clip.goals.clear();
-    this.changed();
   }
 
   play(wanted) {
@@ -232,6 +233,7 @@ export class Player {
     const { glb } = this.clip;
     byId("download").disabled = !glb;
     byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
+    byId("download-source").hidden = !this.clip.source;
     this.panel.showClips();
     this.morphs.show(this.stage.renderer.skins ? this.clip : null);
     this.changed();
@@ -281,6 +283,11 @@ export class Player {
     if (glb) save(await glb(), `${name.replace(/\.\w+$/, "")}.glb`, "model/gltf-binary");
   }
 
+  downloadSource() {
+    const { source } = this.clip;
+    if (source) save(source.bytes(), source.name, "application/octet-stream");
+  }
+
   showPanel(wanted) {
     byId("panel").classList.toggle("open", wanted);
     byId("panel-button").setAttribute("aria-expanded", wanted);
@@ -307,7 +314,9 @@ export class Player {
       o: () => byId("skin").hidden || this.toggle("skeleton"),
       e: () => byId("errors").hidden || this.toggle("errors"),
       x: () => byId("contacts").hidden || this.toggle("contacts"),
-      z: () => this.resetLimbs(),
+      z: () => this.panel.sliders.reset(),
+      v: () => this.panel.chain.grow(1),
+      V: () => this.panel.chain.grow(-1),
       t: () => this.toggleTrail(),
       j: () => this.nextJoint(1),
       k: () => this.nextJoint(-1),
@@ -315,6 +324,7 @@ export class Player {
       r: () => this.stage.frameAll(),
       n: () => this.turnTheme(),
       g: () => this.download(),
+      h: () => this.downloadSource(),
       p: () => this.film.open(),
       ".": () => this.line.zoom(0.5),
       ",": () => this.line.zoom(2),
@@ -351,7 +361,7 @@ export class Player {
     const clicks = {
       play: keys[" "], back: () => this.step(-1), forward: () => this.step(1), loop: keys.l, follow: keys.f, bones: keys.b,
       skin: keys.m, skeleton: keys.o, errors: keys.e, contacts: keys.x,
-      trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "film-button": keys.p, "help-button": keys["?"],
+      trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "download-source": keys.h, "film-button": keys.p, "help-button": keys["?"],
       "panel-button": () => this.showPanel(!byId("panel").classList.contains("open")),
       "all-joints": () => this.choose(this.state.active, -1),
     };
@@ -365,7 +375,7 @@ export class Player {
       grab: (event) => this.grab(event),
       hover: (event) => {
         const { clip, joint } = event ? this.stage.jointAt(event) : { clip: -1, joint: -1 };
-        canvas.style.cursor = this.state.clips[clip]?.limbsToDrag.has(joint) ? "move" : "";
+        canvas.style.cursor = this.state.clips[clip]?.posing.chains.has(joint) ? "move" : "";
         this.hover(clip, joint);
       },
       choose: (event) => {

@@ -1,13 +1,9 @@
 // Inverse kinematics of an arm or a leg: two bones, solved by the law of cosines, as `ik::two_bone_rotations` does it.
 
-import { add, clamp, compose, cross, dot, length, multiply, normalize, scale, sub } from "./math.js";
+import { add, clamp, cross, dot, length, normalize, quaternionProduct, scale, sub } from "./math.js";
 
 // Below this share of the limb's length a direction is not known.
 const NO_DIRECTION = 1e-6;
-
-const product = ([a, b, c, d], [x, y, z, w]) => [
-  d * x + a * w + b * z - c * y, d * y - a * z + b * w + c * x, d * z + a * y - b * x + c * w, d * w - a * x - b * y - c * z,
-];
 
 // A vector turned by a quaternion.
 export function turned([x, y, z, w], v) {
@@ -16,7 +12,7 @@ export function turned([x, y, z, w], v) {
 }
 
 // The smallest rotation from one direction to another; about `axis` where they are opposite.
-function arc(from, to, axis) {
+export function arc(from, to, axis) {
   const size = Math.sqrt(dot(from, from) * dot(to, to));
   const w = size + dot(from, to);
   if (!(size > 0)) return [0, 0, 0, 1];
@@ -52,24 +48,17 @@ export function twoBone([start, middle, end], goal) {
   const upperWay = add(scale(towards, along), scale(bend, aside));
   const lowerWay = sub(scale(towards, far), upperWay);
   return {
-    upper: product(arc(turned(turn, first), upperWay, normal), turn),
-    lower: product(arc(turned(turn, second), lowerWay, normal), turn),
+    upper: quaternionProduct(arc(turned(turn, first), upperWay, normal), turn),
+    lower: quaternionProduct(arc(turned(turn, second), lowerWay, normal), turn),
     middle: add(start, upperWay),
   };
 }
 
 // Turns a limb of a clip, three nodes, so that the last comes to a goal in the file's coordinates, for this picture.
 export function reach(clip, limb, goal) {
-  const joints = limb.map((id) => clip.filePosition(id));
-  const { upper, lower, middle } = twoBone(joints, goal);
-  const about = (rotation, from, to) => multiply(compose(to, rotation, [1, 1, 1]), compose(scale(from, -1), [0, 0, 0, 1], [1, 1, 1]));
-  const moves = { upper: about(upper, joints[0], joints[0]), lower: about(lower, joints[1], middle) };
-  const moved = [];
-  for (let id = limb[0]; id < clip.nodes.length; id++) {
-    const above = moved[clip.nodes[id].parent];
-    moved[id] = id === limb[0] ? "upper" : above && (id === limb[1] ? "lower" : above);
-    if (moved[id]) clip.world[id] = multiply(moves[moved[id]], clip.world[id]);
-  }
+  const { upper, lower } = twoBone(limb.map((id) => clip.filePosition(id)), goal);
+  clip.rotate(limb[0], upper);
+  clip.rotate(limb[1], quaternionProduct(lower, [...scale(upper.slice(0, 3), -1), upper[3]]));
 }
 
 // The limbs that a hand or a foot can be dragged by: the last node, and all three.

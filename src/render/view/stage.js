@@ -8,6 +8,7 @@ import { FlatRenderer } from "./renderer_2d.js";
 import { OrbitCamera } from "./camera.js";
 import { AT_REST, AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, errorColor, mix, sideColor } from "./colors.js";
 import { isAtRest, limbError } from "./marks.js";
+import { chainMatrices } from "./product.js";
 import { playMorphs, verticesOnPage } from "./skin.js";
 
 // Bones that have a label in the picture: not those of fingers, face and collar.
@@ -148,7 +149,7 @@ export class Stage {
       if (state.contacts) this.addContacts(clip);
     }
     for (const trail of state.trails) this.addTrail(...trail.split(":").map(Number));
-    if (state.joint >= 0) this.addAxes();
+    if (state.joint >= 0) this.addFrames();
   }
 
   // The points of feet that are at rest.
@@ -190,15 +191,27 @@ export class Stage {
     }
   }
 
-  // The axes of the chosen joint: x red, y green, z blue.
-  addAxes() {
+  // The axes of the chosen joint; or the frames after J0, J0 L1, J0 L1 J1, ..., as many as are multiplied, and the links between.
+  addFrames() {
+    const { clip, state, view } = this;
+    if (!state.grown) return this.addAxes(clip.world[state.joint], 1);
+    const parts = chainMatrices(clip, state.joint).slice(0, state.grown);
+    parts.forEach(({ letter, product }, i) => {
+      const isLast = i === parts.length - 1;
+      const [from, to] = [parts[i - 1]?.product ?? product, product].map((matrix) => clip.toPage(matrix.slice(12, 15)));
+      if (letter === "L") view.rods.add(from, to, 0.012 * clip.size.reach, CHOSEN);
+      this.addAxes(product, isLast ? 1.5 : 0.8);
+    });
+  }
+
+  // The axes of a frame: x red, y green, z blue.
+  addAxes(m, scaling) {
     const { clip } = this;
-    const m = clip.world[this.state.joint];
-    const origin = clip.filePosition(this.state.joint);
-    const size = (0.16 * clip.size.reach) / clip.metresPerUnit;
+    const origin = m.slice(12, 15);
+    const size = (scaling * 0.16 * clip.size.reach) / clip.metresPerUnit;
     AXIS_COLORS.forEach((tint, axis) => {
       const end = add(origin, scale(normalize(m.slice(4 * axis, 4 * axis + 3)), size));
-      this.view.rods.add(clip.toPage(origin), clip.toPage(end), 0.006 * clip.size.reach, tint);
+      this.view.rods.add(clip.toPage(origin), clip.toPage(end), 0.006 * scaling * clip.size.reach, tint);
     });
   }
 

@@ -117,6 +117,7 @@ export function unpacked(description, source) {
       if (next >= 0) loadBlock(next);
       return next >= 0;
     },
+    source: description.source && { name: description.source.name, bytes: () => source.shared(description.source.id) },
     glb: description.glb && (() => (glb ??= source.take(description.glb))),
   };
 }

@@ -1,0 +1,132 @@
+// The chain of the chosen joint, T = J0 L1 J1 L2 ...: its matrices, one more with each step, and the lines of the file they come from.
+
+import { byId, make, short } from "./dom.js";
+import { chainMatrices } from "./product.js";
+import { SourceText, linesOf } from "./source_text.js";
+
+const LETTERS = ["X", "Y", "Z"];
+// Lines of the file that are shown before and after those that are marked.
+const AROUND = 8;
+
+const subscript = (letter, index) => make("span", {}, letter, make("sub", {}, String(index)));
+const angleText = (clip, id) => {
+  const angles = clip.angles(id);
+  return clip.nodes[id].order.map((axis, i) => `${LETTERS[axis]}\u00a0${short(angles[i])}°`).join("  ");
+};
+
+export class ChainPanel {
+  // `state.grown` is how many matrices are multiplied so far; 0 shows the whole product, without the frames between.
+  constructor(state, { choose, changed }) {
+    Object.assign(this, { state, choose, changed, texts: new Map() });
+    byId("chain-more").addEventListener("click", () => this.grow(1));
+    byId("chain-fewer").addEventListener("click", () => this.grow(-1));
+  }
+
+  get clip() { return this.state.clips[this.state.active]; }
+
+  // Called when another joint is chosen.
+  show() {
+    const { clip, state } = this;
+    state.grown = 0;
+    this.parts = chainMatrices(clip, state.joint);
+    this.symbols = this.parts.map(({ letter, index }) => subscript(letter, index));
+    byId("chain-product").replaceChildren("T = ", ...this.symbols.flatMap((symbol) => [symbol, " "]));
+    this.outputs = this.parts.map(() => make("output", {}));
+    this.rows = this.parts.map((part, i) => {
+      const { letter, index, id } = part;
+      const node = clip.nodes[id];
+      const [what, position] = [node.moves ? "position channels" : "OFFSET", index > 0 ? "rotation channels" : "position and rotation"];
+      const name = make("button", { class: "link", onclick: () => this.choose(state.active, id) }, node.name);
+      const symbol = make("button", { class: "link", title: "Multiply up to here", onclick: () => this.growTo(i + 1) }, subscript(letter, index));
+      return make("tr", {}, make("th", { scope: "row" }, symbol), make("td", {}, name, make("small", {}, letter === "L" ? what : position)),
+        make("td", { class: "line" }, String(linesOf(node, part).lines[0] ?? "")), make("td", {}, this.outputs[i]));
+    });
+    byId("chain").replaceChildren(...this.rows);
+    this.showGrown();
+  }
+
+  // One matrix more, or one fewer; past the last one and before the first the whole product.
+  grow(by) {
+    if (this.state.joint < 0) return;
+    const count = this.parts.length + 1;
+    this.growTo((this.state.grown + by + count) % count);
+  }
+
+  growTo(grown) {
+    this.state.grown = grown;
+    this.showGrown();
+    this.changed();
+  }
+
+  get last() { return (this.state.grown || this.parts.length) - 1; }
+
+  showGrown() {
+    const { grown } = this.state;
+    this.symbols.forEach((symbol, i) => symbol.classList.toggle("later", grown > 0 && i >= grown));
+    this.rows.forEach((row, i) => {
+      row.classList.toggle("later", grown > 0 && i >= grown);
+      row.classList.toggle("marked", grown > 0 && i === grown - 1);
+    });
+    byId("chain-grown").textContent = grown ? `${grown} of ${this.parts.length} matrices` : "the whole product";
+    this.showTick();
+    this.showLines();
+  }
+
+  // The values of this picture.
+  showTick() {
+    const { clip } = this;
+    this.parts = chainMatrices(clip, this.state.joint);
+    this.parts.forEach(({ letter, index, id, matrix }, i) => {
+      const moved = matrix.slice(12, 15).map(short).join("  ");
+      this.outputs[i].textContent = letter === "L" ? moved : index > 0 ? angleText(clip, id) : `${moved}  ·  ${angleText(clip, id)}`;
+    });
+    const { product } = this.parts[this.last];
+    byId("matrix").textContent = [0, 1, 2].map((r) => [0, 1, 2, 3].map((c) => short(product[4 * c + r]).padStart(8)).join("")).join("\n");
+    this.showRow();
+  }
+
+  get text() {
+    const { clip, texts } = this;
+    if (!texts.has(clip)) texts.set(clip, clip.source ? new SourceText(clip.source.bytes()) : null);
+    return texts.get(clip);
+  }
+
+  // The lines of the HIERARCHY around those of the last matrix.
+  showLines() {
+    const { text, clip } = this;
+    const part = this.parts[this.last];
+    const { name, lines } = linesOf(clip.nodes[part.id], part);
+    byId("file-lines").hidden = !text || !lines.length;
+    if (byId("file-lines").hidden) return;
+    const marked = new Set(lines);
+    const first = Math.max(1, Math.min(name, ...lines) - AROUND);
+    const end = text.hierarchyEnd < 0 ? text.lines.length : text.hierarchyEnd;
+    const last = Math.min(end, Math.max(...lines) + AROUND);
+    const shown = Array.from({ length: last - first + 1 }, (_, i) => first + i);
+    byId("hierarchy").replaceChildren(...shown.map((number) => {
+      const line = `${String(number).padStart(String(last).length)}  ${text.lines[number - 1]}`;
+      return make(marked.has(number) ? "mark" : "span", {}, `${line}\n`);
+    }));
+    const mark = byId("hierarchy").querySelector("mark");
+    byId("hierarchy").scrollTop = mark.offsetTop - byId("hierarchy").offsetTop - byId("hierarchy").clientHeight / 2;
+    this.rowShown = null;
+    this.showRow();
+  }
+
+  // The row of the MOTION at this tick, with the columns of the last matrix.
+  showRow() {
+    if (byId("file-lines").hidden) return;
+    const { clip, text } = this;
+    const part = this.parts[this.last];
+    // Of a clip that was changed the rows are others.
+    const { all, marked, names } = clip.file ? text.columns(clip.nodes, part) : { marked: [] };
+    const row = marked.length ? text.row(Math.floor(clip.tick), all) : null;
+    byId("motion-row").hidden = byId("motion-title").hidden = !row;
+    if (!row || this.rowShown === row.line) return;
+    this.rowShown = row.line;
+    byId("motion-title").textContent = `MOTION, line ${row.line}: ${names.join(" ")}, column${marked.length > 1 ? "s" : ""} ${marked.map((column) => column + 1).join(" ")}`;
+    byId("motion-row").replaceChildren(...row.words.flatMap((word, column) => [marked.includes(column) ? make("mark", {}, word) : word, " "]));
+    const mark = byId("motion-row").querySelector("mark");
+    byId("motion-row").scrollLeft = mark.offsetLeft - byId("motion-row").offsetLeft - byId("motion-row").clientWidth / 3;
+  }
+}
