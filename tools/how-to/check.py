@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MOCAP = os.environ["MOCAP"]
 # The files that the pages name.
 FILES = {
+    "Test.bvh": "real/lecture_Test.bvh",
     "run.fbx": "real/run.fbx",
     "walk.bvh": "real/cmu_short.bvh",
     "12_01.bvh": "real/cmu_12_01_walk.bvh",
@@ -34,6 +35,13 @@ README_FILES = {name: file for name, file in FILES.items() if name != "take.bvh"
 WAITS = ("mocap record ", "mocap play ", "mocap bridge ")
 
 
+def printed(after):
+    """The lines of the block ```text that follows a command, each of which it prints."""
+    if after[1:2] != ["```text"]:
+        return []
+    return after[2 : after.index("```", 2)]
+
+
 def main(pages):
     passed = failed = 0
     for page in [ROOT / "README.md", *sorted((ROOT / "docs/how-to").glob("*.md"))]:
@@ -45,7 +53,8 @@ def main(pages):
                 path = Path(folder, name)
                 path.parent.mkdir(exist_ok=True)
                 shutil.copyfile(ROOT / "fixtures" / fixture, path)
-            for line in page.read_text().splitlines():
+            lines = page.read_text().splitlines()
+            for number, line in enumerate(lines):
                 if not line.startswith(("    mocap ", "mocap ")) or line.startswith(WAITS):
                     continue
                 words = shlex.split(line, comments=True)[1:]
@@ -55,11 +64,13 @@ def main(pages):
                 # A command can be run again, and replaces its own output.
                 for _ in range(2):
                     ran = subprocess.run([MOCAP, *words], cwd=folder, capture_output=True, text=True)
-                    if ran.returncode == 0 and Path(folder, output).exists():
+                    missing = [wanted for wanted in printed(lines[number + 1 :]) if wanted not in ran.stdout]
+                    if ran.returncode == 0 and Path(folder, output).exists() and not missing:
                         passed += 1
                     else:
                         failed += 1
                         print(f"FAILED {page.name}: {line.strip()}: exit code {ran.returncode}\n{ran.stderr}")
+                        print("".join(f"not printed: {wanted}\n" for wanted in missing), end="")
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
 
