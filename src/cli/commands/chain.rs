@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, Scene};
-use mocap::{ChainMatrix, Pose, visible};
+use mocap::{ChainMatrix, Pose};
 use serde::Serialize;
 
 use super::{import_motion, print_json};
@@ -63,10 +63,10 @@ fn print_text(view: &ChainView<'_>, scene: &Scene) -> io::Result<()> {
         so_far += if so_far.is_empty() { "" } else { " " };
         so_far += &part.symbol;
         writeln!(out, "\n{} {}", part.symbol, meaning(part, scene))?;
+        writeln!(out, "  {:>43}   |  {so_far:>43}", part.symbol)?;
         for (row, product) in rows(&part.matrix).into_iter().zip(rows(&part.product)) {
             writeln!(out, "  {}   |  {}", numbers(&row), numbers(&product))?;
         }
-        writeln!(out, "  {:<42}   |  {so_far}", part.symbol)?;
     }
     if let (Some(point), Some(world)) = (view.point, view.point_in_world) {
         let [point, world] = [point, world].map(|point| numbers(&point));
@@ -80,7 +80,7 @@ fn meaning(part: &ChainMatrix, scene: &Scene) -> String {
     let node = &scene.nodes[part.node.index()];
     let lines = node.source.unwrap_or_default();
     let at = |line: Option<usize>| line.map(|line| format!(", line {line}")).unwrap_or_default();
-    let name = visible(&part.joint);
+    let name = &part.joint;
     match (part.order, part.degrees) {
         (Some(order), Some(degrees)) => {
             let letters = order.axes().map(|axis| ["X", "Y", "Z"][axis]);
