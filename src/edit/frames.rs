@@ -23,7 +23,21 @@ pub(super) struct Frames {
     /// Frames x held nodes.
     transforms: Vec<Trs>,
     held: usize,
+    /// The values of each held node that were constant in the animation.
+    constant: Vec<ConstantParts>,
 }
+
+/// The parts of a node's transform that do not change in an animation.
+#[derive(Clone, Copy, Default)]
+struct ConstantParts {
+    translation: Option<Vec3>,
+    rotation: Option<Quat>,
+    scale: Option<Vec3>,
+}
+
+/// How far computed values may be from a constant that they reproduce, in parts of its length: a few roundings of
+/// single precision.
+const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 impl Frames {
     /// The frames of `animation`, an index into the animations of `scene`. `also` are nodes to hold even if no channel
@@ -79,6 +93,9 @@ impl Frames {
                 }
             });
         }
+        let constant = (0..nodes.len())
+            .map(|column| ConstantParts::of(transforms.iter().skip(column).step_by(nodes.len())))
+            .collect();
         Ok(Self {
             ticks,
             rate: animation.ticks_per_second,
@@ -86,6 +103,7 @@ impl Frames {
             transforms,
             held: nodes.len(),
             nodes,
+            constant,
         })
     }
 
@@ -170,6 +188,7 @@ impl Frames {
             nodes: self.nodes.clone(),
             transforms: rows.concat(),
             held: self.held,
+            constant: self.constant.clone(),
         }
     }
 
@@ -190,7 +209,7 @@ impl Frames {
                 .collect();
             let keys = &mut scene.animations[animation].channels[channel].scaling_keys;
             if !keys.is_empty() || scales.iter().any(|scale| *scale != Vec3::ONE) {
-                *keys = self.keys(scales);
+                *keys = self.keys(scales, self.constant_of(node).scale, is_near);
             }
         }
         scene.animations[animation].duration = self.ticks.last().copied().unwrap_or(0.0);
@@ -262,21 +281,66 @@ impl Frames {
                     channels.len() - 1
                 });
                 let values = (0..self.len()).filter_map(|frame| self.get(frame, node));
+                let constant = self.constant_of(node);
                 if is_rotation {
-                    channels[channel].rotation_keys = self.keys(values.map(|trs| trs.rotation).collect());
+                    let values = values.map(|trs| trs.rotation).collect();
+                    channels[channel].rotation_keys = self.keys(values, constant.rotation, is_same_rotation);
                 } else {
-                    channels[channel].position_keys = self.keys(values.map(|trs| trs.translation).collect());
+                    let values = values.map(|trs| trs.translation).collect();
+                    channels[channel].position_keys = self.keys(values, constant.translation, is_near);
                 }
             }
         }
     }
 
-    fn keys<T: Copy + PartialEq>(&self, values: Vec<T>) -> Keys<T> {
-        match values.first() {
-            Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
+    /// Gives each node the motion of another one, so that it is constant where the other one was.
+    pub(super) fn exchange(&mut self, partners: &[NodeId]) {
+        let of_partner = |node: &NodeId| self.constant_of(partners[node.index()]);
+        self.constant = self.nodes.iter().map(of_partner).collect();
+    }
+
+    fn constant_of(&self, node: NodeId) -> ConstantParts {
+        self.columns[node.index()].map_or_else(ConstantParts::default, |column| self.constant[column])
+    }
+
+    /// The keys of a track. Rounding adds no keys: a track that was `constant`, and differs by roundings alone, is
+    /// constant again. Any other track is constant only where all of its values are equal, so slow motion stays.
+    fn keys<T: Copy + PartialEq>(&self, values: Vec<T>, constant: Option<T>, is_near: fn(T, T) -> bool) -> Keys<T> {
+        let Some(first) = values.first().copied() else {
+            return Keys::default();
+        };
+        let are_near = |wanted: T| values.iter().all(|value| is_near(*value, wanted));
+        match constant {
+            Some(constant) if are_near(constant) => Keys::constant(constant),
+            Some(_) if are_near(first) => Keys::constant(first),
+            None if values.iter().all(|value| *value == first) => Keys::constant(first),
             _ => Keys::at_ticks(values, self.ticks.clone()),
         }
     }
+}
+
+impl ConstantParts {
+    /// Those of a node with these transforms, frame by frame.
+    fn of<'a>(mut track: impl Iterator<Item = &'a Trs> + Clone) -> Self {
+        let Some(first) = track.next() else {
+            return Self::default();
+        };
+        Self {
+            translation: (track.clone().all(|trs| trs.translation == first.translation)).then_some(first.translation),
+            rotation: (track.clone().all(|trs| trs.rotation == first.rotation)).then_some(first.rotation),
+            scale: (track.all(|trs| trs.scale == first.scale)).then_some(first.scale),
+        }
+    }
+}
+
+fn is_near(value: Vec3, constant: Vec3) -> bool {
+    value.distance(constant) <= ROUNDING * constant.length()
+}
+
+/// A quaternion and its negative are one rotation.
+fn is_same_rotation(value: Quat, constant: Quat) -> bool {
+    let apart = (value - constant).length().min((value + constant).length());
+    apart <= ROUNDING
 }
 
 /// The transform at a fraction of the change from one to another.

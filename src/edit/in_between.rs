@@ -25,7 +25,7 @@ pub enum KeyInterpolation {
     /// Spherical linear interpolation of rotations, and lines of positions: the speed jumps at keys.
     Slerp,
     /// Spherical and quadrangle interpolation (Shoemake, 1987) of rotations, and Catmull-Rom curves of positions: the
-    /// speed is continuous.
+    /// speed is continuous. A motion of constant speed stays one, whatever the distances of its keys.
     #[default]
     Squad,
 }
@@ -50,7 +50,7 @@ step! {
         keys: Vec<usize> = Vec::new(), ValueKind::Frames;
         /// Every so many frames stay, besides those. Default: 0, no others.
         every: usize = 0, ValueKind::Count;
-        /// How the others are computed. Default: squad.
+        /// How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed.
         interpolation: KeyInterpolation = KeyInterpolation::default(), ValueKind::OneOf(&["slerp", "squad"]);
     }
 }
@@ -161,23 +161,25 @@ impl Squad {
         let q1 = q[1];
         let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
         let q3 = in_hemisphere_of(q2, q[3]);
-        let control = |before: Quat, at: Quat, after: Quat| {
-            let inverse = at.inverse();
-            (at * exp((log(inverse * before) + log(inverse * after)) * -0.25)).normalize()
+        // The slopes between the neighbours of each key, which need not be evenly apart, over the length of this curve.
+        // At both ends of the motion a key is its own neighbour, and the curve leaves it as a straight one does.
+        let part = |before: usize, after: usize| {
+            let [before, after] = [before, after].map(|index| keys[index] as f32);
+            (keys[2] - keys[1]) as f32 / (after - before)
         };
-        // The slopes between the neighbours of each key, which need not be evenly apart.
         let tangent = |before: usize, after: usize| {
-            let [from, to] = [before, after].map(|index| keys[index] as f32);
-            let tangent = values[after].translation - values[before].translation;
-            if to > from {
-                tangent / (to - from) * (keys[2] - keys[1]) as f32
-            } else {
-                Vec3::ZERO
-            }
+            (values[after].translation - values[before].translation) * part(before, after)
         };
+        let turn = |from: Quat, to: Quat| log(from.inverse() * to);
+        let slope = |at: Quat, [before, after]: [Quat; 2], part: f32| (turn(at, after) - turn(at, before)) * part;
+        // The curve leaves q1 with the slope turn(q1, q2) + 2 log(q1^-1 control). Where keys are evenly apart, these are
+        // Shoemake's controls.
+        let whole = turn(q1, q2);
+        let leaving = 0.5 * (slope(q1, [q0, q2], part(0, 2)) - whole);
+        let arriving = 0.5 * (whole - slope(q2, [q1, q3], part(1, 3)));
         Self {
             rotations: [q1, q2],
-            controls: [control(q0, q1, q2), control(q1, q2, q3)],
+            controls: [(q1 * exp(leaving)).normalize(), (q2 * exp(arriving)).normalize()],
             positions: [values[1].translation, values[2].translation],
             tangents: [tangent(0, 2), tangent(1, 3)],
             scales: [values[1].scale, values[2].scale],

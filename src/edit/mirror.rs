@@ -149,6 +149,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         .copied()
         .filter(|node| moves(node) || moves(&partners[node.index()]))
         .collect();
+    frames.exchange(&partners);
     frames.write(scene, animation, &nodes, &moved);
     mirror_face(scene, animation, face.unwrap_or_default());
 

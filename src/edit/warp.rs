@@ -43,9 +43,9 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]
 pub enum Warp {
-    /// Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. Between them time
-    /// runs evenly, and before the first and after the last as it did. With the two of every pair exchanged it is the
-    /// inverse.
+    /// Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. Time runs evenly
+    /// from the start to the first pair and from pair to pair, and after the last as it did. With the two of every pair
+    /// exchanged it is the inverse. A first pair whose second time is 0 cuts the motion before it.
     Moments(Vec<(f64, f64)>),
     /// How many times as fast all of the motion is to be, above 0.
     Speed(f64),
@@ -121,7 +121,7 @@ impl Warp {
     pub(crate) const DOCS: StepDocs = StepDocs {
         step: "Makes parts of a motion faster or slower, or bends its path over the ground.",
         keys: &[
-            "Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing.",
+            "Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays.",
             "How many times as fast all of the motion is to be, above 0.",
             "The points over the ground at which the figure is to be, in metres, each with or without its time.",
             "Where the figure looks: along the path, or as it did. Default: along.",

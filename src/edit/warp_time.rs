@@ -16,7 +16,7 @@ use super::frames::Frames;
 pub struct WarpTimeReport {
     /// Seconds before.
     pub seconds_before: f64,
-    /// Seconds now.
+    /// Seconds now: those of whole frames. A part of a frame at the end is left out.
     pub seconds: f64,
     /// The lowest speed.
     pub slowest: f64,
@@ -47,6 +47,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     }
     let frames = Frames::new(scene, animation, &[])?;
     let last = (frames.len() - 1) as f64 / frames.rate;
+    let moments = &anchored(moments);
     let inverse: Vec<(f64, f64)> = moments.iter().map(|(from, to)| (*to, *from)).collect();
     let seconds = map(moments, last).max(0.0);
     let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
@@ -61,10 +62,12 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
         frames.row_at(tick)
     });
     let rows = rows.collect();
+    // After the last moment time runs as it did.
+    let as_before = moments.last().is_none_or(|(from, _)| *from < last).then_some(1.0);
     let speeds = moments
         .windows(2)
-        .map(|pair| (pair[1].0 - pair[0].0) / (pair[1].1 - pair[0].1));
-    // Without two moments nothing changes its speed.
+        .map(|pair| (pair[1].0 - pair[0].0) / (pair[1].1 - pair[0].1))
+        .chain(as_before);
     let (slowest, fastest) = speeds
         .fold(None, |range: Option<(f64, f64)>, speed| {
             Some(range.map_or((speed, speed), |(low, high)| (low.min(speed), high.max(speed))))
@@ -73,10 +76,18 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     frames.with_rows(rows).write_all(scene, animation);
     Ok(WarpTimeReport {
         seconds_before: last,
-        seconds,
+        seconds: (count - 1) as f64 / frames.rate,
         slowest,
         fastest,
     })
+}
+
+/// The pairs, with the start of the motion before them. Without it a first pair such as 0.3 and 0.6 would ask for what
+/// is before the start, of which there is only the first pose.
+fn anchored(moments: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let start = moments.first().filter(|(from, to)| *from > 0.0 && *to > 0.0);
+    let start = start.map(|_| (0.0, 0.0));
+    start.into_iter().chain(moments.iter().copied()).collect()
 }
 
 /// Where a piecewise linear map puts a time.

@@ -66,7 +66,7 @@ impl Scene {
     }
 }
 
-fn collapse<T: Copy>(keys: &mut Keys<T>, equal: impl Fn(T, T) -> bool) {
+pub(super) fn collapse<T: Copy>(keys: &mut Keys<T>, equal: impl Fn(T, T) -> bool) {
     if let [first, rest @ ..] = keys.values.as_slice()
         && !rest.is_empty()
         && rest.iter().all(|&value| equal(*first, value))

@@ -55,6 +55,11 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
         return;
     };
     let driven: HashMap<NodeId, usize> = Binding::new(scene, clip).driven().collect();
+    let positions = pose
+        .node_to_world
+        .iter()
+        .map(|to_world| to_world.w_axis.truncate().length());
+    let farthest = positions.fold(0.0, f32::max);
     for (index, node_to_parent) in pose.node_to_parent.iter().enumerate() {
         let node = NodeId::new(index);
         let first = Trs::from_matrix(*node_to_parent);
@@ -64,8 +69,13 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
             None if is_same(&scene.nodes[index].transform, node_to_parent) => continue,
             None => added.insert(still(scene, node)),
         };
+        let parent = scene.nodes[index]
+            .parent
+            .map(|parent| pose.node_to_world[parent.index()]);
+        let scale = parent.map_or(1.0, |parent| parent.determinant().abs().cbrt());
+        let rounding = if scale > 0.0 { ROUNDINGS * farthest / scale } else { 0.0 };
         prepend(&mut channel.position_keys, first.translation, |a, b| {
-            a.distance(b) <= SAME * a.length()
+            a.distance(b) <= f32::max(SAME * a.length(), rounding)
         });
         prepend(&mut channel.scaling_keys, first.scale, |a, b| {
             a.distance(b) <= SAME * a.length()
@@ -87,6 +97,10 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
 
 /// The difference of two values, as a fraction, that is one of rounding.
 const SAME: f32 = 1e-6;
+
+/// How far rounding moves a joint of a pose that was computed in the world, in parts of the distance of the farthest
+/// joint from the origin: each joint of a chain adds a few roundings.
+const ROUNDINGS: f32 = 64.0 * f32::EPSILON;
 
 fn is_same(one: &Mat4, other: &Mat4) -> bool {
     let size = one.w_axis.truncate().length().max(1.0);

@@ -5,6 +5,7 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 
+use super::collapse_keys::collapse;
 use crate::pose::Binding;
 use crate::scene::report::AppliedStep;
 use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
@@ -134,6 +135,13 @@ fn above(scene: &Scene, node: NodeId) -> DMat4 {
     })
 }
 
+/// One key where all values are equal.
+fn keys<T: Copy + PartialEq>(values: Vec<T>, ticks: &[f64]) -> Keys<T> {
+    let mut keys = Keys::at_ticks(values, ticks.to_vec());
+    collapse(&mut keys, |a, b| a == b);
+    keys
+}
+
 /// Splits a root's channel in two: one for the new node `name`, inserted before it, and the rest. `to_world` is the
 /// rotation from its space.
 fn split_channel(animation: &mut Animation, index: usize, name: &str, (rest, to_world): (Vec3, DQuat)) {
@@ -169,14 +177,14 @@ fn split_channel(animation: &mut Animation, index: usize, name: &str, (rest, to_
         heights.push((from_world * DVec3::new(0.0, position.y, 0.0)).as_vec3());
         leans.push((from_world * lean * to_world).as_quat());
     }
-    channel.position_keys = Keys::at_ticks(heights, ticks.clone());
-    channel.rotation_keys = Keys::at_ticks(leans, ticks.clone());
     let root = Channel {
         node_name: name.to_owned(),
         node: None,
-        position_keys: Keys::at_ticks(on_ground, ticks.clone()),
-        rotation_keys: Keys::at_ticks(headings, ticks),
+        position_keys: keys(on_ground, &ticks),
+        rotation_keys: keys(headings, &ticks),
         scaling_keys: Keys::constant(Vec3::ONE),
     };
+    channel.position_keys = keys(heights, &ticks);
+    channel.rotation_keys = keys(leans, &ticks);
     animation.channels.insert(index, root);
 }

@@ -1031,7 +1031,7 @@ export interface LayerStep {
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. */
+  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays. */
   moments?: [number, number][];
   /** How many times as fast all of the motion is to be, above 0. */
   speed?: number;
@@ -1048,7 +1048,7 @@ export interface InBetweenStep {
   keys?: number[];
   /** Every so many frames stay, besides those. Default: 0, no others. */
   every?: number;
-  /** How the others are computed. Default: squad. */
+  /** How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed. */
   interpolation?: "slerp" | "squad";
 }
 

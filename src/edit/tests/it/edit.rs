@@ -4,6 +4,7 @@ mod alike;
 mod bent;
 mod bones;
 mod cleaned;
+mod constant;
 mod feet;
 mod joined;
 mod laws;

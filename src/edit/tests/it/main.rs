@@ -5,5 +5,8 @@ mod edit;
 mod graph;
 mod lock;
 mod positions;
+#[allow(dead_code, reason = "other packages use the rest of it")]
+#[path = "../../../../tests/it/sample.rs"]
+mod sample;
 mod spline;
 mod text;

@@ -309,7 +309,8 @@ def in_between(
     Args:
         keys: The frames whose poses stay. The first and the last frame always do.
         every: Every so many frames stay, besides those. Default: 0, no others.
-        interpolation: How the others are computed. Default: squad.
+        interpolation: How the others are computed. Default: squad, which keeps constant speeds and has no jumps of
+            speed.
     """
     return step_of("in-between", keys=keys, every=every, interpolation=interpolation)
 

@@ -38,13 +38,13 @@ const STEPS: [&str; 30] = [
     "turn:by=90",
 ];
 
-fn steps() -> Vec<&'static str> {
+pub(super) fn steps() -> Vec<&'static str> {
     let has_row = |name: &str| STEPS.iter().any(|step| step.split(':').next() == Some(name));
     let others = EditStep::ALL.iter().map(|step| step.name).filter(|name| !has_row(name));
     STEPS.into_iter().chain(others).collect()
 }
 
-fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::report::EditReport> {
+pub(super) fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::report::EditReport> {
     let step: EditStep = step.parse().unwrap();
     step.apply(scene, &StepInput::new().other(other))
 }
