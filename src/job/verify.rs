@@ -78,7 +78,7 @@ impl Verification {
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let verified = Verification::of(&scene, &GltfOptions::default().write_glb(&scene)?)?;
-    /// assert_eq!((verified.frames, verified.joints), (10, 4));
+    /// assert_eq!((verified.frames, verified.joints, verified.end_sites), (10, 3, 1));
     /// assert!(verified.is_within(1e-6));
     /// # Ok::<(), mocap::Error>(())
     /// ```

@@ -43,6 +43,7 @@ pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
             json!({
                 "frames": found.frames,
                 "joints": found.joints,
+                "end_sites": found.end_sites,
                 "max_error": found.max_error,
                 "rms_error": found.rms_error,
             })

@@ -25,12 +25,14 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     let clip = args.input.file_name().unwrap_or_default().to_string_lossy();
     let bytes = write(&motion, &clip)?;
     streams::write(&args.output, &bytes)?;
+    let end_sites = motion.joints().iter().filter(|joint| joint.end_site).count();
     report::say(&format!(
-        "{} -> {}: {} frames of {} joints, {} bytes",
+        "{} -> {}: {}, {}, {}, {} bytes",
         args.input.display(),
         args.output.display(),
-        motion.frames,
-        motion.joints().len(),
+        report::counted(motion.frames, "frame"),
+        report::counted(motion.joints().len() - end_sites, "joint"),
+        report::counted(end_sites, "end site"),
         bytes.len(),
     ));
     Ok(())

@@ -101,9 +101,10 @@ pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> Strin
 /// The result in a few lines.
 pub(crate) fn summary(verification: &Verification) -> String {
     let mut text = format!(
-        "{} frames, {} joints: {} mm at most, {} mm RMS",
-        verification.frames,
-        verification.joints,
+        "{}, {}, {}: {} mm at most, {} mm RMS",
+        report::counted(verification.frames, "frame"),
+        report::counted(verification.joints, "joint"),
+        report::counted(verification.end_sites, "end site"),
         millimetres(verification.max_error),
         millimetres(verification.rms_error),
     );

@@ -81,8 +81,10 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     let node_of = nodes_of(&ours, file)?;
     let change = Change::recorded(&file.header.provenance.steps);
     let timeline = Timeline::new(source, clip, &change)?;
+    let [joint_count, end_sites] = ours.count(node_of.iter().copied());
     let mut verification = Verification {
-        joints: node_of.len(),
+        joints: joint_count,
+        end_sites,
         metres_per_unit: change.metres_per_unit,
         has_provenance: true,
         ..Verification::default()

@@ -174,6 +174,13 @@ impl Skeleton<'_> {
         }
     }
 
+    /// How many of these nodes are joints, and how many end sites.
+    pub(super) fn count(&self, nodes: impl Iterator<Item = usize>) -> [usize; 2] {
+        let (end_sites, joints): (Vec<usize>, Vec<usize>) =
+            nodes.partition(|node| self.joints[*node].kind == NodeKind::EndSite);
+        [joints.len(), end_sites.len()]
+    }
+
     /// Of every joint whether it rotates and moves no joint by it, for nothing stands away from it below: its own
     /// position and those of others do not show its rotation.
     pub(super) fn turning_ends(&self) -> Vec<bool> {

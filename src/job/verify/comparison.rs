@@ -58,8 +58,11 @@ impl<'a> Comparison<'a> {
     pub(super) fn run(&self) -> Result<Verification> {
         let expected = self.replay_edits()?;
         let joints = self.pair_joints(&expected)?;
+        let compared = joints.pairs.list.iter().map(|(ours, _)| *ours);
+        let [joint_count, end_sites] = joints.ours.count(compared);
         let mut verification = Verification {
-            joints: joints.pairs.list.len(),
+            joints: joint_count,
+            end_sites,
             missing: joints.pairs.missing(&joints.ours, NodeKind::Joint),
             missing_end_sites: joints.pairs.missing(&joints.ours, NodeKind::EndSite),
             metres_per_unit: joints.change.metres_per_unit,

@@ -12,8 +12,10 @@ use serde::Serialize;
 pub struct Verification {
     /// Frames that were compared, of all clips.
     pub frames: usize,
-    /// Joints and end sites that were compared.
+    /// Joints that were compared.
     pub joints: usize,
+    /// End sites that were compared.
+    pub end_sites: usize,
     /// The largest distance of a joint from its position in the source, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.

@@ -38,7 +38,7 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
         "unit: cmu, because",
         "up: y, because",
         "--drop-first-frame",
-        "75 frames, 38 joints:",
+        "75 frames, 31 joints, 7 end sites:",
     ] {
         assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
     }
@@ -66,8 +66,13 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
     assert!(verdict.status.success());
     let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
     assert_eq!(
-        (&verdict["ok"], &verdict["frames"], &verdict["joints"]),
-        (&true.into(), &75.into(), &38.into())
+        (
+            &verdict["ok"],
+            &verdict["frames"],
+            &verdict["joints"],
+            &verdict["end_sites"]
+        ),
+        (&true.into(), &75.into(), &31.into(), &7.into())
     );
     assert!(verdict["max_error"].as_f64().unwrap() < 2e-5);
 }
@@ -214,7 +219,7 @@ fn a_largest_error_makes_a_file_smaller_and_says_how_far_it_is() {
         "compress: int16",
         "mm at most,",
         "times smaller than the",
-        "75 frames, 38 joints:",
+        "75 frames, 31 joints, 7 end sites:",
     ] {
         assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
     }

@@ -58,12 +58,17 @@ fn whatever_they_hold_is_right() {
                 let file = files[(index + place + number) % files.len()];
                 let found = verified(file, &bytes(file, &options)).unwrap();
                 let of_csv = verified(file, csv_of(file, &options).as_bytes()).unwrap();
-                let compared =
-                    |found: &Verification| (found.max_error, found.rotation_error, found.frames, found.joints);
+                let compared = |found: &Verification| {
+                    let counts = (found.frames, found.joints, found.end_sites);
+                    (found.max_error, found.rotation_error, counts)
+                };
                 assert_eq!(compared(&of_csv), compared(&found), "{file} {options:?}");
                 assert!(of_csv.findings.is_empty(), "{file} {options:?}: {of_csv:?}");
                 assert!(found.is_within(1e-5), "{file} {options:?}: {found:?}");
-                assert!(found.frames > 0 && found.joints > 2, "{file} {options:?}: {found:?}");
+                assert!(
+                    found.frames > 0 && found.joints + found.end_sites > 2,
+                    "{file} {options:?}: {found:?}"
+                );
                 assert_eq!(found.missing.is_empty(), options.joints.is_none(), "{file} {options:?}");
             }
         }
