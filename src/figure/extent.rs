@@ -33,6 +33,9 @@ pub(super) struct Extent {
     size: f64,
     /// The same of the rest pose.
     size_at_rest: f64,
+    /// Whether a node is called foot or toes, and whether one is called head or neck.
+    has_feet: bool,
+    has_head: bool,
     /// From the feet to the head, on average. Absent where no names say which nodes these are.
     feet_to_head: Option<Vec3>,
     /// The same in the rest pose.
@@ -53,6 +56,8 @@ impl Extent {
         Self {
             size: median(&mut sizes).map_or(0.0, f64::from),
             size_at_rest: f64::from(extent(scene, &Pose::rest(scene))),
+            has_feet: !feet.is_empty(),
+            has_head: !heads.is_empty(),
             feet_to_head: (poses.iter().map(from_feet).sum::<Option<Vec3>>()).map(|sum| sum / poses.len() as f32),
             feet_to_head_at_rest: from_feet(&Pose::rest(scene)),
             floor_spread: spread.map_or(Vec3::ZERO, |(highest, lowest)| highest - lowest),
@@ -113,11 +118,16 @@ impl Extent {
             .feet_to_head
             .filter(|to_head| to_head.is_finite() && *to_head != Vec3::ZERO)
         else {
-            let reason = "no joint is called head or foot, and most files have it so".to_owned();
+            let found = match (self.has_head, self.has_feet) {
+                (false, false) => "no joint is called head or foot",
+                (true, false) => "no joint is called foot",
+                (false, true) => "no joint is called head",
+                (true, true) => "the head is where the feet are",
+            };
             return Guess {
                 value: UpAxis::Y,
                 confidence: Confidence::Unsure,
-                reason,
+                reason: format!("{found}, and most files have it so"),
             };
         };
         let moving = longer_axis(to_head);

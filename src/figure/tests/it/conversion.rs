@@ -315,6 +315,43 @@ fn an_export_returns_its_warnings() {
     }
 }
 
+/// The reason names what is missing: a head alone shows no axis, nor do feet, nor a head that is where the feet are.
+#[test]
+fn an_up_axis_that_nothing_shows_says_why() {
+    let reason = |joints: &[(&str, f32)]| {
+        let mut text = "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 1 Zrotation\n".to_owned();
+        for (name, y) in joints {
+            text += &format!(
+                "JOINT {name}\n{{\nOFFSET 0 {y} 0\nCHANNELS 1 Zrotation\nEnd Site\n{{\nOFFSET 0 0 0\n}}\n}}\n"
+            );
+        }
+        let rows = format!("0 {}\n", "0 ".repeat(joints.len())).repeat(2);
+        text += &format!("}}\nMOTION\nFrames: 2\nFrame Time: 0.1\n{rows}");
+        let scene = mocap::Importer::new().read(text.as_bytes(), "a.bvh").unwrap();
+        survey_of(&scene).up.reason
+    };
+    let feet = [("LeftFoot", -8.0), ("RightFoot", -8.0)];
+    let with_head = |y: f32, feet: &[(&'static str, f32)]| reason(&[&[("head", y)], feet].concat());
+    assert_eq!(
+        reason(&[("arm", 2.0)]),
+        "no joint is called head or foot, and most files have it so"
+    );
+    assert_eq!(
+        with_head(6.0, &[]),
+        "no joint is called foot, and most files have it so"
+    );
+    assert_eq!(reason(&feet), "no joint is called head, and most files have it so");
+    assert_eq!(
+        with_head(-8.0, &feet),
+        "the head is where the feet are, and most files have it so"
+    );
+    let found = with_head(6.0, &feet);
+    assert!(
+        found.starts_with("from the feet to the head it is 0.0000 14.0000 0.0000"),
+        "{found}"
+    );
+}
+
 #[test]
 fn a_survey_knows_what_the_file_states() {
     let mut scene = import("cmu_short.bvh");
