@@ -396,9 +396,11 @@ pub(crate) enum LayoutArg {
     Y2017,
     #[value(name = "2018")]
     Y2018,
-    #[value(name = "2019")]
+    /// 2019 and 2020
+    #[value(name = "2019", alias = "2020")]
     Y2019,
-    #[value(name = "2021")]
+    /// 2021 to 2024
+    #[value(name = "2021", aliases = ["2022", "2023", "2024"])]
     Y2021,
 }
 

@@ -382,3 +382,20 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     assert!(!output.status.success() && String::from_utf8(output.stderr).unwrap().contains("Haed"));
     folder.refuses("view lecture_Test.bvh -o new.html --fps 0", 2, "frame rate must be");
 }
+
+/// The years that the README states, and those of the course after them.
+#[test]
+fn every_year_of_the_course_has_a_layout() {
+    let readme = std::fs::read_to_string(at_root("README.md")).unwrap();
+    assert!(readme.contains("(`--layout 2017` to `2024`)"));
+    let folder = Folder::of_real(&["lecture_Test.bvh"]);
+    let text = |year: u32| {
+        let ran = folder.run(&format!("dump lecture_Test.bvh --layout {year}"));
+        assert!(ran.status.success(), "{year}: {}", String::from_utf8_lossy(&ran.stderr));
+        String::from_utf8(ran.stdout).unwrap()
+    };
+    let texts: Vec<String> = (2017..=2024).map(text).collect();
+    assert_eq!(texts[2], texts[3]);
+    assert!(texts[4..].iter().all(|text| *text == texts[4]));
+    assert!(texts[0] != texts[1] && texts[1] != texts[2]);
+}
