@@ -247,7 +247,7 @@ impl Conversion {
     /// Default: `false`, the output is in metres with +Y up.
     ///
     /// For BVH, which has no unit and no up axis: without other options the numbers do not change. What is kept and not
-    /// needed is not guessed.
+    /// needed is not guessed, also not by `Exporter`, which writes such a scene with its numbers and a warning.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -7,7 +7,8 @@ pub mod parquet;
 use std::path::Path;
 
 use mocap_compress::ErrorBound;
-use mocap_figure::Humanoid;
+use mocap_figure::convert::Conversion;
+use mocap_figure::{Figure, Humanoid};
 use mocap_formats::bvh::BvhOptions;
 use mocap_formats::fbx::FbxOptions;
 use mocap_formats::gltf::{BufferPlace, Compression};
@@ -16,13 +17,39 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::pose::Trs;
 use mocap_scene::process;
-use mocap_scene::scene::{Format, Node, Original, Scene};
+use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 
 /// Writes scenes in any written format, with options.
 ///
-/// A scene goes out as it is: [`Conversion`](mocap_figure::Conversion) brings it to metres with +Y up, which glTF, VRM
-/// animations and packed clips are in. FBX states its unit and its axes; BVH has the scene's. In BVH the rest pose has
-/// no rotations: where the rest pose of the scene has, its joints get frames along the axes of the world.
+/// glTF, VRM animations and packed clips are in metres with +Y up; FBX and USD state their unit. So the exporter needs
+/// the unit of the scene, and takes the first of these that there is:
+///
+/// 1. the unit that you state by [`Conversion`], which converts the scene before;
+/// 2. the unit that the file states from which the scene was read;
+/// 3. for a file that states none, such as BVH, the guess of `Conversion`. A warning of code
+///    [`Code::UnknownUnit`] has the guess and its reason, and the output records it.
+///
+/// The exporter converts a copy; `Conversion` converts the scene in its place.
+///
+/// The lengths of a scene that was not read from a file, or whose unit
+/// [`Conversion::keep_units`](mocap_figure::Conversion::keep_units) keeps, are written as they are, with a warning. BVH
+/// has no unit, so it is always written with the numbers of the scene. In BVH the rest pose has no rotations: where the
+/// rest pose of the scene has, its joints get frames along the axes of the world.
+///
+/// ```
+/// # std::env::set_current_dir("../..").unwrap();
+/// use mocap::{Exporter, Format};
+///
+/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?; // nobody states its unit
+/// let written = Exporter::new().write(&walk, Format::Gltf)?;
+/// println!("{}", written.warnings[0].message); // inferred unit: cmu, because from ankle to head there are ...
+/// let again = mocap::Importer::new().read(&written.into_bytes()?, "walk.glb")?;
+/// let head = again.nodes.iter().position(|node| node.name == "Head").unwrap();
+/// let pose = mocap::Pose::at_tick(&again, 0, 30.0).unwrap();
+/// let height = pose.node_to_world[head].w_axis.y;
+/// assert!((1.2..1.8).contains(&height), "{height}"); // metres
+/// # Ok::<(), mocap::Error>(())
+/// ```
 ///
 /// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
 /// to say of an output, [`Export`] says.
@@ -260,6 +287,38 @@ impl Exporter {
         let Some(row) = row else {
             return Err(unknown(self.format, path));
         };
+        let metadata = &scene.metadata;
+        let may_convert = metadata.format.is_some() && scene.original.is_none() && !metadata.keeps_unknown_unit;
+        if may_convert && metadata.metres_per_unit.is_none() && !row.keeps_units() {
+            return self.write_in_metres(scene, path, row);
+        }
+        match self.write_scene(scene, path, row) {
+            Ok(written) if may_convert && written.warnings.iter().any(is_of_unit) => {
+                self.write_in_metres(scene, path, row)
+            }
+            Err(error) if may_convert && is_of_unit(error.diagnostic()) => self.write_in_metres(scene, path, row),
+            written => written,
+        }
+    }
+
+    /// Writes a scene of a file that nobody converted, in metres with +Y up. A unit that the file does not state is
+    /// guessed.
+    fn write_in_metres(&self, scene: &Scene, path: &Path, row: &'static FormatInfo) -> Result<Export> {
+        let mut in_metres = scene.clone();
+        let figure = match &self.options.humanoid {
+            Some(humanoid) => Figure::with_bones(scene, humanoid.clone()),
+            None => Figure::new(scene),
+        };
+        let (guesses, _) = Conversion::new().convert(&mut in_metres, &figure)?;
+        let mut written = self.write_scene(&in_metres, path, row)?;
+        let of_space = guesses
+            .iter()
+            .filter(|guess| matches!(guess.topic, Topic::Unit | Topic::Up));
+        written.warnings.extend(of_space.map(inferred));
+        Ok(written)
+    }
+
+    fn write_scene(&self, scene: &Scene, path: &Path, row: &'static FormatInfo) -> Result<Export> {
         let options = WriteOptions {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
@@ -289,6 +348,17 @@ impl Exporter {
         .map_err(|error| error.with_path(path))?;
         Ok(written)
     }
+}
+
+fn is_of_unit(warning: &Diagnostic) -> bool {
+    warning.code == Code::UnknownUnit
+}
+
+/// The warning of what a file does not state, and the output needs.
+fn inferred(guess: &Assumption) -> Diagnostic {
+    Diagnostic::new(Code::UnknownUnit, format!("inferred {guess}")).help(
+        "if it is another, state it before: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
+    )
 }
 
 /// The length of the vector of a quaternion above which a rest pose is rotated: the rounding of a decomposed matrix.

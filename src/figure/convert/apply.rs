@@ -28,7 +28,9 @@ impl Conversion {
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
         let figure = Figure::mapped(scene, &self.bones)?;
-        Ok(self.convert(scene, &figure)?.0)
+        let guesses = self.convert(scene, &figure)?.0;
+        scene.metadata.keeps_unknown_unit = self.keep_units;
+        Ok(guesses)
     }
 
     /// Converts `scene`, whose figure is known, and returns the figure of what it has become: bones are found once for
@@ -51,6 +53,7 @@ impl Conversion {
     /// As [`apply`](Self::apply). [`bones`](Self::bones) changes nothing here, and is recorded.
     pub fn apply_to(&self, scene: &mut Scene, figure: &Figure) -> Result<(Figure, Vec<Assumption>)> {
         let (guesses, inserted) = self.convert(scene, figure)?;
+        scene.metadata.keeps_unknown_unit = self.keep_units;
         let humanoid = figure.humanoid.clone().after(inserted);
         Ok((Figure::with_bones(scene, humanoid), guesses))
     }

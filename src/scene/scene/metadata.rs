@@ -40,6 +40,10 @@ pub struct Metadata {
     /// How well a skeleton that was solved from markers explains them.
     #[serde(skip)]
     pub solved: Option<Arc<MarkerSolution>>,
+    /// Whether the caller keeps a unit that nobody knows, so that no writer infers it.
+    #[serde(skip)]
+    #[doc(hidden)]
+    pub keeps_unknown_unit: bool,
     /// The model of MikuMikuDance whose skeleton it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[doc(hidden)]

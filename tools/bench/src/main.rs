@@ -19,7 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use mocap::gltf::GltfOptions;
-use mocap::{Exporter, Importer, Scene, SkeletonMesh, Updater};
+use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh, Updater};
 
 /// The stage that compresses within a largest error.
 const PACKING: &str = "mocap convert --compress meshopt --max-error 1mm, 1 thread";
@@ -159,9 +159,9 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     let mut scene = importer(1).import(path)?;
     let glb = GltfOptions::default().write_glb(&scene)?;
     let convert = |threads| -> Result<()> {
-        Exporter::new()
-            .overwrite(true)
-            .export(&importer(threads).import(path)?, &output)?;
+        let mut scene = importer(threads).import(path)?;
+        Conversion::new().apply(&mut scene)?;
+        Exporter::new().overwrite(true).export(&scene, &output)?;
         Ok(())
     };
 
@@ -351,9 +351,9 @@ fn peak_memory(threads: usize, input: &Path, output: &Path) -> Result<usize> {
 
 fn convert_and_tell_memory(threads: usize, input: &Path, output: &Path) -> Result<()> {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).threads(threads);
-    Exporter::new()
-        .overwrite(true)
-        .export(&importer.import(input)?, output)?;
+    let mut scene = importer.import(input)?;
+    Conversion::new().apply(&mut scene)?;
+    Exporter::new().overwrite(true).export(&scene, output)?;
     let status = fs::read_to_string("/proc/self/status")?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kilobytes: usize = peak

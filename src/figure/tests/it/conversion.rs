@@ -100,6 +100,7 @@ fn units_that_are_kept_stay_unknown() {
     let source = import("lecture_Test.bvh");
     let mut scene = source.clone();
     assert_eq!(topics(&Conversion::new().keep_units(true), &mut scene), []);
+    assert!(std::mem::take(&mut scene.metadata.keeps_unknown_unit));
     assert_eq!(scene, source);
 
     // What is named is stated from then on, and no number changes.

@@ -8,3 +8,4 @@ mod numbers;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod threads;
+mod units;
