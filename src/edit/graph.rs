@@ -29,6 +29,7 @@ mod haste;
 mod minima;
 pub(crate) mod near;
 mod network;
+mod parts;
 mod path;
 mod random;
 pub mod report;
@@ -44,7 +45,7 @@ use serde::{Deserialize, Serialize};
 pub use self::builder::DistanceMatrix;
 pub use self::builder::GraphBuilder;
 pub use self::network::Network;
-use self::report::{GraphClip, GraphTransition};
+use self::parts::{GraphClip, GraphTransition};
 pub use self::walk::{Walk, WalkPath};
 
 /// How moments are compared.

@@ -172,8 +172,8 @@ impl Squad {
         };
         let turn = |from: Quat, to: Quat| log(from.inverse() * to);
         let slope = |at: Quat, [before, after]: [Quat; 2], part: f32| (turn(at, after) - turn(at, before)) * part;
-        // The curve leaves q1 with the slope turn(q1, q2) + 2 log(q1^-1 control). Where keys are evenly apart, these are
-        // Shoemake's controls.
+        // The curve leaves q1 with the slope turn(q1, q2) + 2 log(q1^-1 control). Where keys are evenly apart, these
+        // are Shoemake's controls.
         let whole = turn(q1, q2);
         let leaving = 0.5 * (slope(q1, [q0, q2], part(0, 2)) - whole);
         let arriving = 0.5 * (whole - slope(q2, [q1, q3], part(1, 3)));

@@ -127,7 +127,7 @@ impl Python<'_> {
     fn options(&self) -> String {
         let words = self.model.words(&Kind::Named("Format".to_owned())).unwrap_or_default();
         let format = format!("Format = {}\n", literal(words, "\n    "));
-        let mut read = self.parameters("Reading", "read");
+        let mut read = self.parameters("InputOptions", "read");
         read.push(hash());
         let read = class("ReadOptions", "How to read a file.", &read, &[("hash", "bool")], "read");
         let write = self.writing();
@@ -205,11 +205,11 @@ DASHED = (
 
     /// Functions that read and write files.
     fn functions(&self) -> String {
-        let reading = self.parameters("Reading", "read");
+        let reading = self.parameters("InputOptions", "read");
         let writing = self.writing();
         let source = self.source();
         let known = source.len();
-        let mut hashed = self.parameters("Reading", "read");
+        let mut hashed = self.parameters("InputOptions", "read");
         hashed.push(hash());
         let raises = "    Raises:\n        MocapError: Where the file is of no known format, or breaks the rules of its own.\n        FileNotFoundError, IsADirectoryError, PermissionError, OSError: Where it cannot be opened.\n        MemoryError: Where it would need more memory than the limits allow.\n        TypeError: Where there is no such option, or a value has another type.\n";
         let path = Parameter::new("path", "StrPath", None, "The motion file.");
@@ -253,7 +253,7 @@ DASHED = (
             raises,
             &format!(
                 "    read = {}\n    write = {}\n    job = {{\n        \"read\": read.to_job(),\n        \"source\": {paths},\n        \"write\": write.to_job(),\n    }}\n    return converted(source, target, job)\n",
-                made("ReadOptions", &self.parameters("Reading", "read")),
+                made("ReadOptions", &self.parameters("InputOptions", "read")),
                 made("WriteOptions", &writing)
             ),
         );
@@ -394,7 +394,7 @@ Limb = {limbs}
 
     /// The options of writing, without the file.
     fn writing(&self) -> Vec<Parameter> {
-        let mut writing = self.parameters("Writing", "write");
+        let mut writing = self.parameters("OutputOptions", "write");
         writing.retain(|parameter| parameter.name != "output");
         writing
     }

@@ -17,11 +17,11 @@ const NOTE: &str =
 
 /// Records whose fields are options of calls, too: in camel case, beside each other.
 const OPTIONS: &[&str] = &[
-    "Reading",
+    "InputOptions",
     "SourceSpace",
     "SourceFrames",
-    "Smaller",
-    "WritingBvh",
+    "SizeOptions",
+    "BvhOutputOptions",
     "CharacterTarget",
     "RobotTarget",
 ];
@@ -31,8 +31,8 @@ const JOBS: [&str; 4] = ["MotionJob", "SurveyJob", "GraphJob", "WalkJob"];
 
 /// Options of calls with a type of their own. A file is there with its bytes.
 const OWN_TYPES: &[(&str, &str, &str)] = &[
-    ("Reading", "body", "File"),
-    ("Reading", "static", "File"),
+    ("InputOptions", "body", "File"),
+    ("InputOptions", "static", "File"),
     ("RobotTarget", "passes", "1 | 2"),
 ];
 

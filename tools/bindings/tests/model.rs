@@ -16,18 +16,18 @@ fn defaults_are_those_of_the_types() {
             .clone()
     };
     for (record, name, value) in [
-        ("Reading", "root-offset", json!("auto")),
-        ("Reading", "strict", json!(false)),
+        ("InputOptions", "root-offset", json!("auto")),
+        ("InputOptions", "strict", json!(false)),
         ("SourceFrames", "drop-first-frame", json!("no")),
         ("SourceFrames", "root", json!("keep")),
-        ("WritingFbx", "fbx-version", json!("7.5")),
+        ("FbxOutputOptions", "fbx-version", json!("7.5")),
         ("RobotTarget", "floor", json!("auto")),
         ("CharacterTarget", "feet", json!("lock")),
-        ("Graphing", "threshold", json!("0.06m")),
+        ("GraphJobOptions", "threshold", json!("0.06m")),
     ] {
         assert_eq!(default(record, name), Some(value), "{record}: {name}");
     }
-    assert_eq!(default("Smaller", "compress"), None);
+    assert_eq!(default("SizeOptions", "compress"), None);
 }
 
 #[test]

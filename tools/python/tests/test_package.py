@@ -256,9 +256,9 @@ def test_functions_by_hand_have_every_option_of_a_job() -> None:
             {"file": "character", "map": "target_bones", "replace_animations": "replace"},
             {"max_angle", "names_of_clips"},
         ),
-        (mocap.graph, "Graphing", {}, set()),
-        (mocap.Graph.walk, "Walking", {}, set()),
-        (mocap.survey, "Surveying", {}, {"html", "sarif"}),
+        (mocap.graph, "GraphJobOptions", {}, set()),
+        (mocap.Graph.walk, "WalkOptions", {}, set()),
+        (mocap.survey, "SurveyOptions", {}, {"html", "sarif"}),
     ]:
         options = {name.replace("-", "_") for name in schema[record]["properties"]} - others
         taken = inspect.signature(function).parameters

@@ -2,7 +2,7 @@
 
 /// Options with another name: their records and their names in a job, then in the package. Others are in camel case.
 const NAMES: &[(&str, &str, &str)] = &[
-    ("Reading", "from", "format"),
+    ("InputOptions", "from", "format"),
     ("Sources", "map", "bones"),
     ("SourceFrames", "fps", "frameRate"),
     ("SourceFrames", "drop-first-frame", "firstFrame"),
@@ -10,9 +10,9 @@ const NAMES: &[(&str, &str, &str)] = &[
 
 /// Options of a job that calls do not take: files of other calls, and what calls have in a form of their own.
 const LEFT_OUT: &[(&str, &[&str])] = &[
-    ("Reading", &["skeleton"]),
+    ("InputOptions", &["skeleton"]),
     ("SourceFrames", &["trim"]),
-    ("WritingBvh", &["sidecar"]),
+    ("BvhOutputOptions", &["sidecar"]),
     (
         "CharacterTarget",
         &["file", "map", "names-of-clips", "replace-animations", "max-angle"],
@@ -28,8 +28,8 @@ const WORDS: &[(&str, &str, &str, Option<&str>)] = &[
     ("SourceFrames", "drop-first-frame", "no", Some("keep")),
     ("SourceFrames", "drop-first-frame", "yes", Some("drop")),
     ("SourceFrames", "root", "in-place", Some("inPlace")),
-    ("Smaller", "compress", "meshopt", None),
-    ("Smaller", "compress", "meshopt-khr", None),
+    ("SizeOptions", "compress", "meshopt", None),
+    ("SizeOptions", "compress", "meshopt-khr", None),
 ];
 
 /// The name in the package of an option of a record; `None` where calls do not take it.
