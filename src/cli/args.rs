@@ -75,7 +75,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Convert motion files: to glTF, VRM animation, FBX, BVH or packed clips
+    /// Convert motion files: to glTF, VRM animation, FBX, BVH, packed clips or arrays
     Convert(ConvertArgs),
     /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),
@@ -168,9 +168,9 @@ impl Command {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
-    /// The motion file, and the file to write [default: the input's name with the extension .glb]; - is standard input
+    /// The motion file, and after it the OUTPUT [default: the input's name with the extension .glb]; - is standard input
     /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
@@ -251,8 +251,10 @@ pub(crate) struct ToleranceArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct VerifyArgs {
     /// The motion file
+    #[arg(value_name = "INPUT")]
     pub(crate) source: PathBuf,
     /// The file that was made from it: any that is read, or the .npz or .csv of `mocap fk`
+    #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// A second motion that `mocap edit` joined, blended or layered with the source; once for each
     #[arg(long, value_name = "FILE")]
@@ -269,6 +271,7 @@ pub(crate) struct VerifyArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct InfoArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -280,6 +283,7 @@ pub(crate) struct InfoArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct SkeletonArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -313,7 +317,7 @@ pub(crate) struct ManArgs {
     /// The command [default: the page of mocap]
     pub(crate) command: Vec<String>,
     /// Write the pages of all commands into this folder
-    #[arg(short, long, value_name = "FOLDER", conflicts_with = "command")]
+    #[arg(short, long, value_name = "OUTPUT", conflicts_with = "command")]
     pub(crate) output: Option<PathBuf>,
 }
 
@@ -337,7 +341,7 @@ const MOST_SECONDS: u64 = 31_536_000;
 #[derive(Debug, clap::Args)]
 pub(crate) struct CheckArgs {
     /// The motion files, folders and wildcards
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Print JSON, one object per file
     #[arg(long)]
@@ -353,6 +357,7 @@ pub(crate) struct CheckArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct DumpArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// The sections to print [default: all sections of the layout]
     pub(crate) sections: Vec<SectionArg>,

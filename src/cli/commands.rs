@@ -56,7 +56,7 @@ use mocap::scene::Scene;
 use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
 
-use crate::args::PictureArgs;
+use crate::args::{OutputFormat, PictureArgs};
 use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
@@ -94,6 +94,8 @@ fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<Strin
     match (streams::is_unnamed(output), to) {
         (true, to) => Ok(to.unwrap_or(default).to_owned()),
         (false, None) => Ok(extension(output)),
+        // The layout of arrays, of which the extension tells the container alone.
+        (false, Some(to)) if OutputFormat::named(to).is_some_and(OutputFormat::is_layout) => Ok(to.to_owned()),
         (false, Some(_)) => Err(Failure::Usage(format!("--to would do nothing: {TO_OF_FILE}"))),
     }
 }

@@ -61,7 +61,7 @@ impl Kind {
     /// What it is, and the command that takes it; `code` is what is wrong with it where it stands.
     fn advice(self, code: Code) -> Option<String> {
         Some(match self {
-            Self::Robot => "it is a robot: mocap robot MOTION --robot FILE puts motions on it".to_owned(),
+            Self::Robot => "it is a robot: mocap robot INPUT --robot TARGET puts motions on it".to_owned(),
             Self::Database => "it is a database of motions: mocap find and mocap match take it".to_owned(),
             Self::Graph => "it is a motion graph: mocap graph walk takes it".to_owned(),
             Self::Job => "it is a job: mocap run does it".to_owned(),
@@ -129,7 +129,7 @@ pub(crate) fn refuse_robot<'a>(characters: impl IntoIterator<Item = &'a Path>) -
         None => Ok(()),
         Some(robot) => {
             let file = robot.display();
-            let message = format!("{file} is a robot, not a character: mocap robot MOTION --robot {file} -o OUT");
+            let message = format!("{file} is a robot, not a character: mocap robot INPUT --robot {file} -o OUTPUT");
             Err(Failure::Usage(message))
         }
     }
@@ -151,7 +151,10 @@ pub(crate) fn no_job(error: Error, path: &Path) -> Error {
 
 /// The command that writes files of an extension, where another was asked to.
 const WRITERS: &[(&[&str], &str)] = &[
-    (&["npz", "npy", "csv", "parquet"], "mocap fk writes arrays"),
+    (
+        &["npz", "npy", "csv", "parquet"],
+        "mocap convert and mocap fk write arrays",
+    ),
     (&["html"], "mocap view writes pages"),
     (&["gif", "apng"], "mocap gif draws films"),
     (&["png", "svg"], "mocap sheet and mocap plot draw pictures"),

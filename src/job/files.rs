@@ -9,6 +9,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+use mocap_scene::scene::robot::Robot;
 
 use super::report::OutputFile;
 use super::{InputOptions, JobTarget, refuse};
@@ -74,8 +75,16 @@ impl<'a> Files<'a> {
                     read => Ok(read?.into()),
                 }
             }
-            (JobTarget::Robot(_), None) => Ok(Importer::new().import_robot(path)?.into()),
-            (JobTarget::Robot(_), Some(file)) => Ok(Importer::new().read_robot(file.bytes, path)?.into()),
+            (JobTarget::Robot(_), _) => Ok(self.import_robot(path)?.into()),
+        }
+    }
+
+    /// The robot of a file.
+    pub(super) fn import_robot(&self, path: &Path) -> Result<Robot> {
+        match self.find(path) {
+            Some(file) => Importer::new().read_robot(file.bytes, path),
+            None if self.has_disk => Importer::new().import_robot(path),
+            None => Err(missing(path)),
         }
     }
 

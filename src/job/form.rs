@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mocap_figure::convert::{RestPoseSource, RootMotion};
 use mocap_formats::fbx::FbxTextures;
 use mocap_formats::gltf::{Character, Compression};
 use mocap_formats::{FormatInfo, WriteOption, words};
@@ -9,8 +10,9 @@ use mocap_retarget::Target;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Format;
 
+use super::array_layout::ArrayLayout;
 use super::robot_format::RobotFormat;
-use super::{JobTarget, OutputOptions};
+use super::{JobTarget, MotionJob, OutputOptions, SourceFrames};
 
 /// What an output is.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +23,8 @@ pub(super) enum Form {
     Character,
     /// The positions of a robot's joints.
     Robot(RobotFormat),
+    /// The arrays of a motion on its own skeleton.
+    Arrays(ArrayLayout),
 }
 
 /// The extensions under which the file of a character is passed through.
@@ -29,16 +33,57 @@ const OF_BINARY: [&str; 2] = ["glb", VRM];
 const VRM: &str = "vrm";
 
 impl Form {
-    /// The form of a motion on its own skeleton.
-    pub(super) fn of_motion(writing: &OutputOptions) -> Result<Self> {
-        let row = match writing.extension().as_str() {
+    /// The form of a motion on its own skeleton, which is of a robot or not.
+    pub(super) fn of_motion(writing: &OutputOptions, is_of_robot: bool) -> Result<Self> {
+        let name = writing.extension();
+        let form = match (RobotFormat::named(&name), ArrayLayout::named(&name)) {
             // Of a VRM file, which is found when it is read.
-            VRM => FormatInfo::of(Format::Gltf),
-            _ => row(writing, &FormatInfo::written_extensions())?,
+            _ if name == VRM => Self::Scene(FormatInfo::of(Format::Gltf)),
+            (Some(format), _) if is_of_robot => Self::Robot(format),
+            (_, Some(layout)) => Self::Arrays(layout),
+            (Some(_), None) => {
+                let message = format!(
+                    "{name} has the joints of a robot: name the robot of the input in {{body}}, or retarget the motion to \
+                     a robot"
+                );
+                return Err(Diagnostic::new(Code::InvalidValue, message).into());
+            }
+            (None, None) => {
+                let known = FormatInfo::written_extensions();
+                let known = format!("{known}, or for arrays .npz, .npy, .csv, .parquet or .pkl");
+                Self::Scene(row(writing, &known)?)
+            }
         };
-        let form = Self::Scene(row);
         form.check(writing)?;
         Ok(form)
+    }
+
+    /// The extension of the file, where the name of the format does not say it.
+    pub(super) fn extension(self) -> Option<&'static str> {
+        match self {
+            Self::Scene(_) | Self::Character => None,
+            Self::Robot(format) => Some(format.extension()),
+            Self::Arrays(layout) => Some(layout.extension()),
+        }
+    }
+
+    /// Whether numbers go out in the unit and the axes of the motion.
+    pub(super) fn keeps_units(self) -> bool {
+        match self {
+            Self::Scene(row) => row.keeps_units(),
+            Self::Arrays(layout) => layout.keeps_units(),
+            Self::Robot(_) => true,
+            Self::Character => false,
+        }
+    }
+
+    /// Whether the rest pose of the output is the T-pose.
+    pub(super) fn has_t_pose(self) -> bool {
+        match self {
+            Self::Scene(row) => row.states_bones,
+            Self::Arrays(layout) => !layout.keeps_units(),
+            Self::Robot(_) | Self::Character => false,
+        }
     }
 
     /// The form of motions on another body.
@@ -71,6 +116,42 @@ impl Form {
         Ok(form)
     }
 
+    /// Refuses a rest pose or a root of a motion on its own skeleton that the output cannot have.
+    pub(super) fn check_frames(self, frames: &SourceFrames) -> Result<()> {
+        let extension = self.extension().unwrap_or_default();
+        let stated = [
+            (WriteOption::Rest, frames.rest != RestPoseSource::default()),
+            (WriteOption::RootMotion, frames.root == RootMotion::Extract),
+        ];
+        let mut stated = stated.into_iter().filter(|(_, is_stated)| *is_stated);
+        match stated.find_map(|(option, _)| self.refusal(option, extension)) {
+            Some(refusal) => Err(refusal.into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Why the output of a job without a target cannot be compared with its source; `None` where it can.
+    pub(super) fn no_verification(self, job: &MotionJob) -> Option<Diagnostic> {
+        let SourceFrames {
+            rest,
+            root,
+            t_pose_first,
+            ..
+        } = &job.source.frames;
+        let is_other = *rest != RestPoseSource::default() || *root != RootMotion::Keep || *t_pose_first;
+        let message = match self {
+            Self::Robot(_) => "{verify} compares positions of joints, and the file has angles; leave it out",
+            Self::Arrays(layout) if !layout.keeps_units() => {
+                "{verify} compares joints by their names, and the layout has joints of its own; leave it out"
+            }
+            Self::Arrays(_) if is_other || !job.steps.is_empty() => {
+                "{verify} does not repeat steps, or another root or rest pose, for arrays; leave it out"
+            }
+            _ => return None,
+        };
+        Some(Diagnostic::new(Code::InvalidValue, message))
+    }
+
     /// Why an option of writing has no effect on the output; `None` where it has one.
     pub(super) fn refusal(self, option: WriteOption, extension: &str) -> Option<Diagnostic> {
         let gltf = FormatInfo::of(Format::Gltf);
@@ -88,6 +169,8 @@ impl Form {
             }
             Self::Character => "a character, whose file is passed through",
             Self::Robot(_) => "the numbers of a robot's joints",
+            Self::Arrays(layout) if layout.takes(option) => return None,
+            Self::Arrays(_) => "arrays",
         };
         let message = format!("{{{option}}} has no effect on {what}; leave it out");
         Some(Diagnostic::new(Code::InvalidValue, message))
@@ -100,16 +183,34 @@ impl Form {
         if let Some(refusal) = stated.find_map(|option| self.refusal(option, &extension)) {
             return Err(refusal.into());
         }
+        if let Some(wanted) = self.extension().filter(|wanted| names_another(&writing.output, wanted)) {
+            let output = writing.output.display();
+            let message = format!("{output}: the arrays of {extension} are written to a file that ends in .{wanted}");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
         let problem = match self {
             Self::Scene(row) => problem_of_bound(writing, row).or_else(|| problem_of_stream(writing)),
             Self::Character => problem_of_bound(writing, FormatInfo::of(Format::Gltf)),
-            Self::Robot(_) => None,
+            Self::Robot(_) | Self::Arrays(_) => None,
         };
         match problem {
             Some(message) => Err(Diagnostic::new(Code::InvalidValue, message).into()),
             None => Ok(()),
         }
     }
+}
+
+/// Whether the name of an output names another format than that of files which end in `wanted`.
+fn names_another(output: &Path, wanted: &str) -> bool {
+    let own = output
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_ascii_lowercase();
+    let is_known = FormatInfo::of_output(output).is_some()
+        || ArrayLayout::named(&own).is_some_and(|layout| layout.extension() == own)
+        || RobotFormat::named(&own).is_some_and(|format| format.extension() == own);
+    is_known && own != wanted
 }
 
 /// How keys are stored: all that can be chosen of the animations of a character.

@@ -26,6 +26,7 @@
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
+mod array_layout;
 pub mod arrays;
 mod file_graph;
 mod files;

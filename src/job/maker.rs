@@ -1,6 +1,7 @@
 //! Makes the outputs of a job: one recipe for one motion and for many, for every command and every language.
 
 mod onto;
+mod own;
 mod skeletons;
 
 use std::collections::BTreeMap;
@@ -11,22 +12,23 @@ use mocap_edit::EditStep;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
 use mocap_formats::{Export, FormatInfo, WriteOption};
-use mocap_io::export::is_at_rest_for;
 use mocap_io::import::{Importer, MemoryFile};
 use mocap_retarget::report::ClipReport;
+use mocap_retarget::robot::Robot;
 use mocap_retarget::{Retargeter, SourceMotion, apply_steps_with_bones, whole};
 use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
-use mocap_scene::process::{self, SkeletonMesh};
+use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Assumption, Scene, Topic, UpAxis};
 
 use self::onto::import_onto;
+use self::own::robot_of_inputs;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
 use super::said::{Hear, Notice, clip_taken, say_all, say_warnings};
-use super::{JobTarget, JointNames, MotionJob, meshes, names};
+use super::{JobTarget, JointNames, MotionJob, meshes};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -56,6 +58,8 @@ pub struct Maker<'a> {
     bones: HumanoidMap,
     /// What the joints of outputs are called, where they get other names.
     names: Option<HumanoidMap>,
+    /// The robot of the inputs, where the output has its joints.
+    robot: Option<Arc<Robot>>,
     /// The second motions of steps.
     others: Arc<[Scene]>,
     /// The target without a motion, where there is one.
@@ -98,17 +102,32 @@ impl<'a> Maker<'a> {
     pub(super) fn of(job: &MotionJob, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
         let names = job.source.with.iter().map(|file| file.display().to_string());
         EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
-        let (form, target) = match &job.target {
-            None => (Form::of_motion(&job.write)?, None),
+        let mut job = job.clone();
+        let (form, target, robot) = match &job.target {
+            None => {
+                let robot = robot_of_inputs(&job, files)?;
+                (Form::of_motion(&job.write, robot.is_some())?, None, robot)
+            }
             Some(target) => {
-                let (form, target) = import_onto(job, target, files, hear)?;
-                (form, Some(target))
+                let (form, target) = import_onto(&job, target, files, hear)?;
+                (form, Some(target), None)
             }
         };
+        if target.is_none() {
+            form.check_frames(&job.source.frames)?;
+        }
+        if let Some(refusal) = form.no_verification(&job).filter(|_| job.verify && target.is_none()) {
+            return Err(refusal.into());
+        }
+        if let (Form::Robot(format), Some(_)) = (form, &robot) {
+            let frames = &mut job.source.frames;
+            frames.fps = frames.fps.or(format.rate());
+        }
         let mut maker = Self {
             bones: job.source.map.bones()?,
             names: job.write.names.as_ref().map(JointNames::names).transpose()?,
-            job: job.clone(),
+            robot: robot.map(Arc::new),
+            job,
             files,
             form,
             others: Arc::default(),
@@ -117,7 +136,7 @@ impl<'a> Maker<'a> {
             skeletons: Arc::default(),
             of_motions: Arc::default(),
         };
-        let with = job.source.with.iter();
+        let with = maker.job.source.with.iter();
         let others = with.map(|file| maker.import_second(file, hear));
         maker.others = others.collect::<Result<_>>()?;
         Ok(maker)
@@ -140,7 +159,7 @@ impl<'a> Maker<'a> {
     /// its output is made.
     #[must_use]
     pub fn look_at(mut self, motions: &[PathBuf]) -> Self {
-        if self.target.is_none() && !self.writes_t_pose() {
+        if self.target.is_none() && !self.form.has_t_pose() {
             return self;
         }
         let read = |motion: &PathBuf| (motion.clone(), self.import(motion, &mut |_| {}));
@@ -154,11 +173,6 @@ impl<'a> Maker<'a> {
     /// with another text is out of date. `None` of a motion that [`look_at`](Self::look_at) has not seen with others.
     pub fn shared_figure(&self, motion: &Path) -> Option<String> {
         self.skeletons.get(*self.of_motions.get(motion)?)?.says()
-    }
-
-    /// Whether the format of the output has the T-pose as its rest pose.
-    fn writes_t_pose(&self) -> bool {
-        self.format().is_some_and(|row| row.states_bones)
     }
 
     /// What other motions of its skeleton say of a motion.
@@ -177,8 +191,14 @@ impl<'a> Maker<'a> {
     pub fn format(&self) -> Option<&'static FormatInfo> {
         match self.form {
             Form::Scene(row) => Some(row),
-            Form::Character | Form::Robot(_) => None,
+            Form::Character | Form::Robot(_) | Form::Arrays(_) => None,
         }
+    }
+
+    /// The extension of the outputs, where the name of the format is not their extension.
+    #[doc(hidden)]
+    pub fn extension(&self) -> Option<&'static str> {
+        self.form.extension()
     }
 
     /// Why an option of writing has no effect on the output; `None` where it has one.
@@ -238,7 +258,7 @@ impl<'a> Maker<'a> {
         } = source;
         let bones = bones.unwrap_or_else(|| Humanoid::of(&scene));
         let humanoid = self.change(&mut scene, bones, motion, hear)?;
-        let written = self.write(&mut scene, &humanoid, whole, output);
+        let written = self.write(&mut scene, &humanoid, whole, motion, output);
         Ok(JobOutput {
             written: written.map_err(|error| error.with_path(motion))?,
             scene: Some(scene),
@@ -301,22 +321,6 @@ impl<'a> Maker<'a> {
         prepared.map_err(|error| error.with_path(motion))
     }
 
-    /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
-    fn change(&self, scene: &mut Scene, found: Humanoid, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
-        let in_file = |error: Error| error.with_path(motion);
-        let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
-        if let Some(axis) = self.job.write.along_bone() {
-            axis.turn_frames(scene, humanoid.clone(), &self.bones)
-                .map_err(in_file)?;
-        }
-        // Before it is written, so that the scene says it to `verify`.
-        if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
-            process::zero_rest_rotations(scene).map_err(in_file)?;
-        }
-        say_warnings(scene, motion, hear);
-        Ok(humanoid)
-    }
-
     fn convert(&self, mut scene: Scene, hear: Hear<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
@@ -328,7 +332,7 @@ impl<'a> Maker<'a> {
             Some(Shared { figure, shown }) => (figure, Some(shown)),
             None => (Figure::mapped(&scene, &self.bones)?, None),
         };
-        let whole = match self.writes_t_pose() {
+        let whole = match self.form.has_t_pose() {
             true => whole(&mut scene, &figure, shown, &conversion)?,
             false => None,
         };
@@ -350,7 +354,6 @@ impl<'a> Maker<'a> {
     /// From the space and the frames of an input to the space and the frames of the output.
     fn conversion(&self) -> Conversion {
         let MotionJob { source, write, .. } = &self.job;
-        let keeps_units = self.format().is_some_and(FormatInfo::keeps_units);
         let mut conversion = source.frames.conversion().bones(self.bones.clone());
         if let Some(metres) = source.space.metres_per_unit() {
             conversion = conversion.metres_per_unit(metres);
@@ -358,7 +361,7 @@ impl<'a> Maker<'a> {
         if let Some(up) = source.space.up() {
             conversion = conversion.up(up);
         }
-        write.space.of(conversion).keep_units(keeps_units)
+        write.space.of(conversion).keep_units(self.form.keeps_units())
     }
 
     /// Does the steps on a scene with the bones `found`, and returns the bones of what it has become.
@@ -369,31 +372,6 @@ impl<'a> Maker<'a> {
         let (reports, found) = apply_steps_with_bones(scene, &self.job.steps, &others, stated, found)?;
         reports.iter().for_each(|report| hear(Notice::Step(report)));
         Ok(found)
-    }
-
-    fn write(
-        &self,
-        scene: &mut Scene,
-        humanoid: &Humanoid,
-        whole: Option<Box<Scene>>,
-        output: &Path,
-    ) -> Result<Export> {
-        let mut exporter = self.job.write.exporter().t_pose_shown_by(whole);
-        let row = self.format();
-        let mut naming = None;
-        if self.names.is_some() || row.is_some_and(|row| row.states_bones) {
-            naming = names::name(scene, self.names.as_ref(), humanoid)?;
-            exporter = exporter.humanoid(humanoid.clone());
-        }
-        let mut written = exporter.write_as(scene, self.job.write.name_of(output))?;
-        naming
-            .iter()
-            .for_each(|naming| names::tell(naming, scene, &mut written));
-        let one_clip = row.filter(|row| row.has_one_clip);
-        written
-            .notes
-            .extend(one_clip.and_then(|row| clip_taken(scene, Some(row.name))));
-        Ok(written)
     }
 
     /// A second motion of a step, as the first is when steps begin.

@@ -1,6 +1,7 @@
 //! The formats of motions on robots.
 
 use mocap_formats::Export;
+use mocap_formats::gltf::report::Provenance;
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_retarget::{Retargeter, Target};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -121,6 +122,11 @@ impl RobotFormat {
             let message = format!("a {} of a robot has one motion; name one", self.name());
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
+        self.write_motion(motion, robot, provenance)
+    }
+
+    /// The file of a motion of `robot`.
+    pub(super) fn write_motion(self, motion: &RobotMotion, robot: &Robot, provenance: &Provenance) -> Result<Export> {
         let metadata = serde_json::json!({
             "mocap": env!("CARGO_PKG_VERSION"),
             "robot": robot.name,

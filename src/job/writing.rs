@@ -36,7 +36,8 @@ pub struct OutputOptions {
     /// motion in a folder, which is there or ends in /.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub output: PathBuf,
-    /// The format by one of its extensions, where the extension of the output is another; for a robot also qpos.
+    /// The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its
+    /// name, such as amass, humanml3d, qpos or gmr.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
@@ -223,7 +224,7 @@ pub struct BvhOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub channels: Channels,
-    /// Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too
+    /// Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub sidecar: bool,

@@ -44,6 +44,7 @@ pub(crate) mod kinematics;
 mod links;
 mod measure;
 mod motion;
+mod of_scene;
 pub mod report;
 pub(crate) mod retargeter;
 pub(crate) mod robot_report;

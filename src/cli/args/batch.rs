@@ -3,7 +3,6 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use mocap::FormatInfo;
 use mocap::files::ReplacePolicy;
 
 use super::OutputFormat;
@@ -18,9 +17,9 @@ use crate::{Failure, report, streams};
 pub(crate) struct BatchArgs {
     /// The output of one file; or a folder for the outputs, which keep their paths below the input folders, and for a
     /// manifest
-    #[arg(short, long = "output", alias = "out-dir", value_name = "FILE|FOLDER")]
+    #[arg(short, long = "output", alias = "out-dir", value_name = "OUTPUT")]
     pub(crate) out_dir: Option<PathBuf>,
-    /// Format of the outputs
+    /// Format of the outputs, or the layout of arrays where the extension of the output has several
     #[arg(long, value_name = "FORMAT", default_value = "glb")]
     pub(crate) to: OutputFormat,
     /// Skip files that were converted with the same options, according to the manifest, and are unchanged
@@ -53,7 +52,7 @@ impl BatchArgs {
                 "{}: files of this format are read, not written: the name of the output must end in {}; a folder with such \
                  a name ends in /",
                 output.display(),
-                FormatInfo::written_extensions()
+                OutputFormat::extensions()
             ))),
             folder => Ok(folder),
         }
@@ -62,7 +61,7 @@ impl BatchArgs {
 
 /// Whether an output is a file by its name, and no folder of that name is there.
 fn names_file(output: &Path) -> bool {
-    streams::is_unnamed(output) || !is_folder(output) && FormatInfo::of_output(output).is_some()
+    streams::is_unnamed(output) || !is_folder(output) && OutputFormat::of(output).is_some()
 }
 
 /// Whether an output has the extension of a format that is read, and no folder of that name is there.
@@ -122,6 +121,7 @@ pub(super) fn is_folder(output: &Path) -> bool {
 #[derive(Debug, clap::Args)]
 pub(crate) struct MergeManifestArgs {
     /// The folder of the outputs
+    #[arg(value_name = "INPUT")]
     pub(crate) folder: PathBuf,
     /// Print how many files there are, and how many failed, as JSON
     #[arg(long)]

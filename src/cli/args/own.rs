@@ -15,9 +15,9 @@ use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs};
 pub(crate) struct OwnArgs {
     /// The file to write, in any format of mocap formats, or - for standard output. If it is a folder, or ends in /,
     /// each motion gets a file of its own in it, beside a manifest
-    #[arg(short, long, value_name = "FILE|FOLDER")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// Format of standard output, or of the outputs in a folder [default: glb]
+    /// Format of standard output or of the outputs in a folder, or the layout of arrays [default: glb]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<OutputFormat>,
     /// Frames per second of the motions before they are changed, at the same speed; for an input that states no valid

@@ -5,59 +5,122 @@ use std::sync::LazyLock;
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use mocap::job::OutputOptions;
-use mocap::{Diagnostic, Format, FormatInfo, WriteOption};
+use mocap::arrays::BodyLayout;
+use mocap::job::{OutputOptions, RobotFormat};
+use mocap::{Diagnostic, FormatInfo, WriteOption};
 
 use super::{ForceArgs, Given};
 use crate::Failure;
 
-/// A written format, by one of its extensions.
+/// A written format, by one of its extensions, or a layout of arrays by its name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OutputFormat {
-    pub(crate) format: Format,
+    /// The name that users type.
+    pub(crate) name: &'static str,
+    /// The extension of its files.
     pub(crate) extension: &'static str,
+    description: &'static str,
+    /// The row of a format of scenes; `None` of arrays.
+    row: Option<&'static FormatInfo>,
 }
 
-/// All of them, in the order of the table.
+/// The formats of scenes, in the order of the table.
 static WRITTEN: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
     let written = FormatInfo::ALL.iter().filter(|row| row.writes());
-    let extensions = written.flat_map(|row| row.extensions.iter().map(|extension| (row.format, *extension)));
-    extensions
-        .map(|(format, extension)| OutputFormat { format, extension })
-        .collect()
+    let extensions = written.flat_map(|row| row.extensions.iter().map(move |extension| (row, *extension)));
+    let format = |(row, extension): (&'static FormatInfo, &'static str)| OutputFormat {
+        name: extension,
+        extension,
+        description: row.description,
+        row: Some(row),
+    };
+    extensions.map(format).collect()
+});
+
+/// All formats: those of scenes and the layouts of arrays.
+static ALL: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
+    let arrays = |name, extension, description| OutputFormat {
+        name,
+        extension,
+        description,
+        row: None,
+    };
+    let own = ["npz", "csv", "parquet"].map(|name| arrays(name, name, "arrays as mocap fk writes them"));
+    let bodies = BodyLayout::ALL.map(|layout| arrays(layout.as_str(), layout.extension(), "arrays of a humanoid"));
+    let robots = RobotFormat::ALL.into_iter();
+    let robots = robots.map(|format| {
+        arrays(
+            format.name(),
+            format.extension(),
+            "the joints of a robot, which --body names",
+        )
+    });
+    let mut all = WRITTEN.clone();
+    for format in own.into_iter().chain(bodies).chain(robots) {
+        if all.iter().all(|known| known.name != format.name) {
+            all.push(format);
+        }
+    }
+    all
 });
 
 impl OutputFormat {
     /// The format that the extension of `path` names.
     pub(crate) fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?;
-        // It is glTF that keeps what a VRM input has.
-        let vrm = OutputFormat {
-            format: Format::Gltf,
-            extension: "vrm",
-        };
-        let mut written = WRITTEN.iter().copied().chain([vrm]);
-        written.find(|format| extension.eq_ignore_ascii_case(format.extension))
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            // It is glTF that keeps what a VRM input has.
+            "vrm" => Some(Self {
+                extension: "vrm",
+                name: "vrm",
+                ..Self::named("glb")?
+            }),
+            // The one layout that is written to such a file.
+            "npy" => Self::named(BodyLayout::HumanMl3d.as_str()),
+            extension => Self::named(extension),
+        }
     }
 
-    pub(crate) fn row(self) -> &'static FormatInfo {
-        FormatInfo::of(self.format)
+    /// The format that users call so.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        ALL.iter().copied().find(|format| format.name == name)
+    }
+
+    /// The extensions of all outputs, in a sentence.
+    pub(crate) fn extensions() -> String {
+        let of_scenes = FormatInfo::written_extensions();
+        format!("{of_scenes}, or for arrays .npz, .npy, .csv, .parquet or .pkl")
+    }
+
+    /// The row of a format of scenes.
+    pub(crate) fn row(self) -> Option<&'static FormatInfo> {
+        self.row
+    }
+
+    /// Whether it is a layout that the extension of its files does not tell.
+    pub(crate) fn is_layout(self) -> bool {
+        self.name != self.extension
+    }
+
+    /// Why an option of writing has no effect on it, as far as the format alone tells.
+    pub(crate) fn refusal(self, option: WriteOption) -> Option<Diagnostic> {
+        self.row?.refusal(option, self.extension)
     }
 }
 
 impl ValueEnum for OutputFormat {
     fn value_variants<'a>() -> &'a [Self] {
-        &WRITTEN
+        &ALL
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.extension).help(self.row().description))
+        Some(PossibleValue::new(self.name).help(self.description))
     }
 }
 
 /// The extensions of all written formats, and other names.
 pub(super) fn extensions_and(others: &[&'static str]) -> PossibleValuesParser {
-    let written = WRITTEN.iter().map(|format| format.extension);
+    let written = WRITTEN.iter().map(|format| format.name);
     PossibleValuesParser::new(written.chain(others.iter().copied()))
 }
 

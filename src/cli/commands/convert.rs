@@ -46,12 +46,14 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(MotionJob, Outpu
 fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
-    if args.paths.len() == 2 && !streams::is_unnamed(&args.paths[1]) {
+    let is_layout = given.has("to") && args.batch.to.is_layout();
+    if args.paths.len() == 2 && !streams::is_unnamed(&args.paths[1]) && !is_layout {
         given.refuse(&["to"], TO_OF_FILE)?;
     }
     let (input, output) = match args.paths.as_slice() {
         [input] if streams::is_standard(input) => {
-            let message = "standard input has no name to name the output after: mocap convert - OUT, or - for OUT";
+            let message =
+                "standard input has no name to name the output after: mocap convert - OUTPUT, or - for OUTPUT";
             return Err(Failure::Usage(message.to_owned()));
         }
         [input] => (input, input.with_extension(args.batch.to.extension)),
@@ -67,9 +69,10 @@ fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathB
         return Err(Failure::Usage(message));
     }
     match OutputFormat::of(&output) {
+        Some(_) if is_layout => Ok((input, output, args.batch.to)),
         Some(format) => Ok((input, output, format)),
         None if streams::is_unnamed(&output) => Ok((input, output, args.batch.to)),
-        None => Err(unknown_extension(&output, &FormatInfo::written_extensions())),
+        None => Err(unknown_extension(&output, &OutputFormat::extensions())),
     }
 }
 
@@ -81,9 +84,11 @@ fn wanted(
     output: &Path,
     format: OutputFormat,
 ) -> Result<MotionJob, Failure> {
-    refuse_options(given, |option| format.row().refusal(option, format.extension))?;
-    refuse_unused(args, given, format.row())?;
-    Ok(args.job(inputs, output, format.extension))
+    refuse_options(given, |option| format.refusal(option))?;
+    if let Some(row) = format.row() {
+        refuse_unused(args, given, row)?;
+    }
+    Ok(args.job(inputs, output, format.name))
 }
 
 /// Refuses options of reading that change nothing in an output of this format.
@@ -162,7 +167,8 @@ fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat)
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
-fn choice(smaller: &SizeOptions, row: &FormatInfo) -> Option<String> {
+fn choice(smaller: &SizeOptions, row: Option<&FormatInfo>) -> Option<String> {
+    let row = row?;
     match (smaller.compress, smaller.max_error) {
         (None, Some(_)) if !row.takes(WriteOption::Compress) => None,
         (None, Some(_)) => {
@@ -188,7 +194,7 @@ fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &JobOutput, bytes
         input.display(),
         output.display(),
     ));
-    let row = OutputFormat::of(output).map(OutputFormat::row);
+    let row = OutputFormat::of(output).and_then(OutputFormat::row);
     // What other formats have to say of it is one of their notes.
     let chooses = row.is_some_and(|row| row.takes(WriteOption::Compress));
     let (Some(achieved), Some(scene)) = (written.error.as_ref().filter(|_| chooses), scene) else {

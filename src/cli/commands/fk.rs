@@ -72,7 +72,7 @@ fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure>
     let written = BodyArrays::new(&scene).and_then(|body| Ok((body.write(layout)?, body.frames)));
     let (bytes, frames) = written.map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &bytes)?;
-    report::say("hands: the rotations of fingers begin at a flat hand; the shape of the body is the mean (betas 0)");
+    report::say(BodyLayout::NOTE);
     report::say(&format!(
         "{} -> {}: {frames} frames in the layout of {}, {} bytes",
         args.input.display(),

@@ -111,6 +111,6 @@ fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) {
 /// The job of a walk.
 fn job_of_walk(args: &WalkArgs) -> Result<WalkJob, Failure> {
     kinds::refuse_robot(args.on.as_deref())?;
-    let to = args.to.map(|format| format.extension);
+    let to = args.to.map(|format| format.name);
     Ok(args.job(&output_format(&args.output, to, "glb")?))
 }

@@ -1,7 +1,5 @@
 //! What the commands have in common that change motions on their own skeletons: `mocap edit` and `mocap clean`.
 
-use std::path::Path;
-
 use mocap::job::MotionJob;
 
 use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
@@ -21,14 +19,14 @@ pub(super) fn begin(args: &OwnArgs, given: &Given, job: MotionJob) -> Result<Opt
 
 /// The job that the arguments mean; `job` makes it for the extension of the output.
 pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> MotionJob) -> Result<MotionJob, Failure> {
-    let to = args.to.map(|format| format.extension);
+    let to = args.to.map(|format| format.name);
     let format = match args.is_many() {
         true => to.unwrap_or("glb").to_owned(),
         false => output_format(&args.output, to, "glb")?,
     };
     let job = job(&format);
-    if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(&format)) {
-        refuse_options(given, |option| format.row().refusal(option, format.extension))?;
+    if let Some(format) = OutputFormat::named(&format) {
+        refuse_options(given, |option| format.refusal(option))?;
     }
     Ok(job)
 }

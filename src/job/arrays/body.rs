@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
+use mocap_figure::Humanoid;
 use mocap_figure::convert::Conversion;
-use mocap_figure::vrm_humanoid;
+use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_formats::SMPL_ROOT;
 use mocap_formats::humanml3d;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -52,6 +53,19 @@ impl BodyLayout {
             _ => "npz",
         }
     }
+
+    /// How many joints a file has.
+    pub(crate) const fn joints(self) -> usize {
+        match self {
+            Self::Amass | Self::Smplx => ALL_JOINTS,
+            Self::Kimodo | Self::HumanMl3d => BODY_JOINTS,
+        }
+    }
+
+    /// What every layout leaves out.
+    #[doc(hidden)]
+    pub const NOTE: &str =
+        "hands: the rotations of fingers begin at a flat hand; the shape of the body is the mean (betas 0)";
 }
 
 impl FromStr for BodyLayout {
@@ -111,7 +125,13 @@ impl BodyArrays {
         let mut scene = scene.clone();
         scene.animations.truncate(1);
         Conversion::new().apply(&mut scene)?;
-        let body = vrm_humanoid(&scene, None)?;
+        Self::of_humanoid(&scene, None, None)
+    }
+
+    /// As [`new`](Self::new), of a scene in metres with +Y up. `whole` has the frames that show the T-pose, where the
+    /// scene has a part of them; `known` has the bones, where the caller knows them.
+    pub(crate) fn of_humanoid(scene: &Scene, whole: Option<&Scene>, known: Option<Humanoid>) -> Result<Self> {
+        let body = vrm_humanoid_shown(scene, whole, known)?;
         let Some(animation) = body.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to write").into());
         };

@@ -10,7 +10,7 @@ use mocap_formats::{Export, FormatInfo};
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::Scene;
+use mocap_scene::scene::{Format, Scene};
 
 use super::skeletons::up_of_others;
 use super::{JobOutput, Maker, no_input};
@@ -122,6 +122,8 @@ impl Maker<'_> {
                 return Ok((written.unwrap_or_default(), None));
             }
             Form::Scene(row) => row,
+            // Of a motion on its own skeleton alone.
+            Form::Arrays(_) => FormatInfo::of(Format::Npz),
         };
         if row.has_one_clip && target.clips().len() > 1 {
             let message = format!("{} has one motion; name one", row.name);

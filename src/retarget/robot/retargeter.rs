@@ -4,6 +4,7 @@ pub(crate) mod balance;
 mod stream;
 
 use glam::{DQuat, DVec3};
+use mocap_edit::report::DetectedContacts;
 use mocap_figure::robot_bones::{RobotMap, robot_bones};
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -428,14 +429,19 @@ impl RobotRetargeter {
         let Ok(found) = self.retargeter.contacts(source, animation) else {
             return vec![[false; 2]; frames];
         };
-        let rests = |side: Side, frame: usize| {
-            let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
-            points.any(|point| point.at_rest.get(frame) == Some(&true))
-        };
-        (0..frames)
-            .map(|frame| Side::ALL.map(|side| rests(side, frame)))
-            .collect()
+        feet_at_rest(&found, frames)
     }
+}
+
+/// For each frame whether the left and the right foot are at rest.
+pub(super) fn feet_at_rest(found: &DetectedContacts, frames: usize) -> Vec<[bool; 2]> {
+    let rests = |side: Side, frame: usize| {
+        let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
+        points.any(|point| point.at_rest.get(frame) == Some(&true))
+    };
+    (0..frames)
+        .map(|frame| Side::ALL.map(|side| rests(side, frame)))
+        .collect()
 }
 
 /// The robot and its feet in the frame that was followed last.

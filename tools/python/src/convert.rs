@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::convert::RestPoseSource;
+use mocap::Result;
 use mocap::files::ReplacePolicy;
 use mocap::job::{JointNames, Maker, MotionJob};
 use mocap::scene::UpAxis;
-use mocap::{Result, WriteOption};
 use pyo3::prelude::*;
 
 use crate::errors::{invalid, to_python};
@@ -71,11 +70,6 @@ fn make(
 ) -> Result<usize> {
     policy.check_inputs(&job.write.output)?;
     let maker = Maker::new(job, &[], &mut |_| {})?;
-    if job.source.frames.rest != RestPoseSource::default()
-        && let Some(refusal) = maker.refusal(WriteOption::Rest)
-    {
-        return Err(refusal.into());
-    }
     maker.check(policy, &job.write.output)?;
     let made = made(&maker, job)?;
     made.written.save(&job.write.output, policy)?;

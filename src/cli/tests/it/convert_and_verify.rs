@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use crate::at_root;
-use crate::program::{run, words};
+use crate::program::{Folder, run, words};
 
 fn fixture(file: &str) -> String {
     at_root(&format!("fixtures/real/{file}"))
@@ -370,4 +370,40 @@ fn written_files_can_be_looked_into() {
             .success()
     );
     assert!(run(&["dump", path.to_str().unwrap(), "tree"]).status.success());
+}
+
+#[test]
+fn arrays_are_outputs_like_any_other() {
+    let folder = Folder::with(&["other.bvh", "takes/b.bvh"]);
+    folder.write(
+        "robot.urdf",
+        &std::fs::read(at_root("fixtures/robots/h1.urdf")).unwrap(),
+    );
+    folder.succeeds("convert takes/b.bvh b.npz --verify --trim 0..0.2 --fps 60");
+    let verified = String::from_utf8(folder.run("verify takes/b.bvh b.npz").stdout).unwrap();
+    assert!(verified.contains("13 frames, 38 joints"), "{verified}");
+    folder.succeeds("convert takes -o out --to amass --trim 0..0.2");
+    assert_eq!(folder.records("out")[0]["output"], "b.npz");
+    let found: serde_json::Value = serde_json::from_slice(&folder.run("info out/b.npz --json").stdout).unwrap();
+    assert_eq!((&found["joints"], &found["frames"]), (&55.into(), &25.into()));
+    folder.succeeds("edit takes/b.bvh -o mirrored.csv --step mirror");
+    folder.succeeds("robot takes --robot robot.urdf -o robots/ --to gmr --trim 0..0.2");
+    folder.succeeds("convert robots/b.pkl b.csv --to unitree-csv --body robot.urdf");
+    // 24 frames at 120 a second, without the rest pose that comes first, are 6 at 30.
+    assert_eq!(folder.read("b.csv").split(|byte| *byte == b'\n').count() - 1, 6);
+    for (arguments, said) in [
+        ("convert takes/b.bvh c.npz --to npz", "--to would do nothing"),
+        (
+            "convert takes/b.bvh c.csv --to amass",
+            "written to a file that ends in .npz",
+        ),
+        ("convert takes/b.bvh c.pkl", "name the robot of the input in --body"),
+        (
+            "convert takes/b.bvh c.npz --to amass --verify",
+            "--verify compares joints by their names",
+        ),
+        ("convert takes other.bvh -o c.npz", "need a folder"),
+    ] {
+        folder.refuses(arguments, 2, said);
+    }
 }

@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use mocap::arrays::BodyLayout;
 use mocap::convert::RestPoseSource;
 use mocap::figure::{BoneNames, Humanoid};
 use mocap::gltf::Compression;
@@ -85,6 +86,8 @@ fn rows() -> Vec<Row> {
         }
     }
     rows.push(row("vrm", String::new()));
+    let bodies = BodyLayout::ALL.into_iter();
+    rows.extend(bodies.map(|layout| row(layout.extension(), format!("--to {}", layout.as_str()))));
     rows.extend(
         RobotFormat::ALL
             .into_iter()
@@ -141,8 +144,7 @@ fn reason(said: &str) -> String {
     message.replace('|', "\\|")
 }
 
-/// What Python's `mocap.convert` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the
-/// writer.
+/// What Rust's `Exporter` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the writer.
 fn by_call(scene: &Scene, row: &Row) -> Cell {
     let path = Path::new(&row.output);
     let extension = path.extension().unwrap().to_str().unwrap();
@@ -188,7 +190,7 @@ fn is_left_out(row: &Row) -> bool {
 fn table(cells: &[(Row, Vec<Cell>)]) -> String {
     let mut reasons: Vec<&str> = Vec::new();
     let mut text = format!(
-        "| output | {} | Python's `mocap.convert`, JavaScript's `write` |\n|---|{}\n",
+        "| output | {} | Rust's `Exporter`, JavaScript's `write` |\n|---|{}\n",
         COMMANDS.map(|(name, _)| name).join(" | "),
         "---|".repeat(COMMANDS.len() + 1)
     );
@@ -220,7 +222,7 @@ const HEAD: &str = "# Every door by every format
 
 Export by `MOCAP_WRITE=1 cargo test --features meshopt --test it doors`, which runs each cell. Each that works is a job too:
 what `--print-job` prints gives the same bytes by `mocap run`, `mocap.run` in Python and `mocap_run` in C, which read files,
-and by `run` in JavaScript, which has them in memory. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
+and by `run` in JavaScript, which has them in memory. Python's `mocap.convert` writes what `convert` writes. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
 
 ";
 

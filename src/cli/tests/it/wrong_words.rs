@@ -138,7 +138,7 @@ fn a_wrong_kind_of_file_names_the_right_command() {
         (
             "retarget walk.bvh h1.urdf -o a.glb",
             2,
-            "mocap robot MOTION --robot h1.urdf -o OUT",
+            "mocap robot INPUT --robot h1.urdf -o OUTPUT",
         ),
         (
             "retarget walk.bvh --to-skeleton h1.xml -o a.bvh",
@@ -162,7 +162,11 @@ fn a_wrong_kind_of_file_names_the_right_command() {
             2,
             "h1.urdf is a robot",
         ),
-        ("convert walk.bvh a.npz", 2, "mocap fk writes arrays"),
+        (
+            "retarget walk.bvh hero.glb -o a.npz",
+            2,
+            "mocap convert and mocap fk write arrays",
+        ),
         ("clean walk.bvh -o a.gif", 2, "mocap gif draws films"),
         ("retarget walk.bvh hero.glb -o a.html", 2, "mocap view writes pages"),
         ("fk walk.bvh -o a.glb", 2, "mocap convert writes .glb"),

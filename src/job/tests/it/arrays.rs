@@ -1,5 +1,6 @@
 //! Arrays against the independent kinematics, closed forms, and what the files say.
 
+mod converted;
 mod robot;
 
 use std::fs;

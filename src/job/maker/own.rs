@@ -1,0 +1,92 @@
+//! A motion that keeps its own skeleton.
+
+use std::path::Path;
+
+use mocap_figure::Humanoid;
+use mocap_formats::Export;
+use mocap_formats::gltf::report::Provenance;
+use mocap_io::export::is_at_rest_for;
+use mocap_retarget::robot::{Robot, RobotMotion};
+use mocap_scene::error::{Code, Error, Result};
+use mocap_scene::process;
+use mocap_scene::scene::Scene;
+
+use super::Maker;
+use crate::files::Files;
+use crate::form::Form;
+use crate::said::{Hear, clip_taken, say_warnings};
+use crate::{MotionJob, RobotFormat, names};
+
+impl Maker<'_> {
+    /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
+    pub(super) fn change(&self, scene: &mut Scene, found: Humanoid, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
+        let in_file = |error: Error| error.with_path(motion);
+        let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
+        if let Some(axis) = self.job.write.along_bone() {
+            axis.turn_frames(scene, humanoid.clone(), &self.bones)
+                .map_err(in_file)?;
+        }
+        // Before it is written, so that the scene says it to `verify`.
+        if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
+            process::zero_rest_rotations(scene).map_err(in_file)?;
+        }
+        say_warnings(scene, motion, hear);
+        Ok(humanoid)
+    }
+
+    /// The files of a motion for the name `output`.
+    pub(super) fn write(
+        &self,
+        scene: &mut Scene,
+        humanoid: &Humanoid,
+        whole: Option<Box<Scene>>,
+        motion: &Path,
+        output: &Path,
+    ) -> Result<Export> {
+        let row = self.format();
+        let states_bones = row.is_some_and(|row| row.states_bones);
+        let naming = match self.names.is_some() || states_bones {
+            true => names::name(scene, self.names.as_ref(), humanoid)?,
+            false => None,
+        };
+        let (mut written, one_clip) = match (self.form, &self.robot) {
+            (Form::Arrays(layout), _) => (
+                layout.write(scene, humanoid, whole.as_deref(), motion)?,
+                Some("an array"),
+            ),
+            (Form::Robot(format), Some(robot)) => {
+                let moved = RobotMotion::of_scene(robot, scene)?;
+                let mut written = format.write_motion(&moved, robot, &Provenance::of(scene))?;
+                written.nodes = robot.links.len();
+                (written, Some("the file of a robot"))
+            }
+            _ => {
+                let mut exporter = self.job.write.exporter().t_pose_shown_by(whole);
+                if self.names.is_some() || states_bones {
+                    exporter = exporter.humanoid(humanoid.clone());
+                }
+                let written = exporter.write_as(scene, self.job.write.name_of(output))?;
+                (written, row.filter(|row| row.has_one_clip).map(|row| row.name))
+            }
+        };
+        naming
+            .iter()
+            .for_each(|naming| names::tell(naming, scene, &mut written));
+        let taken = one_clip.and_then(|what| clip_taken(scene, Some(what)));
+        written.notes.extend(taken);
+        Ok(written)
+    }
+}
+
+/// The robot whose joints the inputs have, where the format of the output has such joints too.
+pub(super) fn robot_of_inputs(job: &MotionJob, files: Files<'_>) -> Result<Option<Robot>> {
+    let has_joints = RobotFormat::named(&job.write.extension()).is_some();
+    match job.read.body.as_ref().filter(|_| has_joints) {
+        None => Ok(None),
+        Some(body) => match files.import_robot(body) {
+            // A body of another kind.
+            Err(error) if error.code() == Code::UnknownFormat => Ok(None),
+            robot => robot.map(Some),
+        },
+    }
+}

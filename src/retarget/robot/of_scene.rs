@@ -1,0 +1,110 @@
+//! The motion of a robot from a scene of its links: the reverse of [`robot_clip`](mocap_figure::robot_clip).
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+use mocap_edit::contacts_of;
+use mocap_figure::Figure;
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotJoint};
+use mocap_scene::scene::{NodeId, Scene};
+
+use super::motion::RobotMotion;
+use super::retargeter::feet_at_rest;
+
+/// Largest part of a rotation, as the vector of a unit quaternion, that is not about the axis of the joint: above the
+/// rounding of a scene, below what anybody sees.
+const OFF_AXIS: f64 = 1e-3;
+
+impl RobotMotion {
+    /// The motion of a robot whose links are the nodes of `scene`, as the reader of a robot's joints makes it.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where the nodes are not the links of the
+    /// robot, or a link turns about another axis than that of its joint.
+    #[doc(hidden)]
+    pub fn of_scene(robot: &Robot, scene: &Scene) -> Result<Self> {
+        let Some(animation) = scene.animations.first() else {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+        };
+        check_links(robot, scene)?;
+        let (frames, joints) = (animation.frame_count(), robot.moving_joints());
+        let rest: Vec<Trs> = scene
+            .nodes
+            .iter()
+            .map(|node| Trs::from_matrix(node.transform))
+            .collect();
+        let base = robot.links[0].joint.link_to_parent(0.0);
+        let begin = base.to_inner(rest[0].translation.as_dvec3());
+        let mut motion = Self {
+            name: animation.name.clone(),
+            fps: animation.ticks_per_second,
+            dof_names: robot.dof_names(),
+            root: Vec::with_capacity(frames),
+            dof_pos: Vec::with_capacity(frames * joints.len()),
+            contacts: vec![[false; 2]; frames],
+        };
+        let binding = Binding::new(scene, animation);
+        for frame in 0..frames {
+            let mut links = rest.clone();
+            binding.sample(animation, frame as f64, |node, trs| links[node.index()] = trs);
+            let rotation = links[0].rotation.as_dquat().normalize();
+            let translation = links[0].translation.as_dvec3() - rotation * begin;
+            motion.root.push(Placement { rotation, translation });
+            for (dof, &link) in joints.iter().enumerate() {
+                let joint = &robot.links[link].joint;
+                let before = frame.checked_sub(1).map(|before| motion.dof_of(before)[dof]);
+                let moved = (links[link].translation - rest[link].translation).as_dvec3();
+                let position = position(joint, links[link].rotation.as_dquat(), moved, before.unwrap_or(0.0));
+                motion.dof_pos.push(position.ok_or_else(|| off_axis(joint, frame))?);
+            }
+        }
+        if let Ok(found) = contacts_of(scene, animation, &Figure::new(scene)) {
+            motion.contacts = feet_at_rest(&found, frames);
+        }
+        Ok(motion)
+    }
+}
+
+/// The position of a joint whose link has this rotation to its parent, and has moved so far from its place at 0: of
+/// the angles that differ by full turns the one nearest to `before`. `None` where the joint cannot turn so.
+fn position(joint: &RobotJoint, rotation: DQuat, moved: DVec3, before: f64) -> Option<f64> {
+    if joint.kind == JointKind::Slide {
+        return Some(moved.dot(joint.origin.rotation * joint.axis));
+    }
+    let turn = (joint.origin.rotation.inverse() * rotation).normalize();
+    let vector = DVec3::new(turn.x, turn.y, turn.z);
+    let along = vector.dot(joint.axis);
+    if (vector - along * joint.axis).length() > OFF_AXIS {
+        return None;
+    }
+    let angle = 2.0 * along.atan2(turn.w);
+    Some(angle + TAU * ((before - angle) / TAU).round())
+}
+
+fn check_links(robot: &Robot, scene: &Scene) -> Result<()> {
+    let is_same = scene.nodes.len() == robot.links.len()
+        && std::iter::zip(&scene.nodes, &robot.links)
+            .all(|(node, link)| node.name == link.name && node.parent.map(NodeId::index) == link.parent);
+    match is_same {
+        true => Ok(()),
+        false => Err(not_of(format!("its joints are not the links of {}", robot.name))),
+    }
+}
+
+fn off_axis(joint: &RobotJoint, frame: usize) -> Error {
+    not_of(format!(
+        "the joint {:?} turns about another axis than its own in frame {frame}",
+        joint.name
+    ))
+}
+
+fn not_of(message: String) -> Error {
+    Diagnostic::new(
+        Code::Unrepresentable,
+        format!("the motion is not the motion of this robot: {message}"),
+    )
+    .help("retarget it to the robot")
+    .into()
+}
