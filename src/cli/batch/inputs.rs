@@ -205,7 +205,7 @@ impl Gathered {
             };
             say_skipped(&self.tables, "table, not a motion", "tables and no motions", how);
         }
-        let how = "; mocap robot MOTION --robot FILE puts motions on it";
+        let how = "; mocap robot INPUT --robot TARGET puts motions on it";
         say_skipped(&self.robots, "robot, not a motion", "robots and no motions", how);
         say_skipped(
             &self.again,

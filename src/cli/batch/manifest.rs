@@ -62,6 +62,9 @@ pub(crate) struct Record {
     /// What each step changed: a list of [`EditReport`](mocap::edit::report::EditReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) edit: Option<Box<RawValue>>,
+    /// Whether the output was compared with its source, and is within what is allowed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) verified: bool,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -84,6 +87,7 @@ impl Record {
             shared_figure: None,
             guesses: Vec::new(),
             robot: None,
+            verified: false,
             retarget: None,
             edit: None,
             seconds: 0.0,

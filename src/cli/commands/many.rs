@@ -70,7 +70,7 @@ impl Many<'_> {
         };
         many.run(&mut OfJob {
             job,
-            extension: extension(job),
+            extension: extension(job, &maker),
             is_dry_run: self.given.is_dry_run(),
             maker,
             files: BTreeMap::new(),
@@ -83,12 +83,9 @@ impl Many<'_> {
 }
 
 /// The extension of the outputs.
-fn extension(job: &MotionJob) -> String {
-    match job.write.to.as_deref() {
-        Some("qpos") => "npz".to_owned(),
-        Some(to) => to.to_ascii_lowercase(),
-        None => "glb".to_owned(),
-    }
+fn extension(job: &MotionJob, maker: &Maker<'_>) -> String {
+    let own = maker.extension().or(job.write.to.as_deref());
+    own.unwrap_or("glb").to_ascii_lowercase()
 }
 
 /// Everything except the motion that an output depends on: the job, with the SHA-256 of each file in its stead.
@@ -97,6 +94,8 @@ fn options(job: &MotionJob) -> Result<String, Failure> {
     job.source.inputs.clear();
     job.write.output.clear();
     job.write.force = false;
+    // It changes no output.
+    job.verify = false;
     let hash = |file: &mut PathBuf| {
         let found = sha256(file).map_err(|error| Failure::Folder(file.clone(), error))?;
         *file = PathBuf::from(format!("sha256:{found}"));
@@ -193,6 +192,26 @@ impl Work for OfJob<'_> {
                 Some(target) => reports_of(former, target).is_some(),
                 None => self.job.steps.is_empty() || former.edit.is_some(),
             }
+    }
+
+    fn is_unverified(&self, former: &Record) -> bool {
+        self.job.verify && !self.is_dry_run && !former.verified
+    }
+
+    fn verify(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<(), String> {
+        // What some formats do not say of themselves, the motion says that is made again.
+        let states_origin = self.maker.format().is_some_and(|row| row.states_origin);
+        let scene = match states_origin {
+            true => None,
+            false => {
+                let made = self.motion(file, output, &mut record.clone(), &mut |_| {});
+                made.map_err(|error| made::refused(error).into_words())?
+                    .and_then(|made| made.scene)
+            }
+        };
+        let verified = self.compare(file, scene, &output.path);
+        record.verified = verified.is_ok();
+        verified
     }
 
     fn shared_figure(&self, file: &Path) -> Option<String> {
@@ -326,18 +345,23 @@ impl OfJob<'_> {
         if !self.job.verify || self.is_dry_run {
             return Ok(FileState::Done);
         }
+        let verified = self.compare(file, made.scene, &output.path);
+        // It is written, and it may not be what it should be.
+        record.output = Some(output.name.to_owned());
+        record.verified = verified.is_ok();
+        verified.map(|()| FileState::Done)
+    }
+
+    /// Compares an output with its source, from which `scene` was made.
+    fn compare(&self, file: &Path, scene: Option<Scene>, output: &Path) -> Result<(), String> {
         let mut one = self.job.clone();
         one.source.inputs = vec![file.to_owned()];
-        let verification = one
-            .verify_output(made.scene, &output.path)
-            .map_err(|error| error.to_string())?;
+        let verification = one.verify_output(scene, output).map_err(|error| error.to_string())?;
         let allowed = self.job.write.smaller.tolerance();
-        if verification.is_within(allowed) {
-            return Ok(FileState::Done);
+        match verification.is_within(allowed) {
+            true => Ok(()),
+            false => Err(verify::difference(&verification, allowed)),
         }
-        // It is written, and it is not what it should be.
-        record.output = Some(output.name.to_owned());
-        Err(verify::difference(&verification, allowed))
     }
 
     /// The reports of all motions on another body, those that were made before too.

@@ -66,6 +66,38 @@ fn an_output_that_lost_bytes_is_made_again() {
 }
 
 /// Of the same size: what somebody has changed is not done, and is not replaced unasked.
+/// What a run did not compare, a later run compares, and makes no output again.
+#[test]
+fn outputs_that_are_done_are_verified() {
+    for to in ["glb", "bvh"] {
+        let folder = inputs();
+        let command = format!("convert in -o out --to {to} --trim 0..0.2");
+        folder.succeeds(&command);
+        let path = format!("out/walk.{to}");
+        let written = || fs::metadata(folder.path(&path)).unwrap().modified().unwrap();
+        let before = written();
+        assert_eq!(folder.records("out")[0].get("verified"), None);
+        let verifying = format!("{command} --verify --resume");
+        assert!(folder.succeeds(&verifying).contains("1 done before"), "{to}");
+        assert_eq!(folder.records("out").last().unwrap()["verified"], true, "{to}");
+        assert_eq!(written(), before, "{to}");
+        // Another motion under the record of the first is no longer what it was made from.
+        let mut record = folder.records("out").pop().unwrap();
+        record.as_object_mut().unwrap().remove("verified");
+        let other = fs::read(at_root("fixtures/dialects/plain.bvh")).unwrap();
+        folder.write("other/walk.bvh", &other);
+        folder.succeeds(&format!("convert other -o made --to {to}"));
+        let made = folder.read(&format!("made/walk.{to}"));
+        folder.write(&path, &made);
+        record["files"][0]["bytes"] = made.len().into();
+        record["files"][0]["sha256"] = folder.records("made")[0]["files"][0]["sha256"].clone();
+        folder.write(&format!("out/{MANIFEST}"), line(&record).as_bytes());
+        folder.ends_with(1, &verifying);
+        assert!(folder.records("out").last().unwrap()["error"].is_string(), "{to}");
+        assert!(folder.read(&path) == made, "{to}");
+    }
+}
+
 #[test]
 fn an_output_that_was_changed_is_neither_done_nor_replaced() {
     let folder = inputs();
