@@ -103,7 +103,7 @@ impl Pairs {
         ours: &Skeleton,
         theirs: &Skeleton,
         is_ours: bool,
-        mut added_roots: usize,
+        added_roots: usize,
         findings: &mut Vec<Finding>,
     ) {
         let mut find = |kind, names: Vec<String>, singular: &str, plural: &str| {
@@ -122,6 +122,30 @@ impl Pairs {
             "is not in the file",
             "are not in the file",
         );
+        find(
+            FindingKind::RenamedJoint,
+            self.renamed(ours, theirs),
+            "is called otherwise in the file",
+            "are called otherwise in the file",
+        );
+        find(
+            FindingKind::MovedJoint,
+            self.moved(ours, theirs),
+            "has another parent in the file",
+            "have other parents in the file",
+        );
+        if is_ours {
+            find(
+                FindingKind::ExtraJoint,
+                self.extra(ours, theirs, added_roots),
+                "is not in the source",
+                "are not in the source",
+            );
+        }
+    }
+
+    /// Pairs whose names differ by more than what formats change.
+    fn renamed(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
         let mut of_name: HashMap<String, usize> = HashMap::new();
         for joint in &ours.joints {
             *of_name.entry(kept_of(&joint.name)).or_default() += 1;
@@ -134,45 +158,33 @@ impl Pairs {
             let is_renamed = !is_kept(ours, theirs) && !is_numbered && !is_named_by_parent;
             is_renamed.then(|| format!("\"{ours}\" as \"{theirs}\""))
         });
-        find(
-            FindingKind::RenamedJoint,
-            renamed.collect(),
-            "is called otherwise in the file",
-            "are called otherwise in the file",
-        );
-        let moved = self
-            .list
-            .iter()
-            .filter(|(a, b)| self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b));
-        find(
-            FindingKind::MovedJoint,
-            moved.map(|(a, _)| quoted(&ours.joints[*a])).collect(),
-            "has another parent in the file",
-            "have other parents in the file",
-        );
-        if is_ours {
-            let is_group = |name: &str| {
-                ours.joints.iter().any(|joint| {
-                    let is_its = joint.name == name || without_number(name) == Some(joint.name.as_str());
-                    joint.kind == NodeKind::Group && is_its
-                })
-            };
-            // A joint for the path over the ground stands above the first root.
-            let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
-                let is_extra =
-                    pair.is_none() && !joint.shows && joint.kind != NodeKind::Group && !is_group(&joint.name);
-                let is_expected = is_extra && added_roots > 0;
-                added_roots -= usize::from(is_expected);
-                is_extra && !is_expected
-            });
-            let extra = extra.map(|(joint, _)| quoted(joint)).collect();
-            find(
-                FindingKind::ExtraJoint,
-                extra,
-                "is not in the source",
-                "are not in the source",
-            );
-        }
+        renamed.collect()
+    }
+
+    /// Joints of pairs whose parents are no pair.
+    fn moved(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
+        let is_moved =
+            |(a, b): &&(usize, usize)| self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b);
+        let moved = self.list.iter().filter(is_moved);
+        moved.map(|(a, _)| quoted(&ours.joints[*a])).collect()
+    }
+
+    /// Joints that the file alone has. `added_roots` of them may be joints for the path over the ground, above the first
+    /// root.
+    fn extra(&self, ours: &Skeleton, theirs: &Skeleton, mut added_roots: usize) -> Vec<String> {
+        let is_group = |name: &str| {
+            ours.joints.iter().any(|joint| {
+                let is_its = joint.name == name || without_number(name) == Some(joint.name.as_str());
+                joint.kind == NodeKind::Group && is_its
+            })
+        };
+        let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
+            let is_extra = pair.is_none() && !joint.shows && joint.kind != NodeKind::Group && !is_group(&joint.name);
+            let is_expected = is_extra && added_roots > 0;
+            added_roots -= usize::from(is_expected);
+            is_extra && !is_expected
+        });
+        extra.map(|(joint, _)| quoted(joint)).collect()
     }
 
     /// What can be compared where a file has only some joints of its source, each with another rest pose.

@@ -68,44 +68,7 @@ impl Timeline {
             cuts: Vec::new(),
             is_recorded: !change.times.is_empty(),
         };
-        let mut before = change.times.iter().any(is_resample).then(|| source.clone());
-        for (index, step) in change.times.iter().enumerate() {
-            if change.in_place == Some(index) {
-                timeline.place = timeline.first;
-            }
-            match *step {
-                AppliedStep::Trim { first, last } => {
-                    let start = timeline.first;
-                    timeline.first = f64::min(start + first * timeline.frame, timeline.last);
-                    timeline.last = f64::min(start + last * timeline.frame, timeline.last).max(timeline.first);
-                    if let Some(before) = &mut before {
-                        before.trim(first, last);
-                    }
-                }
-                AppliedStep::Resample { frames_per_second } => {
-                    let (Some(before), Some(clip)) = (&mut before, clip) else {
-                        continue;
-                    };
-                    for cut in before.cuts(clip) {
-                        let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
-                        timeline.cuts.push((edge(cut), edge(cut + 1)));
-                    }
-                    let old_rate = timeline.file_rate / timeline.frame;
-                    let meant = process::rate_before(old_rate, frames_per_second);
-                    timeline.file_rate *= meant / old_rate;
-                    timeline.frame *= meant / frames_per_second;
-                    timeline.is_resampled = true;
-                    before.resample(frames_per_second, &Limits::default())?;
-                    // The rest behind the last whole frame is gone.
-                    let frames = before.animations.get(clip).map_or(0.0, |clip| clip.duration);
-                    timeline.last = timeline.last.min(timeline.first + frames * timeline.frame);
-                }
-                _ => {}
-            }
-        }
-        if change.in_place == Some(change.times.len()) {
-            timeline.place = timeline.first;
-        }
+        timeline.apply(source, clip, change)?;
         timeline.cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
         timeline.moments = match timeline.is_resampled {
             false => timeline.source_frames(),
@@ -113,6 +76,60 @@ impl Timeline {
         };
         timeline.end = timeline.moments.last().copied().unwrap_or(timeline.first);
         Ok(timeline)
+    }
+
+    /// Repeats the steps that changed times.
+    fn apply(&mut self, source: &Scene, clip: Option<usize>, change: &Change) -> Result<()> {
+        let mut before = change.times.iter().any(is_resample).then(|| source.clone());
+        for (index, step) in change.times.iter().enumerate() {
+            if change.in_place == Some(index) {
+                self.place = self.first;
+            }
+            match *step {
+                AppliedStep::Trim { first, last } => {
+                    self.trim(first, last);
+                    if let Some(before) = &mut before {
+                        before.trim(first, last);
+                    }
+                }
+                AppliedStep::Resample { frames_per_second } => {
+                    if let (Some(before), Some(clip)) = (&mut before, clip) {
+                        self.resample(before, clip, frames_per_second)?;
+                    }
+                }
+                _ => {}
+            }
+        }
+        if change.in_place == Some(change.times.len()) {
+            self.place = self.first;
+        }
+        Ok(())
+    }
+
+    /// Keeps the frames from `first` to `last` of those that are there.
+    fn trim(&mut self, first: f64, last: f64) {
+        let start = self.first;
+        self.first = f64::min(start + first * self.frame, self.last);
+        self.last = f64::min(start + last * self.frame, self.last).max(self.first);
+    }
+
+    /// Resamples `before`, the motion before this step, and takes its frames.
+    fn resample(&mut self, before: &mut Scene, clip: usize, frames_per_second: f64) -> Result<()> {
+        for cut in before.cuts(clip) {
+            let edge = |frame: usize| self.first + frame as f64 * self.frame;
+            let edges = (edge(cut), edge(cut + 1));
+            self.cuts.push(edges);
+        }
+        let old_rate = self.file_rate / self.frame;
+        let meant = process::rate_before(old_rate, frames_per_second);
+        self.file_rate *= meant / old_rate;
+        self.frame *= meant / frames_per_second;
+        self.is_resampled = true;
+        before.resample(frames_per_second, &Limits::default())?;
+        // The rest behind the last whole frame is gone.
+        let frames = before.animations.get(clip).map_or(0.0, |clip| clip.duration);
+        self.last = self.last.min(self.first + frames * self.frame);
+        Ok(())
     }
 
     /// The whole ticks of the source that the file is to have, and the ends of its part.
