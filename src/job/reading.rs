@@ -44,7 +44,8 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub all_rows: bool,
-    /// The animation to use, by name or by its number from 0, of a file that has several
+    /// The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose
+    /// name is 3
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,

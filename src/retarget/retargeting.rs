@@ -17,7 +17,7 @@ use mocap_formats::gltf::report::Provenance;
 use mocap_formats::gltf::{BufferPlace, GltfOptions};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
-use mocap_scene::scene::{Animation, Scene};
+use mocap_scene::scene::{Animation, Format, Scene};
 
 pub use self::clip::{ClipReport, RetargetedClip};
 pub use self::joined::{apply_steps, apply_steps_with_bones, second_motion};
@@ -79,9 +79,11 @@ impl Retargeter {
     /// # Errors
     /// [`Code::NotHumanoid`] where it is neither a humanoid nor a creature of a known kind, or no pose can be put on
     /// its hierarchy;
-    /// [`Code::InvalidValue`] where [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks.
+    /// [`Code::InvalidValue`] where [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks, and
+    /// where the skeleton of a robot's file is given as a character.
     pub fn onto(target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut target = target.into();
+        refuse_robot(&target)?;
         let mut bones = bones_of(&target, &options)?;
         let hips = bones.as_ref().and_then(|bones| bones.joint(HumanoidBone::Hips));
         if let (RootMotion::Extract, Some(hips)) = (options.root, hips) {
@@ -442,4 +444,16 @@ fn bones_of(target: &Target, options: &RetargetOptions) -> Result<Option<Humanoi
         }
     };
     found.with_map(&target.scene(), options.target_bones.clone()).map(Some)
+}
+
+/// Refuses the scene of a robot's file as a character, on which a motion would be wrong by the axes of its links.
+fn refuse_robot(target: &Target) -> Result<()> {
+    match target {
+        Target::Skeleton(scene) if matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf)) => Err(
+            Diagnostic::new(Code::InvalidValue, "the target is a robot, not a character")
+                .help("name it as a robot: \"target\": {\"robot\": {\"file\": ...}} in a job, or mocap robot")
+                .into(),
+        ),
+        _ => Ok(()),
+    }
 }

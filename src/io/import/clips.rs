@@ -29,12 +29,13 @@ pub enum Clips {
 impl FromStr for Clips {
     type Err = std::convert::Infallible;
 
-    /// `all`, an index from 0, or else a name.
+    /// `all`, an index from 0, or else a name. After `name:` everything is a name, also `all` and `3`.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(match (text, text.parse()) {
-            ("all", _) => Self::All,
-            (_, Ok(index)) => Self::Index(index),
-            (name, Err(_)) => Self::Name(name.to_owned()),
+        Ok(match (text, text.strip_prefix(NAME), text.parse()) {
+            (_, Some(name), _) => Self::Name(name.to_owned()),
+            ("all", ..) => Self::All,
+            (_, _, Ok(index)) => Self::Index(index),
+            (name, ..) => Self::Name(name.to_owned()),
         })
     }
 }
@@ -45,10 +46,14 @@ impl fmt::Display for Clips {
         match self {
             Self::All => f.write_str("all"),
             Self::Index(index) => index.fmt(f),
-            Self::Name(name) => f.write_str(name),
+            Self::Name(name) if name.parse() == Ok(self.clone()) => f.write_str(name),
+            Self::Name(name) => write!(f, "{NAME}{name}"),
         }
     }
 }
+
+/// What stands before the name of a clip that would mean something else.
+const NAME: &str = "name:";
 
 impl From<Clips> for String {
     fn from(clips: Clips) -> Self {

@@ -3,7 +3,7 @@
 use std::fs;
 
 use mocap::convert::{FirstFrame, Moment};
-use mocap::job::Job;
+use mocap::job::{InputOptions, Job};
 use mocap::retarget::robot::RobotMotion;
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Conversion, MemoryFile};
@@ -227,6 +227,21 @@ fn a_job_refuses_what_would_do_nothing() {
     ] {
         refused(&format!(r#"{robot}, "write": {{{write}}}"#), expected);
     }
+    for frames in [r#""rest": "t-pose""#, r#""root": "extract""#] {
+        let source = WALK.replace("}", &format!(r#", "frames": {{{frames}}}}}"#));
+        let json = format!(r#"{{{source}, "write": {{"output": "a.vrma"}}}}"#);
+        let error = Job::from_json(&json).unwrap().run().unwrap_err();
+        assert!(error.to_string().contains("has no effect on "), "{json}: {error}");
+    }
+    for kind in ["character", "skeleton"] {
+        let named = format!(
+            r#""target": {{"{kind}": {{"file": "../../fixtures/robots/h1.urdf"}}}}, "write": {{"output": "a.bvh"}}"#
+        );
+        refused(
+            &named,
+            "h1.urdf: error[invalid-value]: the target is a robot, not a character",
+        );
+    }
     // The file of the character is not passed through: there are no animations to replace.
     let replacing = hero.replace(r#".gltf""#, r#".gltf", "replace-animations": true"#);
     refused(
@@ -326,4 +341,39 @@ fn a_job_runs_in_memory_as_on_a_disk() {
     }
     let job = Job::from_json(r#"{"source": {"inputs": ["b.bvh"]}, "write": {"output": "b.glb"}}"#).unwrap();
     assert_eq!(job.run_in_memory(&files).unwrap_err().code().as_str(), "missing-file");
+}
+
+/// A clip whose name is a number, or the word for all clips, is reached by `name:`; what a job says of it is read back.
+#[test]
+fn a_clip_with_the_name_of_a_number_is_reached() {
+    let mut scene = mocap::import("../../fixtures/dialects/plain.bvh").unwrap();
+    scene.animations = ["1", "all", "0"]
+        .map(|name| mocap::scene::Animation {
+            name: name.to_owned(),
+            ..scene.animations[0].clone()
+        })
+        .to_vec();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("clips.glb");
+    mocap::Exporter::new().export(&scene, &file).unwrap();
+    for (text, names) in [
+        ("0", &["1"][..]),
+        ("name:0", &["0"]),
+        ("name:1", &["1"]),
+        ("name:all", &["all"]),
+        ("all", &["1", "all", "0"]),
+    ] {
+        let reading: InputOptions = serde_json::from_value(serde_json::json!({"clip": text})).unwrap();
+        let again: InputOptions = serde_json::from_str(&serde_json::to_string(&reading).unwrap()).unwrap();
+        assert_eq!(again, reading, "{text}");
+        let found = again.importer().import(&file).unwrap();
+        assert!(
+            found
+                .animations
+                .iter()
+                .map(|clip| clip.name.as_str())
+                .eq(names.iter().copied()),
+            "{text}"
+        );
+    }
 }
