@@ -35,8 +35,8 @@ use super::work::Work;
 use super::{Step, StepInput, StepKey, ValueKind, flips};
 
 step! {
-    /// Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
-    /// clean stays as it is. Without a body, floor and contacts are left out.
+    /// Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without
+    /// a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -53,24 +53,24 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     Clean {
-        /// Frames that are held, doubled or dropped. Default: `true`.
+        /// Repair timing: held, duplicated and dropped frames. Default: `true`.
         time: bool = true, ValueKind::Flag;
-        /// Rotations that jump away and back. Default: `true`.
+        /// Remove flips: rotations that jump for some frames and return. Default: `true`.
         flips: bool = true, ValueKind::Flag;
-        /// Noise of rotations and positions. Default: `true`.
+        /// Remove noise from rotations and positions. Default: `true`.
         noise: bool = true, ValueKind::Flag;
-        /// Lengths of bones that breathe. Default: `true`.
+        /// Keep the length of each bone constant. Default: `true`.
         lengths: bool = true, ValueKind::Flag;
-        /// Height and slope of the floor, and the drift of the body. Default: `true`.
+        /// Correct the height and slope of the floor and the drift of the body. Default: `true`.
         floor: bool = true, ValueKind::Flag;
-        /// Feet that slide while they stand. Default: `true`.
+        /// Stop foot sliding during ground contact. Default: `true`.
         contacts: bool = true, ValueKind::Flag;
     }
 }
 
 impl Step for Clean {
     const NAME: &'static str = "clean";
-    const HELP: &'static str = "take time errors, flips, noise, slopes and slides out";
+    const HELP: &'static str = "repair timing, flips, noise, bone lengths, floor slope and foot sliding";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = CleanReport;

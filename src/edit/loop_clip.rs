@@ -21,8 +21,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
-    /// that the figure went. Joints rotate at the seam as fast before it as after it.
+    /// Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over
+    /// the ground differs. Joint velocities are continuous at the seam.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -38,7 +38,7 @@ step! {
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where the motion is too short for a loop, or
     /// an option is not valid.
     Loop {
-        /// The first and the last frame of the loop. Default: those that fit best.
+        /// The first and the last frame of the loop. Default: the two frames that match best.
         frames: Option<[usize; 2]> = None, ValueKind::FrameRange;
         /// The shortest loop to look for, in seconds. Default: 0.6.
         shortest: f64 = 0.6, ValueKind::Seconds;
@@ -46,15 +46,14 @@ step! {
         longest: f64 = 4.0, ValueKind::Seconds;
         /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
-        /// Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default:
-        /// `false`.
+        /// Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`.
         in_place: bool = false, ValueKind::Flag;
     }
 }
 
 impl Step for Loop {
     const NAME: &'static str = "loop";
-    const HELP: &'static str = "cut to a loop, of two frames or of those that fit best";
+    const HELP: &'static str = "cut to a loop between two frames, by default the two that match best";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = LoopReport;

@@ -68,8 +68,8 @@ macro_rules! target {
             #[cfg_attr(feature = "clap", arg(long, value_name = "auto|none|FACTOR", default_value = "auto"))]
             #[serde(skip_serializing_if = "is_default")]
             pub scale: Scale,
-            /// Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is
-            /// held only where it would slide more
+            /// Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not
+            /// correct it. On a character, lock applies only where the foot would slide more than the source foot
             #[cfg_attr(feature = "clap", arg(long, value_name = "lock|free", default_value = "lock"))]
             #[serde(skip_serializing_if = "is_default")]
             pub feet: Feet,
@@ -169,10 +169,10 @@ target! {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Feet {
-    /// They are held where the source's feet stand.
+    /// A foot is held still while the source foot is in ground contact.
     #[default]
     Lock,
-    /// They are left as they come.
+    /// Feet are not corrected.
     Free,
 }
 

@@ -11,7 +11,7 @@ export interface ReadingOptions {
    * file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
-  /** The animation to use, by name or by its number from 0, of a file that has several. */
+  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
@@ -94,8 +94,8 @@ export interface WritingBvhOptions {
 /** A character. */
 export interface CharacterTargetOptions {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
@@ -105,8 +105,8 @@ export interface CharacterTargetOptions {
 /** A robot. */
 export interface RobotTargetOptions {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /**
@@ -168,8 +168,8 @@ export type Channels = "auto" | "3" | "6";
 /** A character. */
 export interface CharacterTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -248,8 +248,8 @@ export type FbxVersion = "7.4" | "7.5";
 
 /**
  * What happens to feet that stand.
- * `"lock"`: They are held where the source's feet stand.
- * `"free"`: They are left as they come.
+ * `"lock"`: A foot is held still while the source foot is in ground contact.
+ * `"free"`: Feet are not corrected.
  */
 export type Feet = "lock" | "free";
 
@@ -435,7 +435,7 @@ export interface Reading {
    * file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
-  /** The animation to use, by name or by its number from 0, of a file that has several. */
+  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   from?: Format | null;
@@ -479,8 +479,8 @@ export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
 /** A robot. */
 export interface RobotTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -543,8 +543,8 @@ export type SelectBy = "quality" | "diversity";
 /** The skeleton of a file alone. */
 export interface SkeletonTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -757,7 +757,10 @@ export interface Writing {
   smaller?: Smaller;
   /** The unit and the up axis of the output. */
   space?: OutSpace;
-  /** The format by one of its extensions, where the extension of the output is another; for a robot also qpos. */
+  /**
+   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
+   * such as amass, humanml3d, qpos or gmr.
+   */
   to?: string | null;
 }
 
@@ -769,7 +772,7 @@ export interface WritingBvh {
   digits?: number | null;
   /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
   order?: RotationOrder | null;
-  /** Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too. */
+  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
   sidecar?: boolean;
 }
 
@@ -937,32 +940,32 @@ export interface FillStep {
 }
 
 /**
- * Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is clean stays
- * as it is. Without a body, floor and contacts are left out.
+ * Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without a defect
+ * do not change. A skeleton that is no humanoid keeps its floor and contacts.
  */
 export interface CleanStep {
   step: "clean";
-  /** Frames that are held, doubled or dropped. Default: `true`. */
+  /** Repair timing: held, duplicated and dropped frames. Default: `true`. */
   time?: boolean;
-  /** Rotations that jump away and back. Default: `true`. */
+  /** Remove flips: rotations that jump for some frames and return. Default: `true`. */
   flips?: boolean;
-  /** Noise of rotations and positions. Default: `true`. */
+  /** Remove noise from rotations and positions. Default: `true`. */
   noise?: boolean;
-  /** Lengths of bones that breathe. Default: `true`. */
+  /** Keep the length of each bone constant. Default: `true`. */
   lengths?: boolean;
-  /** Height and slope of the floor, and the drift of the body. Default: `true`. */
+  /** Correct the height and slope of the floor and the drift of the body. Default: `true`. */
   floor?: boolean;
-  /** Feet that slide while they stand. Default: `true`. */
+  /** Stop foot sliding during ground contact. Default: `true`. */
   contacts?: boolean;
 }
 
 /**
- * Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance that the
- * figure went. Joints rotate at the seam as fast before it as after it.
+ * Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over the
+ * ground differs. Joint velocities are continuous at the seam.
  */
 export interface LoopStep {
   step: "loop";
-  /** The first and the last frame of the loop. Default: those that fit best. */
+  /** The first and the last frame of the loop. Default: the two frames that match best. */
   frames?: [number, number];
   /** The shortest loop to look for, in seconds. Default: 0.6. */
   shortest?: number;
@@ -970,7 +973,7 @@ export interface LoopStep {
   longest?: number;
   /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
   blend?: number;
-  /** Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`. */
+  /** Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`. */
   "in-place"?: boolean;
 }
 

@@ -41,7 +41,8 @@ class ReadOptions:
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
             .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
-        clip: The animation to use, by name or by its number from 0, of a file that has several.
+        clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
+            animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
             mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
@@ -120,7 +121,8 @@ class WriteOptions:
             ``"6"``: Every joint.
         digits: Decimals of every number. Default: as many as are needed to read the same motion back.
         order: Order of the rotation channels. Default: each joint's own, or else ZXY.
-        sidecar: Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too.
+        sidecar: Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and
+            verify too.
         embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
         fbx_rest: Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation.
             ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
@@ -167,8 +169,8 @@ class WriteOptions:
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.
             ``"y"``: +Y.
             ``"z"``: +Z.
-        to: The format by one of its extensions, where the extension of the output is another; for a robot also
-            qpos.
+        to: The format by one of its extensions, where the extension of the output is another; or a layout of arrays
+            by its name, such as amass, humanml3d, qpos or gmr.
     """
 
     bone_axis: Literal["y", "x", "none"] | None = None

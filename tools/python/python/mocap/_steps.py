@@ -174,16 +174,16 @@ def clean(
     contacts: bool | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
-    clean stays as it is. Without a body, floor and contacts are left out.
+    """Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
+    without a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
 
     Args:
-        time: Frames that are held, doubled or dropped. Default: ``True``.
-        flips: Rotations that jump away and back. Default: ``True``.
-        noise: Noise of rotations and positions. Default: ``True``.
-        lengths: Lengths of bones that breathe. Default: ``True``.
-        floor: Height and slope of the floor, and the drift of the body. Default: ``True``.
-        contacts: Feet that slide while they stand. Default: ``True``.
+        time: Repair timing: held, duplicated and dropped frames. Default: ``True``.
+        flips: Remove flips: rotations that jump for some frames and return. Default: ``True``.
+        noise: Remove noise from rotations and positions. Default: ``True``.
+        lengths: Keep the length of each bone constant. Default: ``True``.
+        floor: Correct the height and slope of the floor and the drift of the body. Default: ``True``.
+        contacts: Stop foot sliding during ground contact. Default: ``True``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -208,15 +208,15 @@ def loop_clip(
     in_place: bool | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
-    that the figure went. Joints rotate at the seam as fast before it as after it.
+    """Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position
+    over the ground differs. Joint velocities are continuous at the seam.
 
     Args:
-        frames: The first and the last frame of the loop. Default: those that fit best.
+        frames: The first and the last frame of the loop. Default: the two frames that match best.
         shortest: The shortest loop to look for, in seconds. Default: 0.6.
         longest: The longest loop to look for, in seconds. Default: 4.
         blend: Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        in_place: Whether the figure stays where it is instead of going on over the ground from cycle to cycle.
+        in_place: Whether the loop stays in place instead of travelling over the ground from cycle to cycle.
             Default: ``False``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
