@@ -403,7 +403,7 @@ fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
     }
     let message = "a .vrm keeps the character of a VRM file, and the motion is from another file";
     let diagnostic = Diagnostic::new(Code::Unrepresentable, message)
-        .help("write .glb or .vrma, or put the motion on a character: mocap retarget MOTION HERO.vrm");
+        .help("write .glb or .vrma, or put the motion on a character: mocap retarget INPUT HERO.vrm");
     Err(Error::from(diagnostic).with_path(path))
 }
 

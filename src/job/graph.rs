@@ -40,7 +40,7 @@ pub struct GraphJobOptions {
     pub threshold: Length,
     /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
     /// motion file, glTF, VRM or FBX file of a humanoid
-    #[cfg_attr(feature = "clap", arg(long = "character", alias = "on", value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long = "character", alias = "on", value_name = "TARGET"))]
     #[serde(skip_serializing_if = "is_default")]
     pub on: Option<PathBuf>,
     /// Keep the transitions too that lead out of the largest strongly connected component, or into it from outside

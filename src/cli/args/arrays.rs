@@ -20,7 +20,7 @@ pub(crate) struct FkArgs {
     /// The motion file; - is standard input
     pub(crate) input: PathBuf,
     /// The file to write: .npz, .csv or .parquet; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]; or the layout of another program for the motion of a humanoid: amass,
     /// smplx or kimodo as .npz, humanml3d as .npy
@@ -46,7 +46,7 @@ pub(crate) struct AnglesArgs {
     /// The motion file; - is standard input
     pub(crate) input: PathBuf,
     /// The file to write: .mot, as OpenSim has it, or .csv; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "csv"])]
@@ -67,7 +67,7 @@ pub(crate) struct SeriesArgs {
     /// The C3D file; - is standard input
     pub(crate) input: PathBuf,
     /// The file to write: .mot or .sto, as OpenSim has it, .csv or .parquet; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "sto", "csv", "parquet"])]
@@ -84,6 +84,7 @@ pub(crate) struct SeriesArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct GaitArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -100,10 +101,10 @@ pub(crate) struct GaitArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PackArgs {
     /// Motion files, folders and wildcards
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Folder for the Parquet files and a manifest of their inputs
-    #[arg(short, long = "output", alias = "out-dir", value_name = "FOLDER")]
+    #[arg(short, long = "output", alias = "out-dir", value_name = "OUTPUT")]
     pub(crate) out_dir: PathBuf,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "parquet")]

@@ -10,7 +10,7 @@ use super::OwnArgs;
 #[derive(Debug, clap::Args)]
 pub(crate) struct CleanArgs {
     /// The motion to clean; with a folder as output any number of motions, folders and wildcards
-    #[arg(required = true, value_name = "IN")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
     /// Do these parts alone: time, flips, noise, lengths, floor, contacts
     #[arg(long, value_name = "PART,...", value_delimiter = ',', value_parser = parse_part, conflicts_with = "without")]

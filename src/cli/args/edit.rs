@@ -12,7 +12,7 @@ use super::{OwnArgs, ViewArgs};
 pub(crate) struct EditArgs {
     /// The motion to change, and after it those that steps join, blend or layer with it; with a folder as output the
     /// motions to change, folders and wildcards
-    #[arg(required = true, value_name = "IN")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
     /// A motion that steps join, blend or layer with each motion; once for each
     #[arg(long, value_name = "FILE")]
@@ -75,7 +75,7 @@ impl clap::Args for Steps {
             .alias("loop")
             .value_name("A..B")
             .value_parser(parse_loop)
-            .help("Cut to the loop from frame A to frame B: the step loop:frames=A..B");
+            .help("Cut the motion to a loop from frame A to frame B, as the step loop:frames=A..B does");
         [step, cut].into_iter().fold(command, |command, arg| {
             let name = arg.get_id().clone();
             command.arg(arg.long(name).action(ArgAction::Append))

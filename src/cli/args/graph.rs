@@ -17,10 +17,10 @@ pub(crate) struct GraphArgs {
     #[command(subcommand)]
     pub(crate) command: Option<GraphCommand>,
     /// The motion files, folders and wildcards, all of one skeleton, or of humanoids with --character
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The graph to write: .json, or - for standard output
-    #[arg(short, long, value_name = "FILE", required_unless_present = "matrix")]
+    #[arg(short, long, value_name = "OUTPUT", required_unless_present = "matrix")]
     pub(crate) output: Option<PathBuf>,
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
@@ -72,9 +72,10 @@ pub(crate) enum GraphCommand {
 #[derive(Debug, clap::Args)]
 pub(crate) struct WalkArgs {
     /// The graph that mocap graph wrote; the clips that it names are read
+    #[arg(value_name = "INPUT")]
     pub(crate) graph: PathBuf,
     /// The file to write, in any format of mocap formats, or - for standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
     #[arg(long, value_name = "FORMAT")]
@@ -82,7 +83,7 @@ pub(crate) struct WalkArgs {
     #[command(flatten)]
     pub(crate) walking: WalkOptions,
     /// Put the walk on this character: a glTF, VRM, FBX or BVH file
-    #[arg(long = "character", alias = "on", value_name = "FILE")]
+    #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: Option<PathBuf>,
     /// Print what was made as JSON
     #[arg(long)]

@@ -24,6 +24,11 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Prove", &["check", "survey", "verify"]),
 ];
 
+/// The commands that are used most, which `mocap -h` describes.
+const MOST_USED: [&str; 8] = [
+    "convert", "retarget", "robot", "edit", "clean", "view", "info", "verify",
+];
+
 /// The heading of the commands that no group names.
 const OTHER: &str = "Other";
 
@@ -87,34 +92,47 @@ fn examples(lines: &[(&str, &str)]) -> String {
     format!("Examples:{}", lines.collect::<String>())
 }
 
-/// The command with its subcommands listed in groups. clap has headings for options alone, so the list that it makes is
-/// taken apart, with its styles and line breaks.
+/// The command with its subcommands listed: by `-h` those that are used most, and the names of the others; by `--help`
+/// all, in groups. clap has headings for options alone, so the list that it makes is taken apart, with its styles and
+/// line breaks.
 fn grouped(command: Command) -> Command {
     let listing = command
         .clone()
         .disable_help_subcommand(true)
         .help_template("{subcommands}");
     let entries = entries(&listing.clone().render_help());
-    let headings = command.get_styles().get_header();
-    let mut template = String::from("{about-with-newline}\n{usage-heading} {usage}\n");
-    let mut add = |heading: &str, lines: String| {
-        if !lines.is_empty() {
-            template.push_str(&format!("\n{headings}{heading}:{headings:#}\n{lines}"));
-        }
-    };
     let lines_of = |wanted: &str| {
         let found = entries.iter().find(|(name, _)| name == wanted);
         found.map_or("", |(_, lines)| lines.as_str())
     };
-    for (heading, names) in GROUPS {
-        add(heading, names.iter().map(|name| lines_of(name)).collect());
-    }
     let is_grouped = |name: &str| GROUPS.iter().any(|(_, names)| names.contains(&name));
-    let others = entries.iter().filter(|(name, _)| !is_grouped(name));
-    add(OTHER, others.map(|(_, lines)| lines.as_str()).collect());
-    add("Options", "{options}".to_owned());
-    template.push_str("{after-help}");
-    command.help_template(template)
+    let others = entries.iter().map(|(name, _)| name.as_str());
+    let others = Vec::from_iter(others.filter(|name| !is_grouped(name)));
+    let groups = || GROUPS.iter().copied().chain([(OTHER, others.as_slice())]);
+    let styles = command.get_styles().clone();
+    let (heading, literal) = (styles.get_header(), styles.get_literal());
+    let headed = |name: &str, lines: &str| format!("{heading}{name}:{heading:#}\n{}\n", lines.trim_end());
+
+    let width = groups().map(|(name, _)| name.len()).max().unwrap_or_default();
+    let rest = groups().map(|(name, commands)| {
+        let is_rest = |command: &&&str| !MOST_USED.contains(*command) && !lines_of(command).is_empty();
+        let rest = commands.iter().filter(is_rest);
+        let rest = Vec::from_iter(rest.map(|command| format!("{literal}{command}{literal:#}")));
+        format!("  {name:<width$}  {}\n", rest.join(", "))
+    });
+    let most_used = headed("Most used", &MOST_USED.map(lines_of).concat());
+    let rest = headed("Others, each with its own -h", &rest.collect::<String>());
+    let all = groups().map(|(name, commands)| {
+        let lines = commands.iter().map(|command| lines_of(command));
+        headed(name, &lines.collect::<String>())
+    });
+    let all = all.collect::<Vec<_>>().join("\n");
+    command
+        .before_help(format!("{most_used}\n{}", rest.trim_end()))
+        .before_long_help(all.trim_end().to_owned())
+        .help_template(format!(
+            "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{{before-help}}{heading}Options:{heading:#}\n{{options}}{{after-help}}"
+        ))
 }
 
 /// The names of the commands in a list of them, each with its lines.

@@ -12,9 +12,10 @@ use super::ForceArgs;
 pub(crate) struct RecordArgs {
     /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
     /// it, as vmc:0.0.0.0:39539 for senders on the network
+    #[arg(value_name = "INPUT")]
     pub(crate) source: Listen,
     /// The file to write, in any written format
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// End by itself after so many seconds, instead of at Ctrl-C alone
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
@@ -30,15 +31,16 @@ pub(crate) struct RecordArgs {
 pub(crate) struct PlayArgs {
     /// The motion file, of a humanoid; - is standard input. With --clean or --robot also vmc:PORT or vmc:ADDRESS:PORT,
     /// a stream that is sent on as it comes
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
     #[arg(long, value_name = "HOST:PORT", required_unless_present = "robot")]
     pub(crate) vmc: Option<Peer>,
     /// Put it on this robot, a .urdf file or an .xml file of MuJoCo, 0.6 seconds later, and print a row for each frame
     /// as mocap robot --to unitree-csv does: position and rotation (x y z w) of the base, joints
-    #[arg(long, value_name = "FILE", conflicts_with = "vmc")]
+    #[arg(long, value_name = "TARGET", conflicts_with = "vmc")]
     pub(crate) robot: Option<PathBuf>,
-    /// With --vmc: begin again at the end, until Ctrl-C
+    /// Loop the motion until Ctrl-C; needs --vmc
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
     /// Poses per second [default: those of the file]
@@ -58,9 +60,10 @@ pub(crate) struct PlayArgs {
 pub(crate) struct BridgeArgs {
     /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
     /// it, as vmc:0.0.0.0:39539 for senders on the network
+    #[arg(value_name = "INPUT")]
     pub(crate) source: Listen,
     /// The body that moves: a character of glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
-    #[arg(long = "character", visible_alias = "robot", alias = "onto", value_name = "FILE")]
+    #[arg(long = "character", visible_alias = "robot", alias = "onto", value_name = "TARGET")]
     pub(crate) onto: PathBuf,
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
     #[arg(

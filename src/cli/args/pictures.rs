@@ -12,10 +12,10 @@ use super::{ForceArgs, InputArgs};
 pub(crate) struct ViewArgs {
     /// The motion files, shown together, or one folder, whose clips are listed. Of two that have the same frames of two
     /// humanoids, the second is compared with the first
-    #[arg(required = true)]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) files: Vec<PathBuf>,
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "OUTPUT")]
     pub(crate) output: Option<PathBuf>,
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["html"])]
@@ -24,10 +24,10 @@ pub(crate) struct ViewArgs {
     pub(crate) force: ForceArgs,
     /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a
     /// humanoid
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "TARGET")]
     pub(crate) character: Option<PathBuf>,
     /// Show the motions on this robot too, a .urdf file or an .xml file of MuJoCo, each beside its source
-    #[arg(long, value_name = "FILE", conflicts_with = "character")]
+    #[arg(long, value_name = "TARGET", conflicts_with = "character")]
     pub(crate) robot: Option<PathBuf>,
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
@@ -81,7 +81,7 @@ impl ViewArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PictureArgs {
     /// The picture to write: .png or .svg; - is standard output
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: png]
     #[arg(long, value_name = "FORMAT", value_parser = ["png", "svg"])]
@@ -96,7 +96,7 @@ pub(crate) struct PictureArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct SheetArgs {
     /// The motion files
-    #[arg(required = true)]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
@@ -107,7 +107,7 @@ pub(crate) struct SheetArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     /// Draw the motions on this robot, a .urdf file or an .xml file of MuJoCo
-    #[arg(long, value_name = "FILE", conflicts_with = "t_pose")]
+    #[arg(long, value_name = "TARGET", conflicts_with = "t_pose")]
     pub(crate) robot: Option<PathBuf>,
     /// Draw the T-pose of each skeleton instead of its motion
     #[arg(long, conflicts_with = "poses")]
@@ -123,9 +123,10 @@ pub(crate) struct SheetArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct GifArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: gif]
     #[arg(long, value_name = "FORMAT", value_parser = ["gif", "apng", "png"])]
@@ -148,7 +149,7 @@ pub(crate) struct GifArgs {
     #[arg(id = "playback-speed", long, alias = "speed", value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
     pub(crate) speed: f64,
     /// Draw the motion on this robot, a .urdf file or an .xml file of MuJoCo
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "TARGET")]
     pub(crate) robot: Option<PathBuf>,
     /// Show the whole path, instead of following the root with the camera
     #[arg(long)]
@@ -162,6 +163,7 @@ pub(crate) struct GifArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlotArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// The joint; may be given several times
     #[arg(long, value_name = "NAME", required = true)]

@@ -10,24 +10,24 @@ use super::write::extensions_and;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RetargetArgs {
-    /// The motion files, and after them the character, unless --character or --to-skeleton names it: a .glb, .gltf or
-    /// .vrm file, or any file with the skeleton of a humanoid
-    #[arg(required = true, value_name = "PATH")]
+    /// The motion files, and after them the TARGET, unless --character or --to-skeleton names it: a .glb, .gltf or .vrm
+    /// file, or any file with the skeleton of a humanoid
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An
     /// .fbx has any character with its skin, colours and textures, and the motions. The other formats have its skeleton
-    /// and the motions. - is standard output. If OUT is a folder, or ends in /, it gets a file
+    /// and the motions. - is standard output. If it is a folder, or ends in /, it gets a file
     /// for each motion, with the character, and a manifest; motions may then be folders and wildcards too
-    #[arg(short, long, value_name = "FILE|FOLDER")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output, or of the outputs in a folder [default: that of a glTF or VRM character, or else glb]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["vrm"]))]
     pub(crate) to: Option<String>,
-    /// The character; every PATH is a motion then
-    #[arg(long, value_name = "FILE", conflicts_with = "to_skeleton")]
+    /// The character; every INPUT is a motion then
+    #[arg(long, value_name = "TARGET", conflicts_with = "to_skeleton")]
     pub(crate) character: Option<PathBuf>,
-    /// Move the motions onto the skeleton of this file alone, without what else is in it; every PATH is a motion then
-    #[arg(long, value_name = "FILE", conflicts_with = "replace_animations")]
+    /// Move the motions onto the skeleton of this file alone, without what else is in it; every INPUT is a motion then
+    #[arg(long, value_name = "TARGET", conflicts_with = "replace_animations")]
     pub(crate) to_skeleton: Option<PathBuf>,
     /// Names of the clips, in the order of the motions [default: those of the files]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]

@@ -22,15 +22,15 @@ const ROBOT_FORMATS: [&str; RobotFormat::ALL.len()] = {
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
     /// The motion files of humans; with a folder as output also folders and wildcards
-    #[arg(required = true, value_name = "MOTION")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The robot: a .urdf file, or an .xml file of MuJoCo
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "TARGET")]
     pub(crate) robot: PathBuf,
     /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
     /// pickle, as GMR writes it) and .csv have the position of every joint; .glb and the other formats of mocap formats
     /// have the links of the robot as an animated skeleton
-    #[arg(short, long, value_name = "FILE|FOLDER")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
     /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, isaaclab, protomotions, mimickit

@@ -9,7 +9,7 @@ use super::{ForceArgs, InputArgs, SpreadArgs};
 pub(crate) struct RunArgs {
     /// The job: a JSON file, or - for standard input; paths in it are relative to the current folder. Where its output
     /// is a folder, each motion of its inputs gets an output, and inputs may be folders and wildcards
-    #[arg(required_unless_present = "schema", value_name = "JOB")]
+    #[arg(required_unless_present = "schema", value_name = "INPUT")]
     pub(crate) job: Option<PathBuf>,
     /// Print what was done as JSON
     #[arg(long)]

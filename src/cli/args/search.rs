@@ -15,10 +15,10 @@ use super::{ForceArgs, InputArgs, SpreadArgs};
 #[derive(Debug, clap::Args)]
 pub(crate) struct IndexArgs {
     /// The motion files, folders and wildcards; an .mdb file is what an earlier run, or a shard, wrote
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The database to write, an .mdb file; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["mdb"])]
@@ -49,6 +49,7 @@ pub(crate) struct IndexArgs {
 #[command(group(clap::ArgGroup::new("query").required(true).args(["like", "pose"])))]
 pub(crate) struct FindArgs {
     /// The database, an .mdb file that `mocap index` wrote
+    #[arg(value_name = "INPUT")]
     pub(crate) database: PathBuf,
     /// A part of a motion: walk.bvh@2.0s..3.5s, walk.bvh@120f..210f, or walk.bvh for all of it
     #[arg(long, value_name = "FILE@A..B")]
@@ -89,6 +90,7 @@ pub(crate) struct FindArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct MatchArgs {
     /// The database, an .mdb file that `mocap index` wrote; files whose motions are not packed within it are read again
+    #[arg(value_name = "INPUT")]
     pub(crate) database: PathBuf,
     #[command(flatten)]
     pub(crate) aim: MatchAim,
@@ -96,11 +98,11 @@ pub(crate) struct MatchArgs {
     #[arg(long, value_name = "M/S", default_value = "1.2")]
     pub(crate) speed: f32,
     /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
-    #[arg(long = "character", alias = "on", value_name = "FILE")]
+    #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: PathBuf,
     /// The file to write: the character with the motion; or database.bin, with features.bin beside it, for the
     /// controller of Holden's demonstration of motion matching; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&[]))]

@@ -9,12 +9,12 @@ use super::{ForceArgs, InputArgs, SpreadArgs};
 #[derive(Debug, clap::Args)]
 pub(crate) struct SurveyArgs {
     /// The motion files, folders and wildcards; a .jsonl file is what an earlier survey, or a shard, wrote
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The table to write: .parquet, .csv, .json, or .jsonl, which is read again and merged; .txt is the list of the
     /// files alone; - is standard output, in the format of --to. Without it, verdicts and the ten worst clips are
     /// printed, or with --select the list
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: Option<PathBuf>,
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["csv", "json", "jsonl", "parquet", "txt"])]

@@ -127,7 +127,7 @@ fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     match args.paths.as_slice() {
         [motions @ .., character] if !motions.is_empty() => Ok((motions.to_vec(), character.clone())),
         _ => Err(Failure::Usage(
-            "name a motion and after it a character: mocap retarget MOTION CHARACTER -o OUT".to_owned(),
+            "name a motion and after it a character: mocap retarget INPUT TARGET -o OUTPUT".to_owned(),
         )),
     }
 }

@@ -18,7 +18,7 @@ pub(super) fn model(source: &Source<'_>, options: &ReadOptions) -> Result<Scene>
     let read = models::read(source.bytes, &options.limits).map(|model| {
         warnings.push(Code::NoMotion, || {
             let message = "a model has no motion: the scene has a skeleton and no animation";
-            Diagnostic::new(Code::NoMotion, message).help("mocap retarget MOTION MODEL.pmx -o OUT.vmd puts one on it")
+            Diagnostic::new(Code::NoMotion, message).help("mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd puts one on it")
         });
         scene::of_model(&model)
     });

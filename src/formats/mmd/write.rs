@@ -92,7 +92,7 @@ fn for_usual_models() -> Diagnostic {
          limbs are kept, positions are those of another body"
     );
     Diagnostic::new(Code::Unrepresentable, message)
-        .help("write it for a certain model: mocap retarget FILE MODEL.pmx -o OUT.vmd")
+        .help("write it for a certain model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
 }
 
 fn left_out_joints(scene: &Scene, humanoid: &Scene) -> Option<String> {

@@ -302,7 +302,10 @@ fn every_command_is_in_the_table() {
     assert!(help.contains("Exit codes:\n  0  done\n"), "{help}");
     for asks in ["--help", "-h", "help"] {
         let help = String::from_utf8(Folder::of_real(&[]).run(asks).stdout).unwrap();
-        assert!(help.contains("\nConvert and change:\n"), "{asks}: {help}");
+        assert!(
+            help.contains("\nConvert and change:\n") || help.contains("\n  Convert and change "),
+            "{asks}: {help}"
+        );
     }
     let (commands, _) = help.split_once("Options:").unwrap();
     let entries = commands.lines().filter_map(|line| line.strip_prefix("  "));

@@ -13,7 +13,7 @@ use crate::program::{Folder, command_in, words};
 #[test]
 fn every_command_is_listed_once_and_every_group_names_commands() {
     let command = Args::command();
-    let help = arranged(command.clone()).render_help().to_string();
+    let help = arranged(command.clone()).render_long_help().to_string();
     for subcommand in command.get_subcommands() {
         let entry = format!("\n  {} ", subcommand.get_name());
         assert_eq!(help.matches(&entry).count(), 1, "{}\n{help}", subcommand.get_name());
@@ -21,6 +21,38 @@ fn every_command_is_listed_once_and_every_group_names_commands() {
     for name in GROUPS.iter().flat_map(|(_, names)| *names) {
         assert!(command.find_subcommand(name).is_some(), "{name} is no command");
     }
+}
+
+/// Those that are used most come first, and no command is left out.
+#[test]
+fn the_short_help_of_the_program_has_40_lines() {
+    const MOST_LINES: usize = 40;
+    let folder = Folder::with(&[]);
+    let help = String::from_utf8(folder.run("-h").stdout).unwrap();
+    assert!(help.lines().count() <= MOST_LINES, "{}\n{help}", help.lines().count());
+    let (before, first) = help.split_once("Most used:\n").unwrap();
+    assert!(before.lines().count() <= 6, "{help}");
+    let first = first.lines().take_while(|line| !line.is_empty());
+    let described = Vec::from_iter(
+        first
+            .filter(|line| !line.starts_with("   "))
+            .filter_map(|line| line.split_whitespace().next()),
+    );
+    assert!(
+        described.starts_with(&["convert", "retarget"]) && described.len() == 8,
+        "{described:?}"
+    );
+    for command in Args::command().get_subcommands() {
+        let mut words = help.split([' ', ',', '\n']);
+        assert!(
+            words.any(|word| word == command.get_name()),
+            "{}\n{help}",
+            command.get_name()
+        );
+    }
+    // Without arguments the same is said.
+    let without = folder.run("");
+    assert!(words(&without).lines().count() <= MOST_LINES, "{}", words(&without));
 }
 
 /// The commands with their words, also those of commands.

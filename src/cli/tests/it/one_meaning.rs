@@ -9,16 +9,16 @@ use mocap_cli::internals::{Args, arranged};
 const DOCUMENT: &str = "../../docs/options.md";
 
 /// Options whose values differ between commands on purpose, and why.
-const DIFFERENT: [(&str, &str); 2] = [
-    (
-        "output",
-        "where the output goes: of some commands a file, of some a folder, of some either",
-    ),
-    (
-        "threshold",
-        "how much is too much: the distance of two poses, or the size of a defect",
-    ),
-];
+const DIFFERENT: [(&str, &str); 1] = [(
+    "threshold",
+    "how much is too much: the distance of two poses, or the size of a defect",
+)];
+
+/// Positional arguments that are neither inputs nor outputs.
+const OTHERS: [(&str, &str); 3] = [("dump", "SECTIONS"), ("completions", "SHELL"), ("man", "COMMAND")];
+
+/// Options that name the body onto which motions go.
+const TARGETS: [&str; 3] = ["character", "robot", "to-skeleton"];
 
 /// An option as a command has it.
 struct Use {
@@ -54,6 +54,62 @@ fn value(arg: &Arg) -> String {
     }
     let names = arg.get_value_names().unwrap_or_default().iter();
     names.map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// Every command, with its words.
+fn commands(command: &Command, words: &str) -> Vec<(String, Command)> {
+    let inner = command.get_subcommands().filter(|inner| inner.get_name() != "help");
+    let below = inner.flat_map(|inner| commands(inner, format!("{words} {}", inner.get_name()).trim()));
+    std::iter::once((words.to_owned(), command.clone()))
+        .chain(below)
+        .collect()
+}
+
+/// An input is `INPUT`, the body onto which a motion goes `TARGET`, an output `OUTPUT`.
+#[test]
+fn inputs_targets_and_outputs_have_one_word_each() {
+    let (mut counts, all) = ([0; 3], commands(&arranged(Args::command()), ""));
+    for (name, command) in &all {
+        for arg in command.get_arguments().filter(|arg| !arg.is_hide_set()) {
+            let (word, id) = (value(arg), arg.get_id());
+            let option = arg.get_long();
+            match option {
+                None => {
+                    let is_other = OTHERS.contains(&(name, &word));
+                    assert!(
+                        is_other || ["INPUT", "OUTPUT"].contains(&word.as_str()),
+                        "{name}: {id} is {word}"
+                    );
+                    counts[0] += usize::from(word == "INPUT");
+                }
+                Some("output") => {
+                    assert_eq!((word.as_str(), arg.get_short()), ("OUTPUT", Some('o')), "{name}");
+                    counts[2] += 1;
+                }
+                Some(option) if TARGETS.contains(&option) => {
+                    assert_eq!(word, "TARGET", "{name} --{option}");
+                    counts[1] += 1;
+                }
+                Some(option) => {
+                    assert!(
+                        !["INPUT", "OUTPUT", "TARGET"].contains(&word.as_str()),
+                        "{name} --{option}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 8), "{counts:?}");
+    // The former names still work.
+    for (line, name, id) in [
+        ("convert a.bvh --out-dir b/", "convert", "out_dir"),
+        ("graph a.bvh -o a.json --on b.bvh", "graph", "on"),
+        ("bridge vmc:0 --onto b.vrm --vmc 1", "bridge", "onto"),
+    ] {
+        let found = Args::command().get_matches_from(std::iter::once("mocap").chain(line.split(' ')));
+        let (command, matches) = found.subcommand().unwrap();
+        assert!(command == name && matches.get_raw(id).is_some(), "{line}");
+    }
 }
 
 #[test]
