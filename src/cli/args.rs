@@ -175,6 +175,9 @@ pub(crate) struct ConvertArgs {
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
@@ -310,6 +313,9 @@ pub(crate) struct FormatsArgs {
 pub(crate) struct CompletionsArgs {
     /// The shell
     pub(crate) shell: clap_complete::Shell,
+    /// Print the completions within JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -319,6 +325,9 @@ pub(crate) struct ManArgs {
     /// Write the pages of all commands into this folder
     #[arg(short, long, value_name = "OUTPUT", conflicts_with = "command")]
     pub(crate) output: Option<PathBuf>,
+    /// Print the page within JSON; with -o the names of the pages
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]

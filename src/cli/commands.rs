@@ -57,6 +57,7 @@ use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::{OutputFormat, PictureArgs};
+use crate::printed::PictureReport;
 use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
@@ -184,8 +185,12 @@ fn write_drawing(drawing: &Drawing, picture: &PictureArgs, format: &str) -> Resu
 /// What `--json` prints of a picture.
 fn print_picture(path: &Path, (width, height): (u32, u32), bytes: usize) -> Result<(), Failure> {
     let output = path.display().to_string();
-    let picture = serde_json::json!({"output": output, "width": width, "height": height, "bytes": bytes});
-    Ok(print_json(&picture)?)
+    Ok(print_json(&PictureReport {
+        output,
+        width,
+        height,
+        bytes,
+    })?)
 }
 
 fn tell_drawing(drawing: &Drawing, path: &Path) {

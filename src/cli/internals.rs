@@ -15,6 +15,8 @@ pub use crate::batch::pattern::{Fit, Pattern};
 pub use crate::batch::shard::Shard;
 pub use crate::batch::walk::{Entry, Search};
 pub use crate::build_note::note;
+#[cfg(feature = "schema")]
+pub use crate::printed::schema;
 
 pub mod line {
     pub use crate::agent::line::{LONGEST, Line, read};

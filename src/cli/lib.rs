@@ -14,6 +14,7 @@ mod commands;
 #[doc(hidden)]
 pub mod internals;
 mod kinds;
+mod printed;
 #[doc(hidden)]
 mod report;
 mod streams;

@@ -18,6 +18,7 @@ use crate::kinds;
 
 /// Whether a diagnostic stopped the import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     Error,

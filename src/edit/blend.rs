@@ -73,6 +73,7 @@ impl Step for Blend {
 ///
 /// [`Blend`](crate::Blend) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BlendReport {
     /// The frames now.
@@ -117,6 +118,7 @@ impl fmt::Display for BlendReport {
 ///
 /// [`Blend`](crate::Blend) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum BlendWeight {

@@ -72,6 +72,7 @@ impl Step for BoneAxis {
 
 /// What a step changed: [`BoneAxis`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BoneAxisReport {
     /// The axis along the bones.

@@ -72,6 +72,7 @@ impl Step for Concat {
 ///
 /// [`Concat`](crate::Concat) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ConcatReport {
     /// The frame of the seam.

@@ -22,6 +22,7 @@ use super::frames::{Frames, tracks};
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ContactOptions {

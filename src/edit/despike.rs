@@ -68,6 +68,7 @@ impl Step for Despike {
 ///
 /// [`Despike`](crate::Despike) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DespikeReport {
     /// The number of values that were replaced: rotations and positions of joints in frames.

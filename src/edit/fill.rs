@@ -54,6 +54,7 @@ impl Step for Fill {
 ///
 /// [`Fill`](crate::Fill) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.

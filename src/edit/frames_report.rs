@@ -15,6 +15,7 @@ use super::step::names;
 ///
 /// [`Trim`](crate::Trim) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FramesReport {
     /// Frames before.

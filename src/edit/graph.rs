@@ -52,6 +52,7 @@ pub use self::walk::{Walk, WalkPath};
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphOptions {
@@ -112,6 +113,7 @@ impl GraphOptions {
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct MotionGraph {

@@ -51,6 +51,7 @@ impl Step for Ground {
 ///
 /// [`Ground`](crate::Ground) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GroundReport {
     /// The height of the floor in metres; `None` where no foot is ever slow.

@@ -22,6 +22,7 @@ const REACHED: f32 = 1e-4;
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LimbReport {
     /// The frames in which the limb is to be at its goal.

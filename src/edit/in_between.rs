@@ -19,6 +19,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 ///
 /// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum KeyInterpolation {
@@ -70,6 +71,7 @@ impl Step for InBetween {
 ///
 /// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct InBetweenReport {
     /// The frames that stayed, in order.

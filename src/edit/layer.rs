@@ -81,6 +81,7 @@ impl Step for Layer {
 ///
 /// [`Layer`](crate::Layer) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LayerReport {
     /// The joints that move as in the other motion now.

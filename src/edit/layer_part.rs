@@ -10,6 +10,7 @@ use super::body::and_below;
 ///
 /// [`Layer`](crate::Layer) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum LayerPart {

@@ -34,6 +34,7 @@ macro_rules! steps {
             ///
             /// [`EditStep`](crate::EditStep) has an example.
             #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+            #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
             #[serde(untagged)]
             #[non_exhaustive]
             pub enum StepReport {
@@ -244,10 +245,12 @@ impl std::str::FromStr for EditStep {
 ///
 /// [`EditStep`](crate::EditStep) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct EditReport {
     /// The step with all its options. In JSON it is text.
     #[serde(serialize_with = "step_as_text")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub step: EditStep,
     /// The file of the second motion, of a step that takes one.
     #[serde(skip_serializing_if = "Option::is_none")]

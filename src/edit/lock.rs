@@ -89,6 +89,7 @@ impl Default for FootLockOptions {
 ///
 /// [`foot_lock()`](crate::foot_lock()) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FootLockReport {
     /// The distance that the feet slid in contact, summed over all frames.

@@ -256,6 +256,7 @@ impl Gaze {
 ///
 /// [`LookAt`](crate::LookAt) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LookAtReport {
     /// The first and the last frame in which it is to look at the target.

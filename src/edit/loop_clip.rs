@@ -67,6 +67,7 @@ impl Step for Loop {
 ///
 /// [`Loop`](crate::Loop) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LoopReport {
     /// The first frame of the loop in the earlier motion.

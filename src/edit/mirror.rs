@@ -59,6 +59,7 @@ impl Step for Mirror {
 ///
 /// [`Mirror`](crate::Mirror) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MirrorReport {
     /// Pairs of joints that exchanged their motion.

@@ -239,6 +239,7 @@ impl Touching {
 ///
 /// [`Pin`](crate::Pin) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PinReport {
     /// The first and the last frame of each contact.

@@ -100,6 +100,7 @@ impl Step for Reach {
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ReachReport {
     /// The first and the last frame in which the limb is to be at the target.

@@ -13,6 +13,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 /// A pose of a figure that stands: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum StandingPose {
@@ -77,6 +78,7 @@ impl Step for Rest {
 
 /// What a step changed: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RestReport {
     /// The rest pose.

@@ -26,6 +26,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 ///
 /// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum SmoothFilter {
@@ -126,6 +127,7 @@ impl Step for Smooth {
 ///
 /// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SmoothReport {
     /// The largest change of a rotation to its parent, in degrees.

@@ -14,6 +14,7 @@ use mocap_scene::scene::{NodeId, Scene};
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum ReachTarget {

@@ -103,6 +103,7 @@ fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Res
 ///
 /// [`Turn`](crate::Turn) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct TurnReport {
     /// The angle in degrees, counterclockwise as seen from above.

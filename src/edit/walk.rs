@@ -23,6 +23,7 @@ use crate::graph::{Walk, WalkPath};
 ///
 /// [`Walk::motion`](crate::graph::Walk::motion) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkReport {
     /// The frames of the motion.

@@ -40,6 +40,7 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 /// or the times are negative, do not increase from frame to frame, or are after the end, or some points have times and
 /// others not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]
 pub enum Warp {
@@ -63,6 +64,7 @@ pub enum Warp {
 
 /// The options by their names, of which a warp has those that go together.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 struct WarpKeys {
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -156,6 +158,7 @@ impl Step for Warp {
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum WarpReport {

@@ -21,6 +21,7 @@ use super::quantity::{degrees, metres};
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PathPoint {
     /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even fraction of the
     /// path that it goes anyway.
@@ -43,6 +44,7 @@ impl fmt::Display for PathPoint {
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum PathFacing {
@@ -57,6 +59,7 @@ pub enum PathFacing {
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpPathReport {
     /// Where the figure was at the times of the points. A warp to these undoes this one.

@@ -12,6 +12,7 @@ use super::frames::Frames;
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpTimeReport {
     /// Seconds before.

@@ -9,6 +9,7 @@ use mocap_scene::scene::UpAxis;
 ///
 /// [`Figure`](crate::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum Axis {
     #[serde(rename = "x")]
@@ -111,6 +112,7 @@ impl From<UpAxis> for Axis {
 ///
 /// [`Figure`](crate::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RestPose {

@@ -56,6 +56,7 @@ pub struct HumanoidJoint {
 ///
 /// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Sides {

@@ -99,6 +99,7 @@ pub use self::vrm_humanoid::vrm_humanoid;
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Survey {
     /// The unit of length.

@@ -35,6 +35,7 @@ use super::knuckles::Knuckles;
 ///
 /// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
     /// The rest pose: the figure stands in it, with its arms sideways, down or between.
@@ -49,6 +50,7 @@ pub enum TPoseSource {
 ///
 /// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum TPoseReason {

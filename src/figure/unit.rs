@@ -10,6 +10,7 @@ use mocap_scene::scene::report::Guess;
 ///
 /// [`Survey`](crate::Survey) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Unit {

@@ -202,6 +202,7 @@ impl ExportFile {
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NodeRename {
     /// Index into [`Scene::nodes`], and into the file's nodes.
     pub node: usize,
@@ -225,6 +226,7 @@ impl fmt::Display for NodeRename {
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Deviation {
     /// The largest distance of a joint or end site from its position in the scene, in metres.

@@ -76,6 +76,7 @@ impl GraphJobOptions {
 ///
 /// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GraphReport {
     /// The clips.

@@ -32,6 +32,7 @@ use crate::verify::report::Verification;
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct JobReport {
     /// The files of the output; the last is the one that the job names.
@@ -73,6 +74,7 @@ pub struct JobReport {
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutputFile {
     /// Its name, without the folder; empty for a stream.

@@ -19,6 +19,7 @@ use super::rules::{Above, Drive, Rule, Twist};
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct UnmappedBone {
     /// The bone.

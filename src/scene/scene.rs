@@ -186,6 +186,7 @@ pub const GROUP_OF_ROOTS: &str = "Roots";
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum NodeKind {
     /// A node that the file can animate.

@@ -26,6 +26,9 @@ pub(crate) struct FkArgs {
     /// smplx or kimodo as .npz, humanml3d as .npy
     #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "humanml3d"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
@@ -51,6 +54,9 @@ pub(crate) struct AnglesArgs {
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "csv"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
@@ -118,6 +124,9 @@ pub(crate) struct PackArgs {
     /// Size of one Parquet file, in megabytes of uncompressed values
     #[arg(long, value_name = "MB", default_value = "256")]
     pub(crate) part_size: u32,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Skip files that were packed with the same options, according to the manifest, and are unchanged

@@ -21,6 +21,9 @@ pub(crate) struct CleanArgs {
     /// Write what each part did, with the measures before and after, as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
+    /// Print what was done as JSON
+    #[arg(long, conflicts_with = "report")]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) own: OwnArgs,
 }

@@ -23,6 +23,9 @@ pub(crate) struct RecordArgs {
     /// Clean the recording, as `mocap clean` does, before it is written
     #[arg(long)]
     pub(crate) clean: bool,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
 }
@@ -52,6 +55,9 @@ pub(crate) struct PlayArgs {
     /// How many seconds later a stream is sent on, from 0 to 10: the more, the less noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
+    /// Print what was done as JSON
+    #[arg(long, conflicts_with = "robot")]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) read: InputOptions,
 }
@@ -82,6 +88,9 @@ pub(crate) struct BridgeArgs {
     /// How many seconds later it is sent then, from 0 to 10: the more, the less noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// The address and the port to listen on.

@@ -20,6 +20,9 @@ pub(crate) struct ViewArgs {
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["html"])]
     pub(crate) to: Option<String>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a
@@ -52,6 +55,7 @@ impl ViewArgs {
             files: vec![file],
             output: None,
             to: None,
+            json: false,
             force: ForceArgs { force: false },
             character: None,
             robot: None,

@@ -8,8 +8,9 @@ use mocap::biomechanics::{Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
 
-use super::{import_motion, mapped_figure, print_json};
+use super::{check_json, import_motion, mapped_figure, print_json};
 use crate::args::{AnglesArgs, GaitArgs};
+use crate::printed::AnglesReport;
 use crate::{Failure, report, streams};
 
 pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
@@ -17,6 +18,7 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
     if !["mot", "csv"].contains(&format.as_str()) {
         return Err(super::unknown_extension(&args.output, ".mot or .csv"));
     }
+    check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let mut scene = import_motion(&args.read, &args.input)?;
     args.source.state(&mut scene);
@@ -27,6 +29,14 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         _ => angles.to_csv(),
     };
     streams::write(&args.output, text.as_bytes())?;
+    if args.json {
+        return Ok(print_json(&AnglesReport {
+            input: args.input.display().to_string(),
+            output: args.output.display().to_string(),
+            frames: angles.frames(),
+            columns: &angles.columns,
+        })?);
+    }
     report::say(&format!(
         "{} -> {}: {} frames of {} columns, in degrees and metres",
         args.input.display(),
@@ -62,7 +72,8 @@ fn faces_aside(angles: &JointAngles) -> Option<String> {
 }
 
 #[derive(Serialize)]
-struct Report<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
@@ -75,7 +86,7 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;
     if args.json {
         let file = args.file.display().to_string();
-        return Ok(print_json(&Report { file, gait: &gait })?);
+        return Ok(print_json(&GaitReport { file, gait: &gait })?);
     }
     Ok(print(&args.file, &gait)?)
 }

@@ -17,14 +17,16 @@ use crate::{Failure, kinds, streams};
 
 /// The report of one file: one line of JSON.
 #[derive(Serialize)]
-struct Checked {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Checked {
     file: String,
     status: Status,
-    diagnostics: Vec<Finding>,
+    diagnostics: Vec<CheckedFinding>,
     assumptions: Vec<Assumption>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum Status {
     Ok,
@@ -33,7 +35,8 @@ enum Status {
 }
 
 #[derive(Serialize)]
-struct Finding {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct CheckedFinding {
     severity: Severity,
     /// The file with the error, where that is another one: the skeleton of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -135,7 +138,7 @@ fn checked(
         true => Severity::Error,
         false => Severity::Warning,
     };
-    let finding = |severity, diagnostic: Diagnostic| Finding {
+    let finding = |severity, diagnostic: Diagnostic| CheckedFinding {
         severity,
         file: None,
         line: diagnostic.location.as_ref().map(|location| location.line),
@@ -144,7 +147,7 @@ fn checked(
     };
     let of_error = |error: mocap::Error| {
         let other = error.path().filter(|path| *path != file);
-        Finding {
+        CheckedFinding {
             file: other.map(|path| path.display().to_string()),
             ..finding(Severity::Error, kinds::helped(error.path(), error.diagnostic()))
         }
@@ -153,7 +156,7 @@ fn checked(
         .into_iter()
         .map(|warning| finding(of_warning(&warning), warning));
     let diagnostics: Vec<_> = warnings.chain(error.map(of_error)).collect();
-    let status = |finding: &Finding| match finding.severity {
+    let status = |finding: &CheckedFinding| match finding.severity {
         Severity::Error => Status::Error,
         Severity::Warning => Status::Warning,
     };

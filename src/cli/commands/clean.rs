@@ -12,7 +12,11 @@ use crate::report::Voice;
 use crate::{Failure, streams};
 
 pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
-    let Some(job) = own::begin(&args.own, given, job(args, given)?)? else {
+    let job = job(args, given)?;
+    if args.json && !args.own.instead.print_job {
+        return super::run::printed(job, given);
+    }
+    let Some(job) = own::begin(&args.own, given, job)? else {
         return Ok(());
     };
     verify::refuse_streams(&job)?;

@@ -7,9 +7,11 @@ use std::path::Path;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
+use super::print_json;
 use crate::args::help::arranged;
 use crate::args::{Args, CompletionsArgs, ManArgs};
 use crate::kinds::nearest;
+use crate::printed::{CompletionsReport, ManualPage};
 use crate::{Failure, report, streams};
 
 const PROGRAM: &str = "mocap";
@@ -19,6 +21,12 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     // What is closed by its reader would be a panic of the generator.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), PROGRAM, &mut script);
+    if args.json {
+        return Ok(print_json(&CompletionsReport {
+            shell: args.shell.to_string(),
+            script: String::from_utf8_lossy(&script).into_owned(),
+        })?);
+    }
     Ok(report::data().write_all(&script)?)
 }
 
@@ -28,7 +36,12 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
     command.build();
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.clone(), error))?;
-        return write_pages(&command, folder);
+        let mut pages = Vec::new();
+        write_pages(&command, folder, &mut pages)?;
+        return match args.json {
+            true => Ok(print_json(&pages)?),
+            false => Ok(()),
+        };
     }
     let mut found = &command;
     for name in &args.command {
@@ -38,17 +51,27 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
             Failure::Usage(format!("there is no command {}{near}", args.command.join(" ")))
         })?;
     }
-    let mut page = Vec::new();
-    Man::new(found.clone()).render(&mut page)?;
+    let (man, mut page) = (Man::new(found.clone()), Vec::new());
+    man.render(&mut page)?;
+    if args.json {
+        return Ok(print_json(&[ManualPage {
+            file: man.get_filename(),
+            text: Some(String::from_utf8_lossy(&page).into_owned()),
+        }])?);
+    }
     Ok(report::data().write_all(&page)?)
 }
 
 /// `mocap.1`, `mocap-convert.1` and so on.
-fn write_pages(command: &Command, folder: &Path) -> Result<(), Failure> {
+fn write_pages(command: &Command, folder: &Path, pages: &mut Vec<ManualPage>) -> Result<(), Failure> {
     let man = Man::new(command.clone());
     let mut page = Vec::new();
     man.render(&mut page)?;
     streams::write(&folder.join(man.get_filename()), &page)?;
+    pages.push(ManualPage {
+        file: man.get_filename(),
+        text: None,
+    });
     let mut commands = command.get_subcommands().filter(|command| command.get_name() != "help");
-    commands.try_for_each(|command| write_pages(command, folder))
+    commands.try_for_each(|command| write_pages(command, folder, pages))
 }

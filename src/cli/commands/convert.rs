@@ -17,6 +17,9 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     if args.instead.print_job {
         return print_job(&job);
     }
+    if args.json {
+        return super::run::printed(job, given);
+    }
     if args.batch.out_dir.is_some() {
         return many::run(&job, given, &args.batch.inputs, &args.batch.spread, args.batch.resume);
     }

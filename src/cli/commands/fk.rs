@@ -3,8 +3,9 @@
 use mocap::arrays::{Arrays, BodyArrays, BodyLayout};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
-use super::output_format;
+use super::{check_json, output_format, print_json};
 use crate::args::{FkArgs, Given};
+use crate::printed::ArraysReport;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
@@ -13,27 +14,54 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     }
     let write = writer(args)?;
     args.arrays.check(&args.source, given)?;
+    check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
     let motion = Arrays::of(&scene, &args.arrays.options(&args.source, &args.map))
         .map_err(|error| error.with_path(&args.input))?;
-    for assumption in &motion.header.provenance.assumptions {
-        report::say(&assumption.to_string());
-    }
+    let notes = motion
+        .header
+        .provenance
+        .assumptions
+        .iter()
+        .map(ToString::to_string)
+        .collect();
     let clip = args.input.file_name().unwrap_or_default().to_string_lossy();
     let bytes = write(&motion, &clip)?;
     streams::write(&args.output, &bytes)?;
     let end_sites = motion.joints().iter().filter(|joint| joint.end_site).count();
+    let counts = [motion.frames, motion.joints().len() - end_sites, end_sites];
+    tell(args, "", counts, bytes.len(), notes)
+}
+
+/// Says what was written: frames, joints and end sites.
+fn tell(
+    args: &FkArgs,
+    layout: &str,
+    [frames, joints, end_sites]: [usize; 3],
+    bytes: usize,
+    notes: Vec<String>,
+) -> Result<(), Failure> {
+    let (input, output) = (args.input.display().to_string(), args.output.display().to_string());
+    if args.json {
+        return Ok(print_json(&ArraysReport {
+            input,
+            output,
+            frames,
+            joints,
+            end_sites,
+            bytes,
+            notes,
+        })?);
+    }
+    notes.iter().for_each(|note| report::say(note));
     report::say(&format!(
-        "{} -> {}: {}, {}, {}, {} bytes",
-        args.input.display(),
-        args.output.display(),
-        report::counted(motion.frames, "frame"),
-        report::counted(motion.joints().len() - end_sites, "joint"),
+        "{input} -> {output}: {}, {}, {}{layout}, {bytes} bytes",
+        report::counted(frames, "frame"),
+        report::counted(joints, "joint"),
         report::counted(end_sites, "end site"),
-        bytes.len(),
     ));
     Ok(())
 }
@@ -65,6 +93,7 @@ fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure>
         );
         return Err(Failure::Usage(message));
     }
+    check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
@@ -72,15 +101,9 @@ fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure>
     let written = BodyArrays::new(&scene).and_then(|body| Ok((body.write(layout)?, body.frames)));
     let (bytes, frames) = written.map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &bytes)?;
-    report::say(BodyLayout::NOTE);
-    report::say(&format!(
-        "{} -> {}: {frames} frames in the layout of {}, {} bytes",
-        args.input.display(),
-        args.output.display(),
-        layout.as_str(),
-        bytes.len(),
-    ));
-    Ok(())
+    let layout_of = format!(" in the layout of {}", layout.as_str());
+    let notes = vec![BodyLayout::NOTE.to_owned()];
+    tell(args, &layout_of, [frames, layout.joints(), 0], bytes.len(), notes)
 }
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;

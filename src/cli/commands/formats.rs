@@ -11,7 +11,8 @@ use crate::args::FormatsArgs;
 
 /// What `--json` prints of a format.
 #[derive(Serialize)]
-struct Row {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Row {
     format: &'static str,
     extensions: &'static [&'static str],
     read: bool,

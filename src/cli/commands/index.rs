@@ -8,12 +8,12 @@ use std::path::Path;
 use mocap::files::{ReplacePolicy, check_confined};
 use mocap::matching::{Database, IndexedClip};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
-use serde_json::json;
 
 use crate::args::IndexArgs;
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
+use crate::printed::IndexReport;
 use crate::{Failure, report, streams};
 
 type Former = HashMap<String, Vec<IndexedClip>>;
@@ -53,7 +53,12 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     let (clips, frames) = (database.clips().len(), database.frames());
     if args.json {
         let (output, bytes) = (output.display().to_string(), bytes.len());
-        super::print_json(&json!({"output": output, "bytes": bytes, "clips": clips, "frames": frames}))?;
+        super::print_json(&IndexReport {
+            output,
+            bytes,
+            clips,
+            frames,
+        })?;
     } else {
         let (clips, frames) = (report::counted(clips, "clip"), report::counted(frames, "frame"));
         report::say(&format!("{}: {clips}, {frames}", output.display()));

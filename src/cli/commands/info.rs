@@ -13,7 +13,8 @@ use crate::args::InfoArgs;
 use crate::{Failure, report, streams};
 
 #[derive(Serialize)]
-struct InfoView<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct InfoView<'a> {
     file: String,
     #[serde(flatten)]
     summary: Summary<'a>,

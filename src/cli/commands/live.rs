@@ -15,7 +15,9 @@ use mocap::retarget::robot::robot_bones;
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
 use super::packets::{PATIENCE, Packets, of_socket};
+use super::print_json;
 use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
+use crate::printed::{BridgeReport, HeardReport, PlayReport, RecordingReport};
 use crate::{Failure, report, streams};
 
 /// Seconds by which a cleaned stream is late: a moment is then seen from both sides.
@@ -62,6 +64,15 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let mut written = Exporter::new().write_as(&scene, &args.output)?;
     report::warnings(Some(&args.output), &std::mem::take(&mut written.warnings));
     written.save(&args.output, &policy)?;
+    if args.json {
+        return Ok(print_json(&RecordingReport {
+            output: args.output.display().to_string(),
+            frames: counts.frames as u64,
+            seconds,
+            bones: scene.nodes.len(),
+            heard: heard(&counts, &packets),
+        })?);
+    }
     report::say(&format!(
         "{}: {} frames, {seconds:.2} s, {} bones, of {} packets",
         args.output.display(),
@@ -79,6 +90,15 @@ pub(super) fn tell_lost(packets: &Packets) {
         report::complain(&format!(
             "{lost} packets came faster than they could be worked on, and were left out"
         ));
+    }
+}
+
+fn heard(counts: &VmcCounts, packets: &Packets) -> HeardReport {
+    HeardReport {
+        packets: counts.packets as u64,
+        lost: packets.lost() as u64,
+        malformed: counts.malformed as u64,
+        others: counts.others as u64,
     }
 }
 
@@ -161,7 +181,20 @@ fn send_file(args: &PlayArgs, peer: SocketAddr) -> Result<(), Failure> {
         send(&socket, peer, &motion.packets_at((sent % frames) as f64 / rate, clock))?;
         sent += 1;
     }
-    report::say(&format!("{sent} frames were sent"));
+    tell_sent(args, peer, (Some(sent), None))
+}
+
+/// Says how many frames or packets were sent.
+fn tell_sent(args: &PlayArgs, peer: SocketAddr, (frames, packets): (Option<u64>, Option<u64>)) -> Result<(), Failure> {
+    if args.json {
+        let peer = peer.to_string();
+        return Ok(print_json(&PlayReport { peer, frames, packets })?);
+    }
+    for (count, what) in [(frames, "frames"), (packets, "packets")] {
+        count
+            .iter()
+            .for_each(|count| report::say(&format!("{count} {what} were sent")));
+    }
     Ok(())
 }
 
@@ -208,8 +241,7 @@ fn send_on(args: &PlayArgs, source: Listen, peer: SocketAddr) -> Result<(), Fail
     tell_lost(&packets);
     let left = cleaner.finish();
     send(&output, peer, &left)?;
-    report::say(&format!("{} packets were sent", sent + left.len() as u64));
-    Ok(())
+    tell_sent(args, peer, (None, Some(sent + left.len() as u64)))
 }
 
 /// Puts a stream on another body as it comes, until Ctrl-C.
@@ -249,6 +281,14 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     tell_left_out(&counts);
     if let Some(problem) = bridge.problem() {
         report::complain(&format!("the last bones that came are no body for it: {problem}"));
+    }
+    if args.json {
+        return Ok(print_json(&BridgeReport {
+            peer: peer.0.to_string(),
+            poses: counts.frames as u64,
+            heard: heard(&counts, &packets),
+            problem: bridge.problem().map(|problem| problem.to_string()),
+        })?);
     }
     report::say(&format!(
         "{} poses were sent, of {} packets",

@@ -9,6 +9,8 @@ use mocap::matching::{Controller, Database, Gamepad, Moves};
 use mocap::scene::Animation;
 use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
 
+use serde::Serialize;
+
 use super::{check_json, index, output_format, print_json};
 use crate::args::{Given, MatchArgs};
 use crate::{Failure, kinds, report, streams};
@@ -16,7 +18,7 @@ use crate::{Failure, kinds, report, streams};
 pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
     match (args.json, made(args, given)?) {
-        (true, Some(done)) => print_json(&done.report())?,
+        (true, Some(done)) => print_json(&done)?,
         (false, Some(done)) => report::say(&format!("{}: {}", args.output.display(), done.words())),
         (_, None) => {}
     }
@@ -26,7 +28,7 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
 /// Makes the output; what `--json` prints.
 pub(crate) fn summary(args: &MatchArgs, given: &Given) -> Result<serde_json::Value, Failure> {
     let done = made(args, given)?;
-    Ok(done.map_or_else(|| serde_json::json!({}), |done| done.report()))
+    Ok(done.map_or_else(|| serde_json::json!({}), |done| super::value(&done)))
 }
 
 /// Makes the output; what the figure did, if it follows anything.
@@ -105,19 +107,15 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
 }
 
 /// What the figure did.
-enum Done {
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub(crate) enum Done {
     Followed(FollowReport),
     Played(PlayReport),
 }
 
 impl Done {
-    fn report(&self) -> serde_json::Value {
-        match self {
-            Self::Followed(followed) => super::value(followed),
-            Self::Played(played) => super::value(played),
-        }
-    }
-
     fn words(&self) -> String {
         match self {
             Self::Followed(followed) => format!(

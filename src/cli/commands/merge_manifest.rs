@@ -2,10 +2,9 @@
 
 use std::io;
 
-use serde_json::json;
-
 use crate::args::MergeManifestArgs;
 use crate::batch::manifest;
+use crate::printed::FilesReport;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &MergeManifestArgs) -> Result<(), Failure> {
@@ -13,7 +12,10 @@ pub(crate) fn run(args: &MergeManifestArgs) -> Result<(), Failure> {
     let records = manifest::merge(&args.folder).map_err(in_folder)?;
     let failed = records.iter().filter(|record| record.error.is_some()).count();
     match args.json {
-        true => super::print_json(&json!({"files": records.len(), "failed": failed}))?,
+        true => super::print_json(&FilesReport {
+            files: records.len(),
+            failed,
+        })?,
         false => report::say(&format!("{} files, {failed} failed", records.len())),
     }
     if failed > 0 {

@@ -18,6 +18,7 @@ use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, OutputFile, Record};
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
+use crate::printed::FilesReport;
 use crate::{Failure, report};
 
 /// The rows of one file.
@@ -148,6 +149,12 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         .map_err(in_folder)?;
     let counts = progress.finish();
     let packed = left.len() - counts.failed;
+    if args.json {
+        super::print_json(&FilesReport {
+            files: counts.files,
+            failed: counts.failed,
+        })?;
+    }
     report::say(&format!(
         "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",
         counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second

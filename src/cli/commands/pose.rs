@@ -12,13 +12,15 @@ use crate::args::{Given, PoseArgs};
 use crate::{Failure, report};
 
 #[derive(Serialize)]
-struct PoseView<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct PoseView<'a> {
     file: String,
     tick: f64,
     nodes: Vec<NodeView<'a>>,
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct NodeView<'a> {
     name: &'a str,
     parent: Option<&'a str>,

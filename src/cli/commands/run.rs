@@ -53,8 +53,8 @@ fn state_output(job: &mut Job, args: &RunArgs, given: &Given) -> Result<(), Fail
 /// Does a job with one output.
 fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Failure> {
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
-    let (output, is_stream) = (job.output(), streams::is_standard(job.output()));
-    if !is_stream {
+    let output = job.output();
+    if !streams::is_standard(output) {
         ReplacePolicy::new([file]).check_inputs(output)?;
     }
     if streams::is_standard(file) && job.motions().any(|motion| streams::is_standard(motion)) {
@@ -62,8 +62,25 @@ fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Fail
         return Err(Failure::Usage(message.to_owned()));
     }
     super::check_json(args.json, output)?;
+    let found = done(job, given)?;
+    match args.json {
+        true => print_json(&found)?,
+        false => tell(job, &found, given.is_dry_run()),
+    }
+    match &found.problem {
+        Some(problem) => {
+            report::complain(problem);
+            Err(Failure::Told)
+        }
+        None => Ok(()),
+    }
+}
+
+/// Does a job with one output, and says nothing.
+fn done(job: &Job, given: &Given) -> Result<JobReport, Failure> {
+    let output = job.output();
     let motions = streams::given(job.read(), job.motions())?;
-    let found = match is_stream {
+    Ok(match streams::is_standard(output) {
         _ if given.is_dry_run() => {
             let (written, report) = job.make(motions)?;
             streams::save(&written, output, &[], &job.policy(), given)?;
@@ -75,11 +92,17 @@ fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Fail
             report
         }
         false => job.run_with(motions)?,
-    };
-    match args.json {
-        true => print_json(&found)?,
-        false => tell(job, &found, given.is_dry_run()),
+    })
+}
+
+/// Does the job of a command whose `--json` prints what was done, and prints that.
+pub(super) fn printed(job: MotionJob, given: &Given) -> Result<(), Failure> {
+    if job.write.is_folder() {
+        given.refuse(&["json"], "the manifest in the folder has what was done")?;
     }
+    super::check_json(true, &job.write.output)?;
+    let found = done(&Job::Motion(job), given)?;
+    print_json(&found)?;
     match &found.problem {
         Some(problem) => {
             report::complain(problem);

@@ -10,7 +10,8 @@ use crate::{Failure, report, streams};
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Report<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct SeriesReport<'a> {
     input: String,
     output: String,
     samples: usize,
@@ -45,7 +46,7 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &to_bytes(&series)?)?;
     if args.json {
-        return Ok(print_json(&Report {
+        return Ok(print_json(&SeriesReport {
             input: args.input.display().to_string(),
             output: args.output.display().to_string(),
             samples: series.frames(),

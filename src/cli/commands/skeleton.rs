@@ -17,7 +17,8 @@ use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
 #[derive(Serialize)]
-struct Report {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct SkeletonReport {
     file: String,
     unit: UnitReport,
     up: Guess<Axis>,
@@ -38,6 +39,7 @@ struct Report {
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct TPoseReport {
     source: TPoseSource,
     /// The largest of `degrees`.
@@ -47,6 +49,7 @@ struct TPoseReport {
 
 /// What brings a bone into T-pose, after the bones above it.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct RotationReport {
     /// In the world: x, y, z, w.
     rotation: [f32; 4],
@@ -86,6 +89,7 @@ impl TPoseReport {
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct UnitReport {
     metres: f64,
     name: String,
@@ -94,6 +98,7 @@ struct UnitReport {
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct HumanoidReport {
     found: bool,
     reason: String,
@@ -104,13 +109,14 @@ struct HumanoidReport {
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct BoneReport {
     joint: String,
     confidence: Confidence,
     reason: String,
 }
 
-impl Report {
+impl SkeletonReport {
     fn new(file: &Path, scene: &Scene, found: &Figure) -> Self {
         let guess = &found.survey.unit;
         let unit = match scene.metadata.metres_per_unit {
@@ -181,10 +187,10 @@ pub(crate) fn summary(args: &SkeletonArgs) -> Result<serde_json::Value, Failure>
     find(args).map(|found| super::value(&found))
 }
 
-fn find(args: &SkeletonArgs) -> Result<Report, Failure> {
+fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
     args.source.state(&mut scene);
-    let mut found = Report::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
+    let mut found = SkeletonReport::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
     if args.source.metres_per_unit().is_some() {
         found.unit.reason = "--unit says so".to_owned();
     }
@@ -211,7 +217,7 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
 }
 
 /// What the tables of the guess say, row by row, and how each bone is turned about itself.
-fn print_explanation(found: &Report) -> io::Result<()> {
+fn print_explanation(found: &SkeletonReport) -> io::Result<()> {
     let mut out = report::words();
     let Some(explanation) = &found.explanation else {
         return writeln!(
@@ -286,7 +292,7 @@ fn print_explanation(found: &Report) -> io::Result<()> {
     Ok(())
 }
 
-fn print(found: &Report) -> io::Result<()> {
+fn print(found: &SkeletonReport) -> io::Result<()> {
     let mut out = report::words();
     let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
         writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())

@@ -14,7 +14,8 @@ use crate::{Failure, report, streams};
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Verdict<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct VerifyReport<'a> {
     source: String,
     output: String,
     ok: bool,
@@ -23,7 +24,7 @@ struct Verdict<'a> {
     verification: &'a Verification,
 }
 
-impl<'a> Verdict<'a> {
+impl<'a> VerifyReport<'a> {
     fn new(args: &VerifyArgs, verification: &'a Verification) -> Self {
         let max_allowed = args.tolerance.max_error.to_metres();
         Self {
@@ -39,7 +40,7 @@ impl<'a> Verdict<'a> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let verification = verification(args)?;
     if args.json {
-        print_json(&Verdict::new(args, &verification))?;
+        print_json(&VerifyReport::new(args, &verification))?;
     } else {
         writeln!(report::words(), "{}", summary(&verification))?;
     }
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 /// What `--json` prints, and whether the file is what its source is.
 pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Failure> {
     let verification = verification(args)?;
-    let verdict = Verdict::new(args, &verification);
+    let verdict = VerifyReport::new(args, &verification);
     Ok((super::value(&verdict), verdict.ok))
 }
 

@@ -16,10 +16,11 @@ use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Exporter, Format, Importer, Scene, SkeletonMesh, gltf};
 
-use super::{output_format, retarget, short_name, unknown_extension};
+use super::{check_json, output_format, print_json, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::folder::make_folder;
 use crate::batch::inputs::{self, Input};
+use crate::printed::PageReport;
 use crate::{Failure, batch, kinds, report, streams};
 
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
@@ -30,6 +31,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
             return Err(unknown_extension(output, ".html"));
         }
         Some(output) => {
+            check_json(args.json, output)?;
             streams::check_output(&args.files, output, args.force)?;
             output.clone()
         }
@@ -52,6 +54,11 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
         files => view_files(args, files, &output),
     };
     let is_written = matches!(viewed, Ok(()) | Err(Failure::Some));
+    if is_written && args.json {
+        print_json(&PageReport {
+            output: output.display().to_string(),
+        })?;
+    }
     if is_written && args.output.is_none() {
         open_page(&output);
     }

@@ -24,6 +24,7 @@ const MOST_MINUTES: f64 = 60.0;
 ///
 /// [`Controller::follow`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FollowReport {
     /// The frames, 60 in a second.

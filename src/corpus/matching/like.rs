@@ -70,6 +70,7 @@ setters! {
 ///
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Match {
     /// The file.

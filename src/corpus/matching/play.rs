@@ -19,6 +19,7 @@ const STEP: usize = 15;
 ///
 /// [`Controller::play`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PlayReport {
     /// The frames, 60 in a second.

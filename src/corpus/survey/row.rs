@@ -94,6 +94,7 @@ fn rounded(value: f64) -> f64 {
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Quality {
@@ -127,6 +128,7 @@ impl Quality {
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Defect {
     /// What it is.
@@ -149,6 +151,7 @@ macro_rules! row {
         ///
         /// The [module](crate::survey) has an example.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[non_exhaustive]
         pub struct ClipRow {
             $($(#[doc = $help])* #[serde(default)] pub $name: $type,)*

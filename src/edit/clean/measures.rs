@@ -22,6 +22,7 @@ const PEAK: usize = 100;
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CleanMeasures {
     /// Frames per second.

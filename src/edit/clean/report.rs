@@ -17,6 +17,7 @@ use crate::work::Work;
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CleanPart {
@@ -62,6 +63,7 @@ impl CleanPart {
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CleanOutcome {
@@ -79,6 +81,7 @@ pub enum CleanOutcome {
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CleanedPart {
     /// Which.
@@ -95,6 +98,7 @@ pub struct CleanedPart {
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CleanReport {
     /// The measures before.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphClip {
@@ -27,6 +28,7 @@ pub struct GraphClip {
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphTransition {

@@ -63,6 +63,7 @@ pub struct WalkPiece {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkPath {
     /// The length of the path, in metres.

@@ -23,6 +23,7 @@ const ALONG: f32 = 1e-3;
 
 /// The axis of a joint's frame that points along its bone: [`Conversion::bone_axis`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum AlongBone {
     /// +Y, as Blender draws bones. The joint bends about +X.

@@ -13,6 +13,7 @@ use mocap_scene::scene::Animation;
 ///
 /// [`Conversion::trim`](crate::Conversion::trim) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Moment {

@@ -14,6 +14,7 @@ use crate::names::words::Part;
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Explanation {
     /// The sum over all parts.
@@ -28,6 +29,7 @@ pub struct Explanation {
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ExplainedPart {
     /// The part: `legs`, for one.
@@ -46,6 +48,7 @@ pub struct ExplainedPart {
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ExplainedRow {
     /// `lengths`, `names` or `shape`.

@@ -22,6 +22,7 @@ use mocap_scene::scene::{
 /// assert_eq!(json["nodes"][0]["matrix"][15], 1.0);
 /// ```
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneView<'a> {
     /// Where the scene comes from and what was assumed.
     metadata: &'a Metadata,
@@ -39,6 +40,7 @@ pub struct SceneView<'a> {
 
 /// A node.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct NodeView<'a> {
     /// Its name; names may repeat.
     name: &'a str,
@@ -56,6 +58,7 @@ struct NodeView<'a> {
 
 /// A mesh, in the space of the node that holds it.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct MeshView<'a> {
     /// Its name.
     name: &'a str,
@@ -75,6 +78,7 @@ struct MeshView<'a> {
 
 /// A bone.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct BoneView<'a> {
     /// Name of the node.
     name: &'a str,
@@ -88,6 +92,7 @@ struct BoneView<'a> {
 
 /// An animation.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct AnimationView<'a> {
     /// Its name.
     name: &'a str,
@@ -101,6 +106,7 @@ struct AnimationView<'a> {
 
 /// The keys of one node.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct ChannelView<'a> {
     /// Name of the node.
     node_name: &'a str,

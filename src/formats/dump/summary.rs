@@ -20,6 +20,7 @@ use mocap_scene::scene::{Animation, Assumption, Format, NodeKind, Recording, Sce
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Summary<'a> {
     format: Option<Format>,
     nodes: usize,
@@ -46,6 +47,7 @@ pub struct Summary<'a> {
 
 /// One animation.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct ClipSummary<'a> {
     name: &'a str,
     channels: usize,

@@ -55,7 +55,8 @@ impl BodyLayout {
     }
 
     /// How many joints a file has.
-    pub(crate) const fn joints(self) -> usize {
+    #[doc(hidden)]
+    pub const fn joints(self) -> usize {
         match self {
             Self::Amass | Self::Smplx => ALL_JOINTS,
             Self::Kimodo | Self::HumanMl3d => BODY_JOINTS,

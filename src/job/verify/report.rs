@@ -8,6 +8,7 @@ use serde::Serialize;
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Verification {
     /// Frames that were compared, of all clips.
@@ -59,6 +60,7 @@ impl Verification {
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct VerifiedClip {
     /// Its name in the source.
@@ -74,6 +76,7 @@ pub struct VerifiedClip {
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Resampling {
     /// Frames of the source that were compared.
@@ -90,6 +93,7 @@ pub struct Resampling {
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LargestDeviation {
     /// The index of the clip in the source.
@@ -106,6 +110,7 @@ pub struct LargestDeviation {
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Finding {
     /// What kind of thing.
@@ -131,6 +136,7 @@ impl fmt::Display for Finding {
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FindingKind {

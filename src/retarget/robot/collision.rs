@@ -15,6 +15,7 @@ const DEEP: f64 = 0.01;
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LinkCollision {
     /// The links that carry the shapes: those with a joint, or the base.

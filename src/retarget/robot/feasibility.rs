@@ -35,6 +35,7 @@ const LOWEST: f64 = 0.2;
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Feasibility {
     /// The mass of the robot, in kilograms.

@@ -26,6 +26,7 @@ const FLOATS: f64 = 0.05;
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ClampedJoint {
     /// Its name.
@@ -38,6 +39,7 @@ pub struct ClampedJoint {
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RobotReport {
     /// The name of the motion.

@@ -8,6 +8,7 @@ use crate::quality::Verdict;
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Criterion {
     /// What it is: a name of the table in `docs/robots.md`, which says its unit too.

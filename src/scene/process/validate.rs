@@ -20,6 +20,7 @@ macro_rules! rules {
         /// |---|---|
         $(#[doc = concat!("| ", $number, " | ", $text, " |")])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(rename_all = "snake_case")]
         #[non_exhaustive]
         pub enum Rule {
@@ -73,6 +74,7 @@ impl fmt::Display for Rule {
 ///
 /// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Part {
@@ -114,6 +116,7 @@ impl fmt::Display for Part {
 ///
 /// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Violation {
     /// Which rule.

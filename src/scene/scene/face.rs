@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Face {
     /// An expression that VRM 1.0 names, such as `happy`: X of the node's translation is its weight, from 0 to 1, in
@@ -28,6 +29,7 @@ pub enum Face {
     LookAt {
         /// Where the eyes look from, as an offset from the head in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "schema", schemars(with = "Option<[f32; 3]>"))]
         offset_from_head: Option<Vec3>,
     },
 }

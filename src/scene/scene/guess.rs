@@ -8,6 +8,7 @@ use super::Confidence;
 ///
 /// `figure::Survey` has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Guess<T> {
     /// The guessed value.
     pub value: T,

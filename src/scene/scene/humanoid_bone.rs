@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum Side {
@@ -32,6 +33,7 @@ macro_rules! humanoid_bones {
         ///
         /// The [module](crate::scene) has an example.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(rename_all = "camelCase")]
         #[allow(missing_docs, reason = "each says itself")]
         pub enum HumanoidBone {

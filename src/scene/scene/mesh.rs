@@ -11,6 +11,7 @@ use super::{Keys, NodeId, Scene};
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Primitive {
     /// Three indices per face.
@@ -160,6 +161,7 @@ pub struct VertexWeight {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Material {
     /// The name.
     pub name: String,
@@ -174,8 +176,10 @@ pub struct Material {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Surface {
     /// Red, green, blue and alpha, linear. They multiply the texture's.
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 4]"))]
     pub base_color: Vec4,
     /// The texture of the colour, an index into [`Scene::textures`].
     pub texture: Option<usize>,
@@ -200,6 +204,7 @@ impl Default for Surface {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
     /// It begins again.
@@ -215,6 +220,7 @@ pub enum Wrap {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
     /// Nothing.
@@ -230,6 +236,7 @@ pub enum AlphaMode {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Texture {
     /// The name.
     pub name: String,

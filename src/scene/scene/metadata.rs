@@ -16,11 +16,13 @@ use crate::error::{Code, Diagnostic, Error};
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Metadata {
     /// The file that the scene was read from.
     pub origin: Option<Origin>,
     /// The file's format. Absent for a scene without a file.
     #[serde(with = "format_name")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<Format>"))]
     pub format: Option<Format>,
     /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state
     /// it.
@@ -180,6 +182,7 @@ pub mod format_name {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Origin {
     /// Its name, without folders.
     pub name: String,
@@ -219,6 +222,7 @@ impl Origin {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum UpAxis {
     /// +Y, as in glTF and most BVH files.
@@ -278,6 +282,7 @@ pub enum RootOffset {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RootOffsetUsed {
     /// [`RootOffset::Replace`] or [`RootOffset::Add`].
     pub policy: RootOffset,
@@ -293,6 +298,7 @@ pub struct RootOffsetUsed {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Confidence {
     /// All evidence agrees.
@@ -319,6 +325,7 @@ impl Confidence {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Assumption {
     /// The topic.
     pub topic: Topic,
@@ -336,6 +343,7 @@ pub struct Assumption {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Topic {

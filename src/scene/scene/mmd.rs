@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The model that a scene is on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[doc(hidden)]
 pub struct MmdModel {
     /// Its name.
@@ -22,6 +23,7 @@ pub struct MmdModel {
 
 /// What a bone has of the rotation and the position of another, by their names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[doc(hidden)]
 pub struct MmdInherits {
     #[doc(hidden)]

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Recording {
     /// Events, in the order of time.
     pub events: Vec<Event>,
@@ -34,6 +35,7 @@ pub struct Recording {
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event {
     /// In seconds from the first frame.
     pub time: f64,
@@ -49,6 +51,7 @@ pub struct Event {
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AnalogChannel {
     /// Its label.
     pub name: String,
@@ -63,15 +66,18 @@ pub struct AnalogChannel {
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePlate {
     /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of
     /// Kistler; 4, as 2 with a calibration matrix; 5, eight sensors of which a matrix makes force and moment; 6, three
     /// forces at each of four corners, and 7, as 3, both with a matrix. Others are kept and not computed.
     pub plate_type: u32,
     /// The corners in metres, in the quadrants +x +y, -x +y, -x -y and +x -y of the plate's own axes.
+    #[cfg_attr(feature = "schema", schemars(with = "[[f32; 3]; 4]"))]
     pub corners: [Vec3; 4],
     /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of types 3, 6 and 7
     /// half the distances of the sensors along x and y, and the height of the sensors.
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub origin: DVec3,
     /// The indices of its channels in [`Recording::channels`].
     pub channels: Vec<usize>,

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MarkerSolution {
     /// Each marker that takes part.
@@ -32,6 +33,7 @@ pub struct MarkerSolution {
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SolvedMarker {
     /// Its label in the file.
     pub label: String,
@@ -53,6 +55,7 @@ pub struct SolvedMarker {
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SolvedJoint {
     /// Its name.
     pub name: String,
@@ -69,6 +72,7 @@ pub struct SolvedJoint {
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SwappedMarkers {
     /// Their labels.
     pub labels: [String; 2],

@@ -39,6 +39,7 @@ const STAYS: f64 = 0.15;
 ///
 /// [`Gait`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Stride {
     /// The foot.
@@ -61,6 +62,7 @@ pub struct Stride {
 ///
 /// [`Gait`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MeanAndDeviation {
     /// The mean.
@@ -75,6 +77,7 @@ pub struct MeanAndDeviation {
 ///
 /// [`Gait`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SideOfGait {
     /// When the heel strikes the ground, in seconds from the first frame.
@@ -110,6 +113,7 @@ pub struct SideOfGait {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Gait {
     /// The strides of both feet, in the order of time.

@@ -31,6 +31,8 @@ mod inputs;
 #[cfg(unix)]
 mod interrupted;
 mod jobs;
+#[cfg(all(feature = "schema", unix))]
+mod json_schema;
 mod kept_characters;
 mod lengths;
 mod limits;

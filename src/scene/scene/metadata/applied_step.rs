@@ -21,6 +21,7 @@ fn is_one_metre(metres: &f64) -> bool {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "step", rename_all = "snake_case")]
 pub enum AppliedStep {
     /// `Importer::retime`: all frames are kept, and play at another rate.
@@ -145,6 +146,7 @@ impl fmt::Display for StepRecord {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NamedJoint {
     /// Its name before.
     pub from: String,
@@ -164,6 +166,7 @@ fn is_zero(count: &usize) -> bool {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SecondMotion {

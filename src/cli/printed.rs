@@ -1,0 +1,203 @@
+//! What `--json` prints: the types of commands whose report the library does not have, and the schema of all.
+
+use serde::Serialize;
+
+/// A picture or a film that was written.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct PictureReport {
+    pub(crate) output: String,
+    /// In pixels.
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) bytes: usize,
+}
+
+/// A database of `mocap index`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct IndexReport {
+    pub(crate) output: String,
+    pub(crate) bytes: usize,
+    pub(crate) clips: usize,
+    pub(crate) frames: usize,
+}
+
+/// The files of a run.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct FilesReport {
+    pub(crate) files: usize,
+    pub(crate) failed: usize,
+}
+
+/// The arrays of `mocap fk`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ArraysReport {
+    pub(crate) input: String,
+    pub(crate) output: String,
+    pub(crate) frames: usize,
+    pub(crate) joints: usize,
+    pub(crate) end_sites: usize,
+    pub(crate) bytes: usize,
+    /// What was assumed or left out.
+    pub(crate) notes: Vec<String>,
+}
+
+/// The joint angles of `mocap angles`, in degrees and metres.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct AnglesReport<'a> {
+    pub(crate) input: String,
+    pub(crate) output: String,
+    pub(crate) frames: usize,
+    pub(crate) columns: &'a [String],
+}
+
+/// A page of `mocap view`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct PageReport {
+    pub(crate) output: String,
+}
+
+/// A recording of `mocap record`.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct RecordingReport {
+    pub(crate) output: String,
+    pub(crate) frames: u64,
+    pub(crate) seconds: f64,
+    pub(crate) bones: usize,
+    #[serde(flatten)]
+    pub(crate) heard: HeardReport,
+}
+
+/// What was heard of a stream.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct HeardReport {
+    pub(crate) packets: u64,
+    /// Packets that came faster than they could be worked on.
+    pub(crate) lost: u64,
+    /// Packets or messages that are no messages of the protocol.
+    pub(crate) malformed: u64,
+    /// Messages about other things than the body.
+    pub(crate) others: u64,
+}
+
+/// What `mocap play` sent.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct PlayReport {
+    /// Where it was sent to.
+    pub(crate) peer: String,
+    /// The frames of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) frames: Option<u64>,
+    /// The packets of a stream.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) packets: Option<u64>,
+}
+
+/// What `mocap bridge` sent.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct BridgeReport {
+    /// Where it was sent to.
+    pub(crate) peer: String,
+    pub(crate) poses: u64,
+    #[serde(flatten)]
+    pub(crate) heard: HeardReport,
+    /// Why the last bones that came are no body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) problem: Option<String>,
+}
+
+/// The completions of a shell.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct CompletionsReport {
+    pub(crate) shell: String,
+    pub(crate) script: String,
+}
+
+/// A manual page, with its text where it is not written to a file.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ManualPage {
+    /// Its file, such as `mocap-convert.1`.
+    pub(crate) file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) text: Option<String>,
+}
+
+/// The JSON Schema of an object that has what each command prints under the words of the command. `check` prints a line
+/// for each file.
+#[cfg(feature = "schema")]
+pub fn schema() -> serde_json::Value {
+    use mocap::dump::SceneView;
+    use mocap::edit::report::{EditReport, WalkReport};
+    use mocap::job::report::JobReport;
+    use mocap::matching::report::Match;
+    use mocap::retarget::report::RetargetReport;
+    use mocap::retarget::robot::report::RobotReport;
+    use mocap::survey::report::ClipRow;
+    use schemars::Schema;
+
+    use crate::commands::{angles, check, formats, info, matching, pose, series, skeleton, verify};
+
+    let mut generator = schemars::generate::SchemaSettings::draft2020_12()
+        .for_serialize()
+        .into_generator();
+    let mut commands = serde_json::Map::new();
+    let mut add = |words: &[&str], schema: Schema| {
+        for words in words {
+            commands.insert((*words).to_owned(), schema.clone().to_value());
+        }
+    };
+    let generator = &mut generator;
+    add(
+        &["convert", "solve", "clean", "run", "graph"],
+        generator.subschema_for::<JobReport>(),
+    );
+    add(&["retarget"], generator.subschema_for::<Vec<RetargetReport>>());
+    add(&["robot"], generator.subschema_for::<RobotReport>());
+    add(&["edit"], generator.subschema_for::<Vec<EditReport>>());
+    add(&["graph walk"], generator.subschema_for::<WalkReport>());
+    add(&["info"], generator.subschema_for::<info::InfoView<'_>>());
+    add(&["fk"], generator.subschema_for::<ArraysReport>());
+    add(&["angles"], generator.subschema_for::<AnglesReport<'_>>());
+    add(&["gait"], generator.subschema_for::<angles::GaitReport<'_>>());
+    add(
+        &["forces", "analog"],
+        generator.subschema_for::<series::SeriesReport<'_>>(),
+    );
+    add(&["pack", "merge-manifest"], generator.subschema_for::<FilesReport>());
+    add(&["pose"], generator.subschema_for::<pose::PoseView<'_>>());
+    add(&["skeleton"], generator.subschema_for::<skeleton::SkeletonReport>());
+    add(&["check"], generator.subschema_for::<check::Checked>());
+    add(&["survey"], generator.subschema_for::<Vec<ClipRow>>());
+    add(&["index"], generator.subschema_for::<IndexReport>());
+    add(&["find"], generator.subschema_for::<Vec<Match>>());
+    add(&["match"], generator.subschema_for::<matching::Done>());
+    add(&["dump"], generator.subschema_for::<SceneView<'_>>());
+    add(&["verify"], generator.subschema_for::<verify::VerifyReport<'_>>());
+    add(&["record"], generator.subschema_for::<RecordingReport>());
+    add(&["play"], generator.subschema_for::<PlayReport>());
+    add(&["bridge"], generator.subschema_for::<BridgeReport>());
+    add(&["view"], generator.subschema_for::<PageReport>());
+    add(&["sheet", "gif", "plot"], generator.subschema_for::<PictureReport>());
+    add(&["formats"], generator.subschema_for::<Vec<formats::Row>>());
+    add(&["completions"], generator.subschema_for::<CompletionsReport>());
+    add(&["man"], generator.subschema_for::<Vec<ManualPage>>());
+    serde_json::json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "What each command of mocap prints with --json, under the words of the command",
+        "type": "object",
+        "properties": commands,
+        "additionalProperties": false,
+        "$defs": generator.take_definitions(true),
+    })
+}
