@@ -125,6 +125,7 @@ impl AppliedStep {
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct StepRecord(#[doc(hidden)] pub serde_json::Value);
 
