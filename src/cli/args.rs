@@ -168,8 +168,8 @@ impl Command {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
-    /// The motion file, and after it the OUTPUT [default: the input's name with the extension .glb]; - is standard input
-    /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
+    /// The motion file, and after it the OUTPUT [default: the input's name with the extension .glb]; - is standard
+    /// input or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Compare the written file with its source, as `mocap verify` does

@@ -16,7 +16,7 @@ pub use crate::batch::shard::Shard;
 pub use crate::batch::walk::{Entry, Search};
 pub use crate::build_note::note;
 #[cfg(feature = "schema")]
-pub use crate::printed::schema;
+pub use crate::json_schema::schema;
 
 pub mod line {
     pub use crate::agent::line::{LONGEST, Line, read};

@@ -13,6 +13,8 @@ mod build_note;
 mod commands;
 #[doc(hidden)]
 pub mod internals;
+#[cfg(feature = "schema")]
+mod json_schema;
 mod kinds;
 mod printed;
 #[doc(hidden)]

@@ -35,8 +35,8 @@ use super::work::Work;
 use super::{Step, StepInput, StepKey, ValueKind, flips};
 
 step! {
-    /// Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without
-    /// a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
+    /// Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
+    /// without a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

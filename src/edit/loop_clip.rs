@@ -21,8 +21,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over
-    /// the ground differs. Joint velocities are continuous at the seam.
+    /// Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position
+    /// over the ground differs. Joint velocities are continuous at the seam.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

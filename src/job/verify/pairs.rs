@@ -169,8 +169,8 @@ impl Pairs {
         moved.map(|(a, _)| quoted(&ours.joints[*a])).collect()
     }
 
-    /// Joints that the file alone has. `added_roots` of them may be joints for the path over the ground, above the first
-    /// root.
+    /// Joints that the file alone has. `added_roots` of them may be joints for the path over the ground, above the
+    /// first root.
     fn extra(&self, ours: &Skeleton, theirs: &Skeleton, mut added_roots: usize) -> Vec<String> {
         let is_group = |name: &str| {
             ours.joints.iter().any(|joint| {

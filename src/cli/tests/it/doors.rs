@@ -144,7 +144,8 @@ fn reason(said: &str) -> String {
     message.replace('|', "\\|")
 }
 
-/// What Rust's `Exporter` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the writer.
+/// What Rust's `Exporter` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the
+/// writer.
 fn by_call(scene: &Scene, row: &Row) -> Cell {
     let path = Path::new(&row.output);
     let extension = path.extension().unwrap().to_str().unwrap();
