@@ -16,7 +16,7 @@ use crate::import::Importer;
 ///
 /// Lengths become metres and +Y points up, except in a format that keeps the unit and axes of its source, such as BVH.
 /// An output of mocap is replaced; a file that may be a source is not. [`Importer`], [`Conversion`] and [`Exporter`]
-/// are the three parts of this call, with all options. A `MotionJob` of the package `mocap-job` writes arrays too.
+/// are the three parts of this call, with all options. A job of the package `mocap-job` writes arrays too.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
