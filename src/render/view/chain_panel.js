@@ -2,7 +2,7 @@
 
 import { byId, make, short } from "./dom.js";
 import { chainMatrices } from "./product.js";
-import { SourceText, linesOf } from "./source_text.js";
+import { SourceText, matrixLines } from "./source_text.js";
 
 const LETTERS = ["X", "Y", "Z"];
 // Lines of the file that are shown before and after those that are marked.
@@ -39,7 +39,7 @@ export class ChainPanel {
       const name = make("button", { class: "link", onclick: () => this.choose(state.active, id) }, node.name);
       const symbol = make("button", { class: "link", title: "Multiply up to here", onclick: () => this.growTo(i + 1) }, subscript(letter, index));
       return make("tr", {}, make("th", { scope: "row" }, symbol), make("td", {}, name, make("small", {}, letter === "L" ? what : position)),
-        make("td", { class: "line" }, String(linesOf(node, part).lines[0] ?? "")), make("td", {}, this.outputs[i]));
+        make("td", { class: "line" }, String(matrixLines(node, part).lines[0] ?? "")), make("td", {}, this.outputs[i]));
     });
     byId("chain").replaceChildren(...this.rows);
     this.showGrown();
@@ -95,7 +95,7 @@ export class ChainPanel {
   showLines() {
     const { text, clip } = this;
     const part = this.parts[this.last];
-    const { name, lines } = linesOf(clip.nodes[part.id], part);
+    const { name, lines } = matrixLines(clip.nodes[part.id], part);
     byId("file-lines").hidden = !text || !lines.length;
     if (byId("file-lines").hidden) return;
     const marked = new Set(lines);

@@ -40,7 +40,7 @@ export class SourceText {
 }
 
 // The lines of the file, from 1, that say a matrix: of an L the OFFSET, or position channels; of a J the channels.
-export function linesOf(node, { letter, index }) {
+export function matrixLines(node, { letter, index }) {
   const { name, offset, channels } = node.lines ?? {};
   const isMoved = letter === "L" && node.moves;
   const wanted = letter === "J" ? [channels ?? offset, index === 0 ? offset : null] : [isMoved ? channels : offset];
