@@ -360,8 +360,10 @@ check("same", "a chain is that of `mocap chain`", () => {
   const scene = kept(mocap.read(filesOf(path)));
   const expected = JSON.parse(program("chain", path, "Wrist", "--tick", "4.5", "--point", "0.5,0,1", "--json"));
   const { chain, pointInWorld } = scene.chain("Wrist", 4.5, [0.5, 0, 1]);
-  assert.deepEqual(chain, expected.chain);
-  assert.deepEqual(pointInWorld, expected.point_in_world);
+  // The last digits differ, which depend on the instructions of the machine.
+  const rounded = (value) => JSON.stringify(value, (_, part) => (typeof part === "number" ? Number(part.toFixed(4)) + 0 : part));
+  assert.equal(rounded(chain), rounded(expected.chain));
+  assert.equal(rounded(pointInWorld), rounded(expected.point_in_world));
   assert.equal(scene.chain("Elbow").pointInWorld, null);
   assert.throws(() => scene.chain("Wirst"), { code: "invalid-value", help: 'did you mean "Wrist"?' });
 });

@@ -8,7 +8,7 @@ use mocap::figure::Figure;
 use mocap::glam::Mat4;
 use mocap::scene::report::MarkerSolution;
 use mocap::scene::{NodeKind, Recording, RotationOrder};
-use mocap::{Binding, Clips, Pose};
+use mocap::{Binding, ChainMatrix, Clips, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -38,6 +38,14 @@ struct Beside {
     /// The values of the recorded channels, which are no part of their JSON.
     values: Vec<Vec<f32>>,
     solved: Option<MarkerSolution>,
+}
+
+/// What :meth:`Scene.chain` returns.
+#[derive(serde::Serialize)]
+struct Chain {
+    chain: Vec<ChainMatrix>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    point_in_world: Option<[f32; 3]>,
 }
 
 /// A node of a scene; :attr:`Scene.nodes` lists them.
@@ -161,10 +169,8 @@ impl Scene {
         let pose = posed(&self.scene, tick);
         let chain = pose.chain(&self.scene, joint).map_err(|error| to_python(py, &error))?;
         let in_world = |point: [f32; 3]| Some(pose.point_to_world(chain.last()?.node, point.into()).to_array());
-        match point.and_then(in_world) {
-            Some(point) => json(&serde_json::json!({"chain": chain, "point_in_world": point})),
-            None => json(&serde_json::json!({"chain": chain})),
-        }
+        let point_in_world = point.and_then(in_world);
+        json(&Chain { chain, point_in_world })
     }
 
     /// The scene for another process.

@@ -12,7 +12,7 @@ use mocap::retarget::robot::add_links;
 use mocap::retarget::{Retargeter, SourceMotion, Target, apply_steps};
 use mocap::scene::Assumption;
 use mocap::scene::report::RootOffsetUsed;
-use mocap::{Code, ExportFile, Importer, MemoryFile, Pose, Scene, SkeletonMesh};
+use mocap::{ChainMatrix, Code, ExportFile, Importer, MemoryFile, Pose, Scene, SkeletonMesh};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -226,12 +226,17 @@ fn parsed<T: DeserializeOwned>(request: &[u8]) -> Result<T, Failure> {
 }
 
 fn chain(scene: &Scene, joint: &str, tick: f64, point: Option<[f32; 3]>) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Chain {
+        chain: Vec<ChainMatrix>,
+        point_in_world: Option<[f32; 3]>,
+    }
     let pose = Pose::at_tick(scene, 0, tick).unwrap_or_else(|| Pose::rest(scene));
     let chain = pose.chain(scene, joint)?;
     let in_world = |point: [f32; 3]| Some(pose.point_to_world(chain.last()?.node, point.into()).to_array());
     let point_in_world = point.and_then(in_world);
-    let answer = serde_json::json!({"chain": chain, "pointInWorld": point_in_world});
-    Ok((json(&answer)?, Vec::new()))
+    Ok((json(&Chain { chain, point_in_world })?, Vec::new()))
 }
 
 fn steps() -> Value {
