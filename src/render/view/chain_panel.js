@@ -4,14 +4,14 @@ import { byId, make, short } from "./dom.js";
 import { chainMatrices } from "./product.js";
 import { SourceText, matrixLines } from "./source_text.js";
 
-const LETTERS = ["X", "Y", "Z"];
+const AXIS_LETTERS = ["X", "Y", "Z"];
 // Lines of the file that are shown before and after those that are marked.
 const AROUND = 8;
 
 const subscript = (letter, index) => make("span", {}, letter, make("sub", {}, String(index)));
 const angleText = (clip, id) => {
   const angles = clip.angles(id);
-  return clip.nodes[id].order.map((axis, i) => `${LETTERS[axis]}\u00a0${short(angles[i])}°`).join("  ");
+  return clip.nodes[id].order.map((axis, i) => `${AXIS_LETTERS[axis]}\u00a0${short(angles[i])}°`).join("  ");
 };
 
 export class ChainPanel {
