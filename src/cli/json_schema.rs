@@ -1,6 +1,6 @@
 //! The JSON Schema of what `--json` prints.
 
-use crate::commands::{angles, check, formats, info, matching, pose, series, skeleton, verify};
+use crate::commands::{angles, chain, check, formats, info, matching, pose, series, skeleton, verify};
 use crate::printed::{
     AnglesReport, ArraysReport, BridgeReport, CompletionsReport, FilesReport, IndexReport, ManualPage, PageReport,
     PictureReport, PlayReport, RecordingReport,
@@ -44,6 +44,7 @@ pub fn schema() -> serde_json::Value {
         generator.subschema_for::<series::SeriesReport<'_>>(),
     );
     add(&["pack", "merge-manifest"], generator.subschema_for::<FilesReport>());
+    add(&["chain"], generator.subschema_for::<chain::ChainView<'_>>());
     add(&["pose"], generator.subschema_for::<pose::PoseView<'_>>());
     add(&["skeleton"], generator.subschema_for::<skeleton::SkeletonReport>());
     add(&["check"], generator.subschema_for::<check::Checked>());

@@ -7,6 +7,7 @@ use mocap::job::InputOptions;
 #[derive(Debug, clap::Args)]
 pub(crate) struct PoseArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// The tick; poses between two frames are interpolated
     #[arg(long, value_name = "T", allow_negative_numbers = true, default_value_t = 0.0)]
@@ -14,7 +15,7 @@ pub(crate) struct PoseArgs {
     /// Print node-to-world matrices, instead of node-to-parent
     #[arg(long)]
     pub(crate) world: bool,
-    /// Repeat the motion for a tick outside of it, instead of using the nearest frame
+    /// Loop the motion: a tick outside of it wraps around. Without it, such a tick gives the first or the last frame
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
     /// Print JSON
@@ -33,6 +34,7 @@ pub(crate) struct PoseArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct ChainArgs {
     /// The motion file; - is standard input
+    #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
     /// The name of the joint, or of an end site as EndSite_Wrist
     pub(crate) joint: String,

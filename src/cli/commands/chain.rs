@@ -11,8 +11,10 @@ use super::{import_motion, print_json};
 use crate::args::ChainArgs;
 use crate::{Failure, report};
 
+/// The matrices of a chain.
 #[derive(Serialize)]
-struct ChainView<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ChainView<'a> {
     file: String,
     joint: &'a str,
     tick: f64,

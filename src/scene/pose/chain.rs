@@ -15,6 +15,7 @@ use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 /// A link L is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the
 /// translation too. [`Pose::chain`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ChainMatrix {
     /// `J0`, `L1`, `J1`, ...
@@ -22,12 +23,15 @@ pub struct ChainMatrix {
     /// The name of the joint or the end site.
     pub joint: String,
     /// Its node.
+    #[cfg_attr(feature = "schema", schemars(with = "u32"))]
     pub node: NodeId,
     /// The matrix, which maps column vectors. By `serde` its rows.
     #[serde(serialize_with = "rows")]
+    #[cfg_attr(feature = "schema", schemars(with = "[[f64; 4]; 4]"))]
     pub matrix: Mat4,
     /// The product of the chain up to this matrix. After the last it is the joint to the world.
     #[serde(serialize_with = "rows")]
+    #[cfg_attr(feature = "schema", schemars(with = "[[f64; 4]; 4]"))]
     pub product: Mat4,
     /// The order of the angles of a J: `Zyx` is Rz Ry Rx. Z X Y where the file has no Euler angles.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,7 +3,7 @@
 import type { File } from "./index.js";
 
 /** How the files of a job are read. */
-export interface ReadingOptions {
+export interface InputOptionsOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
@@ -66,7 +66,7 @@ export interface SourceFramesOptions {
 }
 
 /** Fewer keys and bits, within a largest error. */
-export interface SmallerOptions {
+export interface SizeOptionsOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: "none" | "int16";
   /**
@@ -82,7 +82,7 @@ export interface SmallerOptions {
 }
 
 /** Options of BVH. */
-export interface WritingBvhOptions {
+export interface BvhOutputOptionsOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */
@@ -157,6 +157,18 @@ export type BoneMap = string | Record<string, string | null>;
  */
 export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu";
 
+/** Options of BVH. */
+export interface BvhOutputOptions {
+  /** Which joints have position channels. Default: `"auto"`. */
+  channels?: Channels;
+  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  digits?: number | null;
+  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
+  order?: RotationOrder | null;
+  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
+  sidecar?: boolean;
+}
+
 /**
  * Which joints have position channels.
  * `"auto"`: The ROOT, and joints whose position differs from their OFFSET in some frame.
@@ -206,13 +218,17 @@ export type Clips = number | string;
  */
 export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
 
-/**
- * How the skeleton of a file without meshes is drawn.
- * `"segmented"`: One mesh per node.
- * `"skinned"`: One mesh with bones.
- * `"none"`: No mesh.
- */
-export type DrawnMesh = "segmented" | "skinned" | "none";
+/** Options of FBX. */
+export interface FbxOutputOptions {
+  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
+  "fbx-rest"?: FbxRest | null;
+  /** Version of the file. Default: `"7.5"`. */
+  "fbx-version"?: FbxVersion;
+  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
+  target?: FbxTarget | null;
+  /** Where the images of textures are. Default: `"embedded"`. */
+  textures?: FbxTextures;
+}
 
 /**
  * Where the rotations of the rest pose are.
@@ -252,6 +268,16 @@ export type FbxVersion = "7.4" | "7.5";
  * `"free"`: Feet are not corrected.
  */
 export type Feet = "lock" | "free";
+
+/** The one file of a survey or of a motion graph. */
+export interface FileOutputOptions {
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
+  output?: string;
+  /** The format by its extension, where the extension of the output is another. */
+  to?: string | null;
+}
 
 /**
  * What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU database.
@@ -320,18 +346,18 @@ export type Format =
 /** Compares motions, and writes their motion graph. */
 export interface GraphJob {
   /** How their moments are compared. */
-  graph: Graphing;
+  graph: GraphJobOptions;
   /**
    * The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
    * lighter is more alike and red dots are transitions, or an array, .npy.
    */
   matrix?: string | null;
   /** How the inputs are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The inputs, and what is known of them. */
   source?: GraphSources;
   /** The graph. */
-  write?: WritingFile;
+  write?: FileOutputOptions;
   steps?: never;
   survey?: never;
   target?: never;
@@ -339,16 +365,8 @@ export interface GraphJob {
   walk?: never;
 }
 
-/** What a motion graph is made of. */
-export interface GraphSources {
-  /** The motion files. */
-  inputs?: string[];
-  /** The unit and the up axis of the inputs. */
-  space?: SourceSpace;
-}
-
 /** How the moments of motions are compared. */
-export interface Graphing {
+export interface GraphJobOptions {
   /**
    * Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any motion
    * file, glTF, VRM or FBX file of a humanoid.
@@ -367,67 +385,16 @@ export interface Graphing {
   window?: number;
 }
 
-/** What a job retargets its motions to. Each kind has only its own options. */
-export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
-
-/** What the joints of a humanoid are called in the output. */
-export type JointNames = BoneNames | string | Record<string, string | null>;
-
-/** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
-export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
-
-/**
- * What the lengths of a skeleton are that is made from points.
- * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
- * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
- */
-export type Lengths = "median" | "moving";
-
-/** Reads motions, changes them, retargets them, and writes the result. */
-export interface MotionJob {
-  /** How the inputs are read. */
-  read?: Reading;
-  /** The inputs, and what is known of them. */
-  source?: Sources;
-  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
-  steps?: EditStep[];
-  /** What the motions are retargeted to. Default: they keep their skeletons. */
-  target?: JobTarget | null;
-  /** Whether the output is compared with its source. */
-  verify?: boolean;
-  /** The output. */
-  write?: Writing;
-  graph?: never;
-  matrix?: never;
-  survey?: never;
-  walk?: never;
+/** What a motion graph is made of. */
+export interface GraphSources {
+  /** The motion files. */
+  inputs?: string[];
+  /** The unit and the up axis of the inputs. */
+  space?: SourceSpace;
 }
-
-/**
- * The axis of joints' frames at rest that points along their bones.
- * `"y"`: +Y, as Blender draws bones; joints bend about +X.
- * `"x"`: +X, as in Unreal; joints bend about +Z.
- * `"none"`: Frames are those of the input.
- */
-export type OutBoneAxis = "y" | "x" | "none";
-
-/** The unit and the up axis of an output. */
-export interface OutSpace {
-  /** Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the input's; glTF is in metres. */
-  "out-unit"?: Unit | null;
-  /** Up axis of the output. Default: the input's; glTF has +Y up. */
-  "out-up"?: OutUp | null;
-}
-
-/**
- * The up axis of an output.
- * `"y"`: +Y.
- * `"z"`: +Z.
- */
-export type OutUp = "y" | "z";
 
 /** How the files of a job are read. */
-export interface Reading {
+export interface InputOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   "all-rows"?: boolean;
   /**
@@ -464,6 +431,115 @@ export interface Reading {
   static?: string | null;
   /** Treat every warning as an error. */
   strict?: boolean;
+}
+
+/** What a job retargets its motions to. Each kind has only its own options. */
+export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
+
+/** What the joints of a humanoid are called in the output. */
+export type JointNames = BoneNames | string | Record<string, string | null>;
+
+/** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
+export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
+
+/**
+ * What the lengths of a skeleton are that is made from points.
+ * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
+ * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
+ */
+export type Lengths = "median" | "moving";
+
+/**
+ * How the skeleton of a file without meshes is drawn.
+ * `"segmented"`: One mesh per node.
+ * `"skinned"`: One mesh with bones.
+ * `"none"`: No mesh.
+ */
+export type MeshStyle = "segmented" | "skinned" | "none";
+
+/** Reads motions, changes them, retargets them, and writes the result. */
+export interface MotionJob {
+  /** How the inputs are read. */
+  read?: InputOptions;
+  /** The inputs, and what is known of them. */
+  source?: Sources;
+  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
+  steps?: EditStep[];
+  /** What the motions are retargeted to. Default: they keep their skeletons. */
+  target?: JobTarget | null;
+  /** Whether the output is compared with its source. */
+  verify?: boolean;
+  /** The output. */
+  write?: OutputOptions;
+  graph?: never;
+  matrix?: never;
+  survey?: never;
+  walk?: never;
+}
+
+/**
+ * The axis of joints' frames at rest that points along their bones.
+ * `"y"`: +Y, as Blender draws bones; joints bend about +X.
+ * `"x"`: +X, as in Unreal; joints bend about +Z.
+ * `"none"`: Frames are those of the input.
+ */
+export type OutBoneAxis = "y" | "x" | "none";
+
+/** The unit and the up axis of an output. */
+export interface OutSpace {
+  /** Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the input's; glTF is in metres. */
+  "out-unit"?: Unit | null;
+  /** Up axis of the output. Default: the input's; glTF has +Y up. */
+  "out-up"?: OutUp | null;
+}
+
+/**
+ * The up axis of an output.
+ * `"y"`: +Y.
+ * `"z"`: +Z.
+ */
+export type OutUp = "y" | "z";
+
+/** What a job writes, and how. What a format does not take is refused. */
+export interface OutputOptions {
+  /**
+   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
+   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+   */
+  "bone-axis"?: OutBoneAxis | null;
+  /** Options of BVH. */
+  bvh?: BvhOutputOptions;
+  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
+  embed?: boolean;
+  /** Options of FBX. */
+  fbx?: FbxOutputOptions;
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
+  "keep-constant"?: boolean;
+  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
+  mesh?: MeshStyle | null;
+  /**
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
+   * `mocap skeleton --json` prints. Default: those of the input.
+   */
+  names?: JointNames | null;
+  /**
+   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
+   * folder, which is there or ends in /. Default: `""`.
+   */
+  output?: string;
+  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
+  "skeleton-only"?: boolean;
+  /** Fewer keys and bits. */
+  smaller?: SizeOptions;
+  /** The unit and the up axis of the output. */
+  space?: OutSpace;
+  /**
+   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
+   * such as amass, humanml3d, qpos or gmr.
+   */
+  to?: string | null;
 }
 
 /**
@@ -540,6 +616,22 @@ export type Scale = number | "auto" | "none" | `${number}`;
  */
 export type SelectBy = "quality" | "diversity";
 
+/** Fewer keys and bits, within a largest error. */
+export interface SizeOptions {
+  /** How to store the keys. Default with a largest error: int16, otherwise none. */
+  compress?: Compression | null;
+  /**
+   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
+   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   */
+  "max-error"?: Length | null;
+  /**
+   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
+   * joints and end sites alone.
+   */
+  "shell-distance"?: Length | null;
+}
+
 /** The skeleton of a file alone. */
 export interface SkeletonTarget {
   /**
@@ -560,22 +652,6 @@ export interface SkeletonTarget {
   "names-of-clips"?: string[];
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
   scale?: Scale;
-}
-
-/** Fewer keys and bits, within a largest error. */
-export interface Smaller {
-  /** How to store the keys. Default with a largest error: int16, otherwise none. */
-  compress?: Compression | null;
-  /**
-   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
-   * it; fails where it cannot be kept. Default with a compression: 1mm.
-   */
-  "max-error"?: Length | null;
-  /**
-   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
-   * joints and end sites alone.
-   */
-  "shell-distance"?: Length | null;
 }
 
 /** Which frames of the inputs are taken, before their unit and axes are changed. */
@@ -628,13 +704,13 @@ export interface Sources {
 /** What is to be known of motions: a row for each clip, in the report and in the table that is written. */
 export interface SurveyJob {
   /** How the inputs are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The inputs. */
   source?: SurveySources;
   /** How they are surveyed. */
-  survey: Surveying;
+  survey: SurveyOptions;
   /** The table. */
-  write?: WritingFile;
+  write?: FileOutputOptions;
   graph?: never;
   matrix?: never;
   steps?: never;
@@ -643,14 +719,8 @@ export interface SurveyJob {
   walk?: never;
 }
 
-/** What a survey works on. */
-export interface SurveySources {
-  /** The motion files, and `.jsonl` files of earlier surveys. */
-  inputs?: string[];
-}
-
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
-export interface Surveying {
+export interface SurveyOptions {
   /** By what to select: quality leaves out bad clips and twins first. Default: quality,diversity. */
   by?: SelectBy[];
   /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
@@ -670,6 +740,12 @@ export interface Surveying {
   where?: string | null;
 }
 
+/** What a survey works on. */
+export interface SurveySources {
+  /** The motion files, and `.jsonl` files of earlier surveys. */
+  inputs?: string[];
+}
+
 /** A..B in seconds, or Af..Bf in frames; either end may be left out. */
 export type TimeRange = `${string}..${string}`;
 
@@ -682,9 +758,9 @@ export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 /** A walk over a motion graph, which is changed, retargeted and written as a motion of a file is. */
 export interface WalkJob {
   /** How the moments of the inputs are compared. Default: the input is the file of a graph. */
-  graph?: Graphing | null;
+  graph?: GraphJobOptions | null;
   /** How the clips are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The graph, or with `graph` the clips. */
   source?: WalkSources;
   /** What changes the walk, in this order. */
@@ -692,26 +768,16 @@ export interface WalkJob {
   /** What the walk is retargeted to. Default: it keeps its skeleton. */
   target?: JobTarget | null;
   /** Where the walk goes. */
-  walk: Walking;
+  walk: WalkOptions;
   /** The output. */
-  write?: Writing;
+  write?: OutputOptions;
   matrix?: never;
   survey?: never;
   verify?: never;
 }
 
-/** What a walk is made of. */
-export interface WalkSources {
-  /** The file of the graph, or the clips. */
-  inputs?: string[];
-  /** The unit and the up axis of the clips. */
-  space?: SourceSpace;
-  /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
-  with?: string[];
-}
-
 /** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
-export interface Walking {
+export interface WalkOptions {
   /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
   path?: [number, number][] | null;
   /** Walk for so long, where it was seldom. */
@@ -722,80 +788,14 @@ export interface Walking {
   through?: string[];
 }
 
-/** What a job writes, and how. What a format does not take is refused. */
-export interface Writing {
-  /**
-   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
-   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
-   */
-  "bone-axis"?: OutBoneAxis | null;
-  /** Options of BVH. */
-  bvh?: WritingBvh;
-  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
-  embed?: boolean;
-  /** Options of FBX. */
-  fbx?: WritingFbx;
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
-  "keep-constant"?: boolean;
-  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
-  mesh?: DrawnMesh | null;
-  /**
-   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
-   * `mocap skeleton --json` prints. Default: those of the input.
-   */
-  names?: JointNames | null;
-  /**
-   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
-   * folder, which is there or ends in /. Default: `""`.
-   */
-  output?: string;
-  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
-  "skeleton-only"?: boolean;
-  /** Fewer keys and bits. */
-  smaller?: Smaller;
-  /** The unit and the up axis of the output. */
-  space?: OutSpace;
-  /**
-   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
-   * such as amass, humanml3d, qpos or gmr.
-   */
-  to?: string | null;
-}
-
-/** Options of BVH. */
-export interface WritingBvh {
-  /** Which joints have position channels. Default: `"auto"`. */
-  channels?: Channels;
-  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
-  digits?: number | null;
-  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
-  order?: RotationOrder | null;
-  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
-  sidecar?: boolean;
-}
-
-/** Options of FBX. */
-export interface WritingFbx {
-  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
-  "fbx-rest"?: FbxRest | null;
-  /** Version of the file. Default: `"7.5"`. */
-  "fbx-version"?: FbxVersion;
-  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
-  target?: FbxTarget | null;
-  /** Where the images of textures are. Default: `"embedded"`. */
-  textures?: FbxTextures;
-}
-
-/** The one file of a survey or of a motion graph. */
-export interface WritingFile {
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
-  output?: string;
-  /** The format by its extension, where the extension of the output is another. */
-  to?: string | null;
+/** What a walk is made of. */
+export interface WalkSources {
+  /** The file of the graph, or the clips. */
+  inputs?: string[];
+  /** The unit and the up axis of the clips. */
+  space?: SourceSpace;
+  /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
+  with?: string[];
 }
 
 /** The names of the steps of `mocap edit`. */

@@ -20,7 +20,7 @@ const DOCUMENT: &str = "../../docs/json.schema.json";
 const WITHOUT: [&str; 1] = ["mcp"];
 
 /// A line for each shape that a command prints.
-const LINES: [&str; 38] = [
+const LINES: [&str; 39] = [
     "convert walk.bvh a.glb --json --max-error 1mm --verify",
     "convert walk.bvh a.npz --json --to amass",
     "solve markers.c3d solved.bvh --json",
@@ -42,6 +42,7 @@ const LINES: [&str; 38] = [
     "pack walk.bvh run.bvh -o packed --json",
     "merge-manifest packed --json",
     "pose walk.bvh --tick 3 --json",
+    "chain walk.bvh LeftHand --point 0.5,0,0 --json",
     "skeleton walk.bvh --explain --json",
     "check walk.bvh broken.bvh warned.bvh --json",
     "survey walk.bvh run.bvh --json",

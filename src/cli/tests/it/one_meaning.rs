@@ -15,7 +15,12 @@ const DIFFERENT: [(&str, &str); 1] = [(
 )];
 
 /// Positional arguments that are neither inputs nor outputs.
-const OTHERS: [(&str, &str); 3] = [("dump", "SECTIONS"), ("completions", "SHELL"), ("man", "COMMAND")];
+const OTHERS: [(&str, &str); 4] = [
+    ("chain", "JOINT"),
+    ("dump", "SECTIONS"),
+    ("completions", "SHELL"),
+    ("man", "COMMAND"),
+];
 
 /// Options that name the body onto which motions go.
 const TARGETS: [&str; 3] = ["character", "robot", "to-skeleton"];
